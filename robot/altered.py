@@ -1,19 +1,12 @@
 """Alterations of the robot's body and floor, made in its model before that is compiled."""
 
-from functools import cache
-from pathlib import Path
-from typing import Any
-
 import numpy as np
 
-from spikeport.files import read_toml
-from spikeport.robot import menagerie
-from spikeport.robot.description import JOINTS
+from spikeport.robot import menagerie, urdf
 from spikeport.robot.engine import mujoco
 from spikeport.robot.feet import SIDES
 from spikeport.robot.perturbation import MENAGERIE, URDF, Perturbation
 
-URDF_PATH = Path(__file__).with_name("h1_urdf.toml")
 TORSO = "torso_link"
 WEAKEST = 1e-9
 """The smallest scale of torque limits: MuJoCo takes a limit of 0 for none, and 1e-9 moves nothing.
@@ -54,24 +47,16 @@ def _weigh(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
     torso.ipos += np.array([perturbation.com_x, perturbation.com_y, 0.0])
 
 
-@cache
-def _urdf() -> dict[str, Any]:
-    return read_toml(URDF_PATH)
-
-
 def _take_urdf(spec: mujoco.MjSpec) -> None:
     """Take masses, centres of mass, inertias and ranges of Unitree's URDF."""
-    for name, link in _urdf()["links"].items():
+    for name, link in urdf.figures()["links"].items():
         for side in SIDES if name.startswith("left_") else ("left",):
             body, right = spec.body(name.replace("left_", f"{side}_")), side == "right"
             body.mass = link["mass"]
             body.ipos = link["com"] * (_MIRRORED_COM if right else 1)
             body.fullinertia = link["inertia"] * (_MIRRORED_INERTIA if right else 1)
-    for role, span in _urdf()["ranges"].items():
-        for joint in JOINTS:
-            # A range holds for both sides: the URDF's are symmetric.
-            if joint.endswith(role):
-                spec.joint(joint).range = span
+    for joint, span in urdf.ranges_rad().items():
+        spec.joint(joint).range = span
 
 
 def _take_menagerie_feet(spec: mujoco.MjSpec) -> None:

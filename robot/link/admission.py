@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from spikeport.robot import urdf
 from spikeport.robot.description import JOINTS, load
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
 from spikeport.robot.link.signals import Sensors
@@ -41,11 +42,16 @@ class Limits(NamedTuple):
 
 
 def h1_limits() -> Limits:
-    """Return the limits of an H1: ranges of h1.xml, and its motors' speeds and torques.
+    """Return the limits of an H1: ranges of joints, and its motors' speeds and torques.
 
-    No constant, since the model of the robot is compiled for them.
+    A range is that of h1.xml, widened to that of Unitree's URDF: a robot that is folded for its
+    transport has its hips beyond the first. No constant, since the model of the robot is compiled
+    for them.
     """
-    low, high = load().jnt_range[1:].T
+    low, high = load().jnt_range[1:].T.copy()
+    for joint, (low_rad, high_rad) in urdf.ranges_rad().items():
+        i = JOINTS.index(joint)
+        low[i], high[i] = min(low[i], low_rad), max(high[i], high_rad)
     return Limits(
         low - PLAUSIBLE_MARGIN_RAD,
         high + PLAUSIBLE_MARGIN_RAD,

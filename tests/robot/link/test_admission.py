@@ -6,6 +6,8 @@ from spikeport.robot.link.admission import MARGIN, PLAUSIBLE_MARGIN_RAD, beyond,
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
 from tests.helpers.standing_robot import LIMITS, STANDING, spoilt
 
+HIP_PITCHES = [i for i, joint in enumerate(JOINTS) if joint.endswith("hip_pitch")]
+
 
 def test_a_standing_robot_is_trusted():
     assert beyond(STANDING, LIMITS) is None
@@ -28,10 +30,21 @@ def test_what_no_imu_measures_is_refused(name, value):
     assert found.startswith(f"{name} is {abs(value):g}")
 
 
+def test_a_folded_robot_is_trusted():
+    """By Unitree's URDF a hip turns twice as far as by h1.xml."""
+    folded = STANDING._replace(q=STANDING.q.copy())
+    folded.q[HIP_PITCHES] = -2.0
+    assert beyond(folded, h1_limits()) is None
+    folded.q[HIP_PITCHES] = -3.3
+    found = beyond(folded, h1_limits())
+    assert found == "q of left_hip_pitch is -3.3 rad, allowed -3.24 to 2.63"
+
+
 def test_limits_are_those_of_the_model_and_of_the_motors():
-    ranges = load().jnt_range[1:]
+    low, high = load().jnt_range[1:].T.copy()
+    low[HIP_PITCHES], high[HIP_PITCHES] = -3.14, 2.53
     limits = h1_limits()
-    np.testing.assert_allclose(limits.low_rad, ranges[:, 0] - PLAUSIBLE_MARGIN_RAD)
-    np.testing.assert_allclose(limits.high_rad, ranges[:, 1] + PLAUSIBLE_MARGIN_RAD)
+    np.testing.assert_allclose(limits.low_rad, low - PLAUSIBLE_MARGIN_RAD)
+    np.testing.assert_allclose(limits.high_rad, high + PLAUSIBLE_MARGIN_RAD)
     np.testing.assert_allclose(limits.speed_rad_s, MARGIN * SPEED_LIMITS_RAD_S)
     np.testing.assert_allclose(limits.torque_nm, MARGIN * TORQUE_LIMITS_NM)
