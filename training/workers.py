@@ -15,6 +15,8 @@ from typing import NamedTuple, TypeVarTuple
 
 from torch import distributed
 
+from spikeport.training.interrupts import uninterruptible
+
 MEETING = timedelta(minutes=5)
 """Time in which all processes must meet, and in which each must answer another."""
 Arguments = TypeVarTuple("Arguments")
@@ -57,8 +59,10 @@ def others(
             spawn.Process(target=_help, args=(worker, meeting, work, args), daemon=True)
             for worker in workers[1:]
         ]
-        for process in processes:
-            process.start()
+        # Interrupted as well, each would end with an error of its own on the screen.
+        with uninterruptible():
+            for process in processes:
+                process.start()
         workers[0].join(meeting)
         try:
             yield

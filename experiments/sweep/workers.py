@@ -12,7 +12,6 @@ import signal
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import NamedTuple
 
@@ -21,6 +20,7 @@ from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
 from spikeport.experiments.sweep.queue import Queue
 from spikeport.experiments.sweep.scratch import scratch_folder
+from spikeport.training.interrupts import uninterruptible
 
 PointOutcome = PointFiles | str
 """The files of a point, or the reason why it failed."""
@@ -145,7 +145,7 @@ class _Pool:
         ours, theirs = SPAWN.Pipe()
         arguments = (theirs, self._run, self._scratch)
         process = SPAWN.Process(target=_serve, args=arguments, daemon=True)
-        with _uninterruptible(), _environment(ONE_THREAD):
+        with uninterruptible(), _environment(ONE_THREAD):
             process.start()
         # Else this process would hold the other end open, and never see it end with the worker.
         theirs.close()
@@ -189,17 +189,3 @@ def _environment(changed: Mapping[str, str]) -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-@contextlib.contextmanager
-def _uninterruptible() -> Iterator[None]:
-    """Block SIGINT; processes begun meanwhile keep it so.
-
-    A terminal interrupts workers too, which would say so at length; this process ends them.
-    """
-    resource_tracker.ensure_running()  # starting it later would unblock the signal
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -1,3 +1,5 @@
+import signal
+
 import pytest
 
 pytest.importorskip("torch")
@@ -22,6 +24,20 @@ def test_workers_meet():
     values = [1.0, 10.0]
     with others(1, add, values):
         assert add(Worker(0, 2), values) == 11.0
+
+
+def note_mask(worker, folder):
+    """Note whether a worker may be interrupted, and wait for the others."""
+    blocked = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+    (folder / str(worker.rank)).write_text(str(blocked))
+    distributed.barrier()
+
+
+@pytest.mark.slow
+def test_an_interrupt_is_for_the_first_worker_alone(tmp_path):
+    with others(1, note_mask, tmp_path):
+        note_mask(Worker(0, 2), tmp_path)
+    assert [(tmp_path / str(rank)).read_text() for rank in range(2)] == ["False", "True"]
 
 
 def test_nobody_is_met_alone():

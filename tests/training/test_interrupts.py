@@ -1,0 +1,23 @@
+import multiprocessing
+import signal
+
+from spikeport.training.interrupts import uninterruptible
+
+
+def blocked():
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def tell(pipe):
+    pipe.send(blocked())
+
+
+def test_processes_that_are_begun_in_the_block_are_not_interrupted():
+    ours, theirs = multiprocessing.Pipe()
+    process = multiprocessing.get_context("spawn").Process(target=tell, args=(theirs,))
+    assert not blocked()
+    with uninterruptible():
+        process.start()
+    assert not blocked()
+    assert ours.recv()
+    process.join()
