@@ -22,6 +22,7 @@ from nengo.dists import Distribution
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.matrices import Matrix, full, placed
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.scope import MATRICES, Scope, is_passthrough, source_rows, target_rows
 
@@ -108,20 +109,17 @@ def _ways(connections: Sequence[nengo.Connection]) -> list[Way]:
 
 def _matrix(connection: nengo.Connection) -> sparse.csr_array:
     pre, post = connection.pre_obj, connection.post_obj
-    matrix = _dense(connection.transform, connection.size_mid) @ _slope(connection)
-    whole = np.zeros((post.size_in, pre.size_out))
-    # A slice may pick a value more than once: assignment would keep the last only.
-    np.add.at(whole, np.ix_(target_rows(connection), source_rows(connection)), matrix)
-    return sparse.csr_array(whole)
+    matrix = full(_sampled(connection.transform), connection.size_mid) @ _slope(connection)
+    columns = placed(matrix.T, source_rows(connection), pre.size_out)
+    return sparse.csr_array(placed(columns.T, target_rows(connection), post.size_in))
 
 
-def _dense(transform: nengo.transforms.Transform, size: int) -> np.ndarray:
-    """Return a transform of values (size,) as a matrix."""
+def _sampled(transform: nengo.transforms.Transform) -> Matrix:
+    """Return a transform: a factor, a factor for each row, or a matrix."""
     if isinstance(transform, nengo.transforms.NoTransform):
-        return np.eye(size)
-    sampled = transform.sample(np.random.RandomState(0))  # it is no distribution: all are alike
-    factors = sampled if isinstance(sampled, np.ndarray) else sampled.toarray()
-    return factors if factors.ndim == 2 else factors * np.eye(size)
+        return np.array(1.0)
+    found: Matrix = transform.sample(np.random.RandomState(0))  # no distribution: all are alike
+    return found
 
 
 def _slope(connection: nengo.Connection) -> np.ndarray:

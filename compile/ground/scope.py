@@ -113,6 +113,13 @@ def target_rows(connection: nengo.Connection) -> np.ndarray:
     return rows
 
 
+def neurons_read(probe: nengo.Probe) -> np.ndarray:
+    """Return the numbers of the neurons that a probe of neurons reads, (n,)."""
+    part = slice(None) if probe.slice is None else probe.slice
+    read: np.ndarray = np.arange(probe.obj.size_out)[part]
+    return read
+
+
 def in_full(connection: nengo.Connection) -> bool:
     """Return whether a connection's values go to all entries of its target, in their order."""
     return np.array_equal(target_rows(connection), np.arange(connection.post_obj.size_in))

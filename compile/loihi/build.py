@@ -28,6 +28,7 @@ from spikeport.compile.ground.filters import Passage, sends_spikes, time_constan
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.refusal import RefusedError, concerning, warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import neurons_read
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
@@ -285,9 +286,8 @@ def _check_order_of_reads(model: Model, names: Names) -> None:
     for probe in model.nengo_probes:
         if not isinstance(probe.obj, Neurons):
             continue
-        read = np.arange(probe.obj.size_out)[probe.slice]
         blocks = len(model.objs[probe]["out"].target)
-        if blocks > 1 and np.any(np.diff(read) <= 0):
+        if blocks > 1 and np.any(np.diff(neurons_read(probe)) <= 0):
             raise _refusal(
                 names[probe.obj],
                 "its neurons are read out in another order than theirs, which fails where they "

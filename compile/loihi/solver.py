@@ -20,6 +20,7 @@ from nengo_loihi.builder.ensemble import build_ensemble
 from nengo_loihi.compat import sample_transform
 
 from spikeport.compile.check.finite import not_finite, refused_or_not_finite
+from spikeport.compile.ground.matrices import Matrix, full, placed, transformed
 from spikeport.compile.ground.refusal import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
 from spikeport.compile.ground.scope import source_rows
@@ -28,7 +29,6 @@ from spikeport.compile.loihi.quick_builder import quick_builder, random_state
 
 DENSE_FROM = 0.5
 """Share of non-zero weights from which indices cost more than zeros."""
-Matrix: TypeAlias = np.ndarray | sparse.csr_array
 AnyModel: TypeAlias = Model | nengo.builder.Model
 Result = TypeVar("Result")
 
@@ -127,12 +127,8 @@ class ParameterSolver:
         if isinstance(pre, nengo.Ensemble):
             weights: np.ndarray = self.decoded(connection).weights
             return weights
-        whole = np.zeros((pre.size_out, connection.size_out))
-        # A slice may pick a value more than once: assignment would keep the last only.
-        np.add.at(
-            whole, source_rows(connection), full(self.transform(connection), connection.size_mid).T
-        )
-        return whole.T
+        transform = full(self.transform(connection), connection.size_mid)
+        return placed(transform.T, source_rows(connection), pre.size_out).T
 
     def decoded(self, connection: nengo.Connection) -> BuiltConnection:
         """Return the built parameters of a connection from an ensemble, in Nengo's units.
@@ -215,23 +211,6 @@ def _build_float_decoders(
 
 FLOAT = Builder(_new_float_model, nengo.builder.Model.build, _build_float_decoders)
 """Nengo's own builder: decoders are solved for the rates of float neurons."""
-
-
-def transformed(transform: Matrix, matrix: Matrix) -> Matrix:
-    """Apply a transform, which is a factor, factors (rows,) or a matrix, to a matrix."""
-    if transform.ndim == 2:
-        return transform @ matrix
-    factors = np.reshape(transform, (-1, 1))
-    if isinstance(matrix, np.ndarray):
-        return factors * matrix
-    return sparse.csr_array(matrix.multiply(factors))
-
-
-def full(transform: Matrix, size: int) -> np.ndarray:
-    """Return a transform of vectors (size,) as a dense matrix."""
-    dense = transform if isinstance(transform, np.ndarray) else transform.toarray()
-    matrix: np.ndarray = dense if dense.ndim == 2 else transformed(dense, np.eye(size))
-    return matrix
 
 
 def nengo_transform(matrix: sparse.csr_array) -> np.ndarray | nengo.Sparse:

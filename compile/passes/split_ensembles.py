@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 import nengo
-import numpy as np
 from nengo.ensemble import Neurons
 from pydantic import Field
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.scope import Scope, neurons_read
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.rewriting.colouring import regroupable
 from spikeport.compile.rewriting.partition import Part, Partition, in_parts
@@ -60,5 +59,5 @@ def _in_one(probe: nengo.Probe, parts: Sequence[Part] | None) -> bool:
     """Return whether a probe reads neurons of one part, or of another ensemble."""
     if parts is None:
         return True
-    read = np.arange(probe.obj.size_out)[probe.slice or slice(None)]
+    read = neurons_read(probe)
     return any(part.start <= read.min() and read.max() < part.stop for part in parts)

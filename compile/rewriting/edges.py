@@ -14,10 +14,11 @@ import numpy as np
 import scipy.sparse as sparse
 from nengo.ensemble import Neurons
 
+from spikeport.compile.ground.matrices import Matrix, full
 from spikeport.compile.ground.names import End, base
 from spikeport.compile.ground.scope import full_weights, source_rows, target_rows
 from spikeport.compile.ground.settings import NetworkSettings
-from spikeport.compile.loihi.solver import Matrix, ParameterSolver, full
+from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.partition import Partition, Position
 
 NO_GROUP = -1

@@ -10,6 +10,7 @@ from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Built, Piece, Rewrite
+from spikeport.compile.ground.scope import neurons_read
 from spikeport.compile.loihi.solver import Builder, ParameterSolver
 from spikeport.compile.rewriting.assembly import Assembly, construction_order
 from spikeport.compile.rewriting.edges import EdgeMatrices
@@ -156,7 +157,7 @@ class ProbeMap:
         }
         places = self._partition.places[base(probe.obj)]
         if isinstance(probe.obj, Neurons):
-            read = np.arange(probe.obj.size_out)[probe.slice or slice(None)]
+            read = neurons_read(probe)
             (place,) = (p for p in places if p.part.start <= read[0] < p.part.stop)
             neurons = assembly.ensembles[place.group].neurons
             moved = read - place.part.start + place.neuron

@@ -11,6 +11,7 @@ import nengo
 import numpy as np
 import scipy.sparse as sparse
 
+from spikeport.compile.ground.matrices import full, placed
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import (
     Scope,
@@ -22,7 +23,6 @@ from spikeport.compile.ground.scope import (
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.relay import RELAYS
-from spikeport.compile.loihi.solver import full
 from spikeport.compile.rewriting.passthrough import foldable
 
 
@@ -95,7 +95,7 @@ class _Sources:
         self._numbers: dict[nengo.Node, list[np.ndarray]] = {node: [] for node in nodes}
         for number, connection in enumerate(scope.network.all_connections):
             if connection.post_obj in self._matrices and scope.on_chip(connection.pre_obj):
-                matrix = sparse.csr_array(_placed(connection))
+                matrix = sparse.csr_array(_into_whole(connection))
                 self._add(connection.post_obj, matrix, np.full(matrix.shape[1], number))
 
     def _add(self, node: nengo.Node, matrix: sparse.csr_array, numbers: np.ndarray) -> None:
@@ -113,7 +113,7 @@ class _Sources:
     def pass_on(self, connection: nengo.Connection) -> None:
         """Add what a connection takes from one passthrough node to another."""
         matrix, numbers = self._at(connection.pre_obj)
-        passed = _placed(connection) @ matrix[source_rows(connection)]
+        passed = _into_whole(connection) @ matrix[source_rows(connection)]
         self._add(connection.post_obj, sparse.csr_array(passed), numbers)
 
     def count(self, connection: nengo.Connection) -> int:
@@ -125,11 +125,9 @@ class _Sources:
         return len(np.unique(numbers[passed.indices]))
 
 
-def _placed(connection: nengo.Connection) -> np.ndarray:
+def _into_whole(connection: nengo.Connection) -> np.ndarray:
     """Return a connection as a matrix into all of its target, (target size, values)."""
-    matrix = np.zeros((connection.post_obj.size_in, connection.size_mid))
-    matrix[target_rows(connection)] = _transform(connection)
-    return matrix
+    return placed(_transform(connection), target_rows(connection), connection.post_obj.size_in)
 
 
 def _transform(connection: nengo.Connection) -> np.ndarray:

@@ -6,9 +6,10 @@ import nengo
 import numpy as np
 import scipy.sparse as sparse
 
+from spikeport.compile.ground.matrices import full
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.relay import RELAYS
-from spikeport.compile.loihi.solver import ParameterSolver, full, nengo_transform
+from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
 from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
 from spikeport.compile.rewriting.decode_paths import link
 

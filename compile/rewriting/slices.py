@@ -11,9 +11,10 @@ import numpy as np
 import scipy.sparse as sparse
 from nengo.ensemble import Neurons
 
+from spikeport.compile.ground.matrices import full, placed
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope, in_full, target_rows
-from spikeport.compile.loihi.solver import ParameterSolver, full, nengo_transform
+from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
 from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
 
 
@@ -87,9 +88,7 @@ def _whole_transform(
         if repeats
         else full(solver.transform(connection), connection.size_mid)
     )
-    matrix = np.zeros((connection.post_obj.size_in, weights.shape[1]))
-    # Assignment would keep the last of several values for one row.
-    np.add.at(matrix, target_rows(connection), weights)
+    matrix = placed(weights, target_rows(connection), connection.post_obj.size_in)
     between_neurons = isinstance(connection.pre_obj, Neurons) and isinstance(
         connection.post_obj, Neurons
     )

@@ -14,6 +14,7 @@ from spikeport.compile.ground.scope import (
     full_weights,
     in_full,
     is_plain,
+    neurons_read,
     probeable,
     target_rows,
 )
@@ -140,3 +141,15 @@ def test_slices_on_the_chip_that_have_a_neuron_twice() -> None:
     scope = scope_of(network)
     assert scope.repeats_spikes(spikes)
     assert not any(map(scope.repeats_spikes, others))
+
+
+@pytest.mark.parametrize(
+    ("part", "read"),
+    [(None, [0, 1, 2, 3]), (slice(1, 3), [1, 2]), ([3, 0], [3, 0]), (np.array([0, 2]), [0, 2])],
+    ids=str,
+)
+def test_neurons_that_a_probe_reads(part: Any, read: list[int]) -> None:
+    with nengo.Network():
+        neurons = nengo.Ensemble(4, 1).neurons
+        probe = nengo.Probe(neurons if part is None else neurons[part])
+    assert neurons_read(probe).tolist() == read

@@ -1,4 +1,5 @@
 import nengo
+import numpy as np
 import pytest
 
 from spikeport.compile.check.lint import lint
@@ -105,3 +106,11 @@ def test_fused_pieces_are_none() -> None:
     fused, _ = rewritten(network, SplitEnsembles(max_neurons=50), Fuse(max_neurons=100))
     assert [e.n_neurons for e in fused.network.ensembles] == [100, 50]
     assert pieces(fused) == {"large[3/3]": Piece("large", 2, 3)}
+
+
+def test_probes_may_read_neurons_by_an_array_of_numbers() -> None:
+    with nengo.Network(seed=2) as network:
+        large = nengo.Ensemble(150, 1, label="large")
+        probe = nengo.Probe(large.neurons[np.array([60, 55])])
+    split, _ = rewritten(network, SplitEnsembles(max_neurons=50))
+    assert split.stand_ins[probe].slice == [10, 5]

@@ -106,3 +106,14 @@ def test_a_transform_that_is_drawn_at_random_carries_every_value() -> None:
         nengo.Connection(a, node, transform=nengo.dists.Choice([[1.0]]))
         nengo.Connection(node, a, synapse=None)
     assert bound(network) == 7 + PER_VALUE * 2
+
+
+def test_values_that_a_slice_adds_up_come_from_each_of_their_sources() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b, c = (nengo.Ensemble(7, 1) for _ in range(3))
+        both, one = nengo.Node(size_in=2), nengo.Node(size_in=1)
+        nengo.Connection(a, both[0], synapse=None)
+        nengo.Connection(b, both[1], synapse=None)
+        nengo.Connection(both, one[[0, 0]], synapse=None)
+        nengo.Connection(one, c)
+    assert bound(network) == 3 * 7 + 2 * PER_VALUE
