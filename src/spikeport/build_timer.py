@@ -4,11 +4,11 @@ import contextlib
 import os
 import signal
 import sys
-import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NoReturn
 
 from spikeport.errors import NetworkError
+from spikeport.pacing import later
 
 NOTICE_S = 10.0
 """Time after which a line says what is being waited for."""
@@ -33,7 +33,7 @@ def watched(spec: str, limit_s: float | None = None) -> Iterator[None]:
         At the limit.
     """
     cure = "--build-timeout SECONDS ends it" if limit_s is None else f"it has {limit_s:g} s"
-    with _later(NOTICE_S, lambda: _say(f"{spec}: has been building for {NOTICE_S:g} s; {cure}")):
+    with later(NOTICE_S, lambda: _say(f"{spec}: has been building for {NOTICE_S:g} s; {cure}")):
         if limit_s is None:
             yield
             return
@@ -41,21 +41,10 @@ def watched(spec: str, limit_s: float | None = None) -> Iterator[None]:
         try:
             # The alarm is raised between two instructions of Python; code of C that never gets
             # there ends with the process.
-            with _later(limit_s + GRACE_S, lambda: _end_process(reason)), _alarm(limit_s):
+            with later(limit_s + GRACE_S, lambda: _end_process(reason)), _alarm(limit_s):
                 yield
         except OutOfTime:
             raise NetworkError(reason) from None
-
-
-@contextlib.contextmanager
-def _later(delay_s: float, action: Callable[[], None]) -> Iterator[None]:
-    timer = threading.Timer(delay_s, action)
-    timer.daemon = True
-    timer.start()
-    try:
-        yield
-    finally:
-        timer.cancel()
 
 
 @contextlib.contextmanager

@@ -4,9 +4,9 @@ import signal
 import subprocess
 import sys
 from collections.abc import Sequence
-from threading import Timer
 
 from spikeport.errors import BackendError
+from spikeport.pacing import later
 
 # Imports take seconds, kernels that have to be compiled 10 s, and other work may share the machine.
 START_S = 60.0
@@ -38,7 +38,12 @@ class Child:
             stderr=subprocess.STDOUT,
             text=True,
         )
-        self._await_start(name)
+        try:
+            self._await_start(name)
+        except BaseException:  # also an interrupt: nobody else could end it
+            with self._process:
+                self._process.kill()
+            raise
 
     @property
     def process_id(self) -> int:
@@ -54,10 +59,8 @@ class Child:
         """Wait for its first line."""
         assert self._process.stdout is not None
         # `readline` has no limit of its own.
-        timer = Timer(START_S, self._process.kill)
-        timer.start()
-        line = self._process.stdout.readline()
-        timer.cancel()
+        with later(START_S, self._process.kill):
+            line = self._process.stdout.readline()
         if not line.startswith(f"{name}:"):
             self.close()
             raise BackendError(f"the {name}'s server did not start: {line.strip() or 'no word'}")

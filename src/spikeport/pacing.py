@@ -1,10 +1,11 @@
-"""Steps by a clock: absolute deadlines without bursts, and times of round trips."""
+"""Steps by a clock: absolute deadlines without bursts, times of round trips, a timer."""
 
 import contextlib
 import gc
 import os
+import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -35,6 +36,18 @@ class SystemClock:
         left = time_s - time.perf_counter()
         if left > 0:
             time.sleep(left)
+
+
+@contextlib.contextmanager
+def later(delay_s: float, action: Callable[[], object]) -> Iterator[None]:
+    """Do something in a thread of its own, unless the block has ended by then."""
+    timer = threading.Timer(delay_s, action)
+    timer.daemon = True
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
 
 
 @dataclass(frozen=True)
