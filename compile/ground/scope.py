@@ -73,11 +73,11 @@ class Scope:
 
     def repeats_spikes(self, connection: nengo.Connection) -> bool:
         """Return whether a slice on the chip has a source of spikes more than once."""
-        ends = connection.pre_obj, connection.post_obj
-        if isinstance(connection.pre_obj, nengo.Ensemble) or not all(map(self.on_chip, ends)):
+        pre, post = connection.pre_obj, connection.post_obj
+        if isinstance(connection.pre_slice, slice) or isinstance(pre, nengo.Ensemble):
             return False
-        rows = [] if isinstance(connection.pre_slice, slice) else source_rows(connection)
-        return len(np.unique(rows)) < len(rows)
+        rows = source_rows(connection)
+        return len(np.unique(rows)) < len(rows) and self.on_chip(pre) and self.on_chip(post)
 
     @property
     def ensembles(self) -> list[nengo.Ensemble]:

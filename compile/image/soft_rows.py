@@ -64,8 +64,9 @@ def row_words(row: np.ndarray, index: np.ndarray, weight: np.ndarray, n_rows: in
     np.maximum.at(last, row, index)
     span = last - first + 1
     dense, sparse = -(-span // 2), n + span // MOST_GAP
-    words = HEADER_WORDS + np.where(span <= DENSE_MOST * n, dense, sparse)
-    return words * np.where(n > 0, _digits(size, union), 0)
+    words: np.ndarray = HEADER_WORDS + np.where(span <= DENSE_MOST * n, dense, sparse)
+    words *= np.where(n > 0, _digits(size, union), 0)
+    return words
 
 
 def _digits(size: np.ndarray, union: np.ndarray) -> np.ndarray:

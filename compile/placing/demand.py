@@ -32,7 +32,8 @@ class _Synapses(NamedTuple):
     def sizes(self, first: int, end: int) -> np.ndarray:
         """Return the number of targets of each list in a stretch."""
         # Keys ascend across all lists, so that two searches count the targets of every list.
-        return self._place(end) - self._place(first)
+        found: np.ndarray = self._place(end) - self._place(first)
+        return found
 
     def soft_bits(self, first: int, sizes: np.ndarray) -> int:
         """Return the bits of the rows of a stretch, with lists of these sizes, in a soft core."""
