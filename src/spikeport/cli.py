@@ -457,7 +457,9 @@ def sweep_command(
     vary: Annotated[
         list[str] | None,
         typer.Option(
-            metavar="KEY=VALUE,...", help="Values of a setting, or of `backend`; repeatable."
+            metavar="KEY=VALUE,...",
+            help="Values of a setting, or of `backend`, separated by `;` if one has commas; "
+            "repeatable.",
         ),
     ] = None,
     seeds: Annotated[

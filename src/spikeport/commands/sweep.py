@@ -124,11 +124,16 @@ def _varied(
             raise UsageError(f"--vary {pair}: expected KEY=VALUE,VALUE,...")
         if key in varied:
             raise UsageError(f"--vary {key}: given twice")
-        values = tuple(_value(key, text, experiment, owner) for text in texts.split(","))
+        values = tuple(_value(key, text, experiment, owner) for text in _split(texts))
         if len(set(values)) < len(values):
             raise UsageError(f"--vary {pair}: a value is given twice")
         varied[key] = values
     return varied
+
+
+def _split(texts: str) -> list[str]:
+    """Return the texts of values, which commas separate, or semicolons if there is one."""
+    return texts.removesuffix(";").split(";") if ";" in texts else texts.split(",")
 
 
 def _value(key: str, text: str, experiment: Experiment, owner: str) -> key_values.SettingValue:

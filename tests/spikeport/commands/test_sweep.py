@@ -66,6 +66,23 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
     }
 
 
+@pytest.mark.parametrize(
+    ("typed", "values"),
+    [
+        ("small,large", ["small", "large"]),
+        ("small;0.2:0.4,-0.3:-0.1,1.1:1.3", ["small", "0.2:0.4,-0.3:-0.1,1.1:1.3"]),
+        ("0.2:0.4,-0.3:-0.1,1.1:1.3;", ["0.2:0.4,-0.3:-0.1,1.1:1.3"]),
+    ],
+)
+def test_values_with_commas_are_separated_by_semicolons(
+    spikeport, counted, tmp_path, typed, values
+):
+    vary = ("--vary", f"box={typed}", "--vary", "m1=10")
+    assert spikeport(*REACH, *vary, "--out", tmp_path).code == 0
+    varied = json.loads((tmp_path / "sweep.json").read_text())["varied"]
+    assert varied == {"box": values, "m1": [10]}
+
+
 def test_a_sweep_of_too_many_points_is_refused(spikeport, counted, tmp_path):
     values = ",".join(map(str, range(10, 1010)))
     done = spikeport(*REACH, "--vary", f"m1={values}", "--seeds", 101, "--out", tmp_path / "out")
