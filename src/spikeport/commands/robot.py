@@ -1,17 +1,19 @@
 """``spikeport robot``: be a robot, in simulation, or listen to one."""
 
-import math
+from pydantic import FiniteFloat
 
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RobotService
-from spikeport.errors import UsageError, unknown
-from spikeport.key_values import parse
+from spikeport.errors import UsageError
+from spikeport.key_values import converted, parse
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import LOCK_STEP_HZ, RobotSettings
 
+TORSO = "torso"
+"""The joint that a hoist holds, as it does the pelvis."""
 REAL_TIME_HZ = 500.0
 """States a second where none are asked for: as of Unitree's H1."""
 
@@ -38,7 +40,7 @@ def serve(request: RobotService) -> None:
         hoist=request.hoist,
         watchdog_s=request.watchdog_ms / 1000,
         seed=request.seed,
-        posture_rad=dict(map(_angle, request.pose)),
+        posture_rad=_posture_rad(request),
         sport_mode=request.sport_mode,
         let_down_s=request.let_down,
         odometer=_odometer(request),
@@ -78,15 +80,15 @@ def _odometer(request: RobotService) -> OdometerErrors | None:
     return OdometerErrors(**{key: float(value) for key, value in values.items()})
 
 
-def _angle(text: str) -> tuple[str, float]:
-    """Return joint and angle in rad of a text ``JOINT=RAD``."""
-    joint, _, angle = text.partition("=")
-    if joint not in JOINTS:
-        raise unknown("joint", joint, JOINTS)
-    try:
-        rad = float(angle)
-    except ValueError:
-        rad = math.nan
-    if not math.isfinite(rad):
-        raise UsageError(f"--pose {text}: write JOINT=RAD, as right_elbow=0.5")
-    return joint, rad
+def _posture_rad(request: RobotService) -> dict[str, float]:
+    """Return the angles of joints that the robot begins with."""
+    pairs = []
+    for text in request.pose:
+        joint, _, rad = text.partition("=")
+        pairs.append((joint, rad))
+    found = converted(pairs, dict.fromkeys(JOINTS, FiniteFloat), "joint", "--pose")
+    if request.hoist and TORSO in found:
+        raise UsageError(
+            f"--pose {TORSO}: a robot on its hoist has its torso at 0; cure: leave it out"
+        )
+    return {joint: float(rad) for joint, rad in found.items()}

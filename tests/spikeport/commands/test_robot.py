@@ -25,8 +25,10 @@ from spikeport.robot.link.connection import RobotOptions
         ({"hoist": True, "let_down": float("inf")}, "--let-down inf: must be 0 or more"),
         ({"watchdog_ms": 0.0}, "a watchdog of 0 ms"),
         ({"pose": ("tail=1",)}, "unknown joint 'tail'"),
-        ({"pose": ("torso",)}, "write JOINT=RAD"),
-        ({"pose": ("torso=inf",)}, "write JOINT=RAD"),
+        ({"pose": ("torso",)}, "--pose torso=: expected a number"),
+        ({"pose": ("torso=inf",)}, "--pose torso=inf: input should be a finite number"),
+        ({"pose": ("torso=0.1", "torso=0.5")}, "--pose torso: given twice"),
+        ({"pose": ("torso=0.5",), "hoist": True}, "--pose torso: a robot on its hoist has its"),
     ],
 )
 def test_what_cannot_be_served_is_refused(asked: dict[str, Any], words: str) -> None:
