@@ -12,7 +12,8 @@ on the circle if
 
     1 / kp_heading = 1 / (2 kp_speed) - turn_lag
 
-The default gains are for a turn lag of 0.04 s, that of the default policy (docs/walk.md).
+The default gains are for a turn lag of 0.04 s: that of the default policy, and the time by which a
+robot turns later than its command (docs/lab/walk.md).
 
 Source: paper, sec. 3.2.2. The gains are ours, the paper gives none; so are the upper limits, the
 commands that the walking policy is trained for.

@@ -4,8 +4,8 @@
 
 v are the speeds at which robots walk that nothing disturbs, v* those that they are asked for, and
 W_vx the first layer's weights of the forward command. A policy that is trained under hard pushes
-walks slower than it is asked to, perhaps since slow robots fall less; g was 0.79 to 0.84. A policy
-that has not learned to walk, g below 0.5, is left as it is.
+walks slower than it is asked to, perhaps since slow robots fall less; g was 0.79 to 0.84, over all
+speeds together. A policy that has not learned to walk, g below 0.5, is left as it is.
 """
 
 from contextlib import closing

@@ -5,7 +5,7 @@
 Robots that turn move where they were heading a while before: their course is behind their heading,
 by an angle that grows with the yaw rate wz. A follower that looks at the heading alone
 (`spikeport.networks.path_following`) then leaves curves to their outer side. The policies shipped
-have 0.02 and 0.15 s of it. A robot also turns later than its command, which the 0.04 s stand for:
+have 0.03 and 0.16 s of it. A robot also turns later than its command, which the 0.04 s stand for:
 the gains with which either policy left the built-in paths least are those for 0.02 to 0.05 s more
 than what was measured (docs/lab/walk.md).
 """
