@@ -27,6 +27,7 @@ from threadpoolctl import threadpool_info  # type: ignore[import-untyped]
 from spikeport.atomic import atomic_path
 from spikeport.errors import UsageError
 from spikeport.reading import npz
+from spikeport.reading.archive import FILE_BYTES
 from spikeport.reading.mismatch import MismatchError
 
 FOLDER = "SPIKEPORT_CACHE"
@@ -34,6 +35,8 @@ FOLDER = "SPIKEPORT_CACHE"
 OFF = "off"
 LIMIT_BYTES = 2**30
 """Most bytes of all entries together; the oldest go first."""
+ENTRY_BYTES = FILE_BYTES + 2**22
+"""The largest entry: one of `FILE_BYTES` in arrays, be it one array of bytes, and their headers."""
 SEAL = "seal"
 """The file of an entry: the digest of its key and its arrays, kept among them."""
 # Their versions, and how the linear algebra library adds up, decide the last bits of results.
@@ -190,7 +193,7 @@ def read(path: Path, key: str) -> dict[str, np.ndarray]:
     MismatchError
         If the file is damaged, or the entry of another key.
     """
-    arrays = npz.read(path)
+    arrays = npz.read(path, most=ENTRY_BYTES, limit=ENTRY_BYTES)
     if str(arrays.pop(SEAL, "")) != digest_of((key, arrays)):
         raise MismatchError("arrays as they were kept", "others, or those of another key")
     return arrays

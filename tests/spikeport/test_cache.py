@@ -52,6 +52,14 @@ def test_a_result_is_made_once_and_the_same_afterwards(kept, make):
     assert kept.folder.stat().st_mode & 0o777 == 0o700
 
 
+def test_what_is_large_is_kept_too(kept):
+    """The values of a network's host are one array of bytes."""
+    pool = {"pool": np.ones(9 * 2**20, np.uint8)}
+    kept.kept("compile", 1, lambda: pool)
+    found = kept.kept("compile", 1, lambda: pytest.fail("made again"))
+    np.testing.assert_array_equal(found["pool"], pool["pool"])
+
+
 @pytest.mark.parametrize("other", [("policy", (2, "a")), ("policy", (1, "b")), ("arm", (1, "a"))])
 def test_another_input_or_kind_is_another_result(kept, make, other):
     kept.kept("policy", (1, "a"), make)

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.lib import format as npy
 
-from spikeport.reading.archive import NUMBERS, Archive, read_bytes
+from spikeport.reading.archive import FILE_BYTES, NUMBERS, Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 SUFFIX = ".npy"
@@ -35,23 +35,32 @@ KINDS = "biufU"
 """Types of arrays: truth values, numbers and texts, by NumPy's letters."""
 
 
-def read(path: Path) -> dict[str, np.ndarray]:
+def read(path: Path, most: int = NUMBERS, limit: int = FILE_BYTES) -> dict[str, np.ndarray]:
     """Return the arrays of a file by name.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    most : int
+        Most numbers of an array, and its longest axis.
+    limit : int
+        Most bytes of the file, and of all that is in it.
 
     Raises
     ------
     MismatchError
         It is no such archive, damaged, too large, or holds anything but numbers and texts.
     """
-    content = read_bytes(path)
+    content = read_bytes(path, limit)
     if content.startswith(npy.MAGIC_PREFIX):
         raise MismatchError("an archive of arrays (.npz)", "a single array (.npy)")
-    archive = Archive(content)
-    return {name.removesuffix(SUFFIX): _array(archive, name) for name in archive.names}
+    archive = Archive(content, limit)
+    return {name.removesuffix(SUFFIX): _array(archive, name, most) for name in archive.names}
 
 
-def _array(archive: Archive, name: str) -> np.ndarray:
-    content = archive.read(name, HEADER_BYTES + 8 * NUMBERS)
+def _array(archive: Archive, name: str, most: int) -> np.ndarray:
+    content = archive.read(name, HEADER_BYTES + 8 * most)
     stream = io.BytesIO(content)
     try:
         with warnings.catch_warnings(action="ignore"):  # of headers of old versions
@@ -61,8 +70,11 @@ def _array(archive: Archive, name: str) -> np.ndarray:
         raise MismatchError(f"an array {name}", f"none ({reason})") from error
     if kind.kind not in KINDS:
         raise MismatchError(f"numbers or texts in {name}", f"type {kind}")
-    if len(shape) > MAX_AXES or not all(0 <= n <= NUMBERS for n in shape):
-        raise MismatchError(f"an array of at most {MAX_AXES} axes in {name}", "another shape")
+    if len(shape) > MAX_AXES:
+        raise MismatchError(f"an array of at most {MAX_AXES} axes in {name}", f"{len(shape)}")
+    for length in shape:
+        if not 0 <= length <= most:
+            raise MismatchError(f"axes of 0 to {most:,} in {name}", f"{length:,}")
     values = content[stream.tell() :]
     if not kind.itemsize or math.prod(shape) * kind.itemsize != len(values):
         raise MismatchError(f"{math.prod(shape):,} values of {kind} in {name}", "another size")

@@ -30,7 +30,9 @@ def test_arrays_are_read_as_they_were_written(tmp_path):
         (np.array([{}], dtype=object), "numbers or texts in a.npy, found type object"),
         (np.array([b"x"]), "numbers or texts in a.npy, found type |S1"),
         (np.zeros(1, dtype=[("x", "i4")]), "numbers or texts in a.npy, found type [('x', '<i4')]"),
-        (np.zeros((1,) * 9), "an array of at most 8 axes in a.npy, found another shape"),
+        (np.zeros((1,) * 9), "an array of at most 8 axes in a.npy, found 9"),
+        (np.zeros(2**23 + 1, bool), "axes of 0 to 8,388,608 in a.npy, found 8,388,609"),
+        (np.zeros((2**40, 0)), "axes of 0 to 8,388,608 in a.npy, found 1,099,511,627,776"),
     ],
 )
 def test_other_arrays_are_refused(tmp_path, array, complaint):
@@ -38,6 +40,14 @@ def test_other_arrays_are_refused(tmp_path, array, complaint):
     with pytest.raises(MismatchError) as caught:
         npz.read(tmp_path / "a.npz")
     assert str(caught.value) == f"expected {complaint}"
+
+
+def test_a_longer_array_is_read_where_it_may_be(tmp_path):
+    np.savez_compressed(tmp_path / "a.npz", a=np.ones(2**23 + 1, np.uint8))
+    found = npz.read(tmp_path / "a.npz", most=2**24)
+    assert found["a"].sum() == 2**23 + 1
+    with pytest.raises(MismatchError, match=r"at most 1,000,000 bytes in all"):
+        npz.read(tmp_path / "a.npz", most=2**24, limit=10**6)
 
 
 def test_a_single_array_is_called_one(tmp_path):
