@@ -71,8 +71,11 @@ def _draw_panel(axes: Axes, values: xr.DataArray, over: str, key: Sequence[str])
 
 def _draw_line(axes: Axes, values: xr.DataArray, over: str, color: Any, label: str) -> None:
     seeds = [name for name in values.dims if name != over]
-    # Texts have no scale: they stand side by side, in their order.
-    at = np.arange(values.sizes[over]) if _is_text(values[over]) else values[over].values
+    if _is_text(values[over]):  # they have no scale, and stand side by side, in their order
+        at = np.arange(values.sizes[over])
+    else:
+        values = values.sortby(over)
+        at = values[over].values
     axes.plot(at, values.mean(seeds), "o-", color=color, label=label)
     axes.fill_between(at, values.min(seeds), values.max(seeds), color=color, alpha=0.2, lw=0)
 

@@ -28,6 +28,14 @@ def test_a_sweep_over_seeds_alone_is_drawn_over_them(sweep_of, tmp_path):
     assert axes.get_yscale() == "log"
 
 
+def test_numbers_are_drawn_from_the_least_on_in_whatever_order_they_were_typed(sweep_of, tmp_path):
+    sweep, folder = sweep_of(varied={"n_neurons": (20, 2, 6)}), SweepFolder(tmp_path)
+    for point in sweep.points():
+        finish(folder, point, falls=point.place["n_neurons"] / 10)
+    (axes,) = sweep_figure.figure(sweep, folder, table(sweep, folder)).axes
+    assert axes.lines[0].get_xydata().tolist() == [[2, 0.2], [6, 0.6], [20, 2.0]]
+
+
 def test_a_title_says_how_long_points_last(sweep_of, tmp_path):
     schedules = ("switch", "free-standing")
     sweep = sweep_of(experiment="switch", seconds=60.0, settings={}, varied={"schedule": schedules})
