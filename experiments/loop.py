@@ -296,7 +296,7 @@ class _Pace:
         self._first: tuple[float, int] | None = None
 
     def is_kept(self, time_s: float, tick: int) -> bool:
-        """Return whether steps take ``dt_s``, False as long as that cannot be told.
+        """Return whether steps take ``dt_s``, False as long as that cannot be known yet.
 
         Raises
         ------

@@ -41,7 +41,7 @@ __all__ = [
 
 OFF_CENTRE = 0.5
 """Share of a unit's range above which biases of the first layer are added on the host. It sends
-values within the range alone. Of sums without a bias of half the range, half would be cut off."""
+values within the range alone: without a bias of half the range, half of the sums would be cut off."""
 
 
 class PolicyNetwork(nengo.Network):
@@ -125,7 +125,8 @@ def _network(
         # filter.
         values, synapse = net.observation, None
         for number, (layer, reach) in enumerate(zip(layers[:-1], ranges, strict=True)):
-            # A read-out that weighs the two signs apart needs their values apart, not their sum.
+            # A read-out that weighs the two signs separately needs the values of either, not their
+            # sum.
             halves = isinstance(layers[number + 1], Readout)
             hidden = hidden_layer(f"layer {number + 1}", reach, options, halves, rng)
             if number == 0 and options.observes_host and _is_off_centre(layer, reach):

@@ -104,7 +104,7 @@ def _ensemble(
         eval_points=points / radius,
         neuron_type=kind,
         label=f"unit {unit}{'+' if sign > 0 else '-'}",
-        # Of its own, so that twins have the same rates whatever the network's seeds.
+        # A seed of its own, so that twins have the same rates whatever the network's seeds.
         seed=seed,
     )
     return ensemble, points

@@ -1,4 +1,4 @@
-"""The figures of reach runs and drawings, after the paper's Figs. 4 and 5."""
+"""The figures of reach runs and drawings, after the paper's Figs. 3 and 4."""
 
 from collections.abc import Sequence
 

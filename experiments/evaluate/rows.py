@@ -51,7 +51,7 @@ def name_of(row: Row) -> str:
 
 
 def find_rows(asked: Sequence[str]) -> tuple[Row, ...]:
-    """Return the rows of ``KEY=VALUE,KEY=VALUE`` texts after the nominal one; all of them of none.
+    """Return the nominal row and those of ``KEY=VALUE,KEY=VALUE`` texts; without a text, `ROWS`.
 
     Raises
     ------
@@ -64,9 +64,7 @@ def find_rows(asked: Sequence[str]) -> tuple[Row, ...]:
     names = [name_of(row) for row in rows]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise UsageError(
-            f"--row {twice}: given twice; the row without perturbation is always there"
-        )
+        raise UsageError(f"--row {twice}: there twice; the row without perturbation always is")
     return rows
 
 

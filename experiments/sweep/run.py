@@ -37,7 +37,7 @@ def run(
     Parameters
     ----------
     points : sequence of Point
-        All points.
+        Points of the plan, finished or not.
     run_point : callable
         Runs one, in a worker.
     folder : SweepFolder

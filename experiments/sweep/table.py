@@ -18,7 +18,7 @@ def table(sweep: Sweep, folder: SweepFolder) -> xr.Dataset:
     ]
     dataset = pd.DataFrame(rows).set_index(list(sweep.axes)).astype(float).to_xarray()
     asked = {key: [_label(value) for value in values] for key, values in sweep.axes.items()}
-    # Those of the points: a run may end with its schedule, before the time that is asked for.
+    # The times of the points: a run may end with its schedule, before the time that is asked for.
     (longest, *others) = reversed(sweep.lasts)
     whole: xr.Dataset = dataset.reindex(asked).assign_attrs(
         experiment=sweep.experiment,

@@ -121,7 +121,7 @@ def _draw_spikes(axes: Axes, raster: np.ndarray, window: Window) -> None:
     times, rates = window.binned(ordered)
     colours = np.repeat([to_rgb(colour) for colour in COLOURS.values()], size, axis=0)
     strongest = 1.0 if window.bin_s == DT_S else STRONGEST
-    # A root, for slow neurons to be seen beside fast ones.
+    # A root, which shows slow neurons beside fast ones.
     share = strongest * np.sqrt(rates.T / max(rates.max(), DT_S))
     image = np.concatenate(
         (np.broadcast_to(colours[:, np.newaxis], (*share.shape, 3)), share[..., np.newaxis]), axis=2

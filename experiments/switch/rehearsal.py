@@ -84,7 +84,7 @@ class Rehearsals:
     file : Path
         The schedule, for messages.
     perturbations : sequence of Perturbation
-        Those of the gait, see `experiments.walk.gait.record_gait`.
+        Perturbations of the gait, see `experiments.walk.gait.record_gait`.
     """
 
     exact: ExactControllers

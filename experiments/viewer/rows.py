@@ -70,7 +70,7 @@ def _errors(probes: xr.Dataset) -> Iterator[Row]:
     if {"reference", "state"} <= probes.keys():
         place = probes.state.sel(turned=["x", "y"]).values
         there = probes.reference.sel(moving=["x", "y"]).values
-        yield _error(probes, "error of place, the reference's lead in it", place - there)
+        yield _error(probes, "distance to the reference, which is ahead by its lead", place - there)
 
 
 def _error(probes: xr.Dataset, name: str, off_m: np.ndarray) -> Row:

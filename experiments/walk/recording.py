@@ -22,7 +22,7 @@ SERIES = {
     "reference": ("moving", "m, m/s", "place and velocity to take, from the start"),
     "state": ("turned", "rad, m, m/s", "heading, place and velocity of the pelvis"),
     "action": ("joint", "1", "action of the policy"),
-    "command": ("commanded", "m/s, rad/s", "forward speed and yaw rate of the path follower"),
+    "command": ("commanded", "m/s, rad/s", "forward speed and yaw rate as obeyed, after `law`"),
     "on_floor": ("foot", "1", "whether a foot touches the floor"),
 }
 MOVING = ["x", "y", "vx", "vy"]
@@ -52,7 +52,7 @@ class WalkRecording(Recording):
     action : (n, 19) array
         The policy's action.
     command : (n, 2) array
-        The follower's forward speed in m/s and yaw rate in rad/s.
+        Forward speed in m/s and yaw rate in rad/s as obeyed, after `law`.
     height_m : (n,) array
         Height of the pelvis.
     on_floor : (n, 2) array of bool

@@ -20,7 +20,7 @@ from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 ACTIVATION = "elu"
-"""The activation of checkpoints, which do not name theirs, where none is given."""
+"""The activation of checkpoints, which do not name theirs, where none is asked for."""
 
 ZIP = b"PK"
 ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}
@@ -35,8 +35,8 @@ def load_mlp(path: Path, activation: str | None = None) -> Mlp:
     path : Path
         A file of any of the formats.
     activation : str, optional
-        The function of a checkpoint's actor, `ACTIVATION` if none is given. Other files have it in
-        them: if one is given, it must be that of the file.
+        The function of a checkpoint's actor, `ACTIVATION` if none is asked for. Other files have it
+        in them: if one is asked for, it must be that of the file.
 
     Raises
     ------

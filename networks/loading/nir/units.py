@@ -53,8 +53,8 @@ class Units(NamedTuple):
     Attributes
     ----------
     correction : array
-        What the chip is to add to a voltage in each step, (n,), since it rounds the bias and its
-        decay.
+        Correction that the chip is to add to a voltage in each step, (n,), since it rounds the bias
+        and its decay.
     at_once : float
         The share of a neuron's weights that may act in one step; above 1, all may.
     """
@@ -165,7 +165,7 @@ def _largest(matrix: sparse.csr_matrix, share: float) -> np.ndarray:
 def _thresholds(
     room: _Room, threshold: np.ndarray, gain: np.ndarray, n_parts: int, at_once: float
 ) -> np.ndarray:
-    """Return the thresholds of a population, (n,), whose own ones and gains are as given."""
+    """Return the thresholds of a population, (n,), by its own ones and its gains."""
     most = room.most(n_parts, at_once)
     if n_parts == 1:
         return _full(_powers(most), room.matrix)
