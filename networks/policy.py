@@ -41,7 +41,7 @@ __all__ = [
 
 OFF_CENTRE = 0.5
 """Share of a unit's range above which biases of the first layer are added on the host. It sends
-values within the range alone: without a bias of half the range, half of the sums would be cut off."""
+values within the range alone: without a bias of half the range, half of the sums would be lost."""
 
 
 class PolicyNetwork(nengo.Network):
