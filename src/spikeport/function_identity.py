@@ -34,10 +34,16 @@ UNSTABLE = {
     *("open", "input", "exec", "eval", "globals", "environ", "getenv", "time"),
     *("__import__", "compile", "getattr", "hash", "id", "locals", "vars"),
     *("load", "loadtxt", "genfromtxt", "fromfile", "fromregex", "memmap", "open_memmap"),
-    *("from_xml_path", "from_binary_path"),
+    *("loadmat", "loadarff", "whosmat", "mmread", "mminfo", "fread", "io", "datasets"),
+    *("from_xml_path", "from_binary_path", "from_file", "from_zip", "mj_loadXML", "mj_loadModel"),
     *("random", "rand", "randn", "randint", "uniform", "normal", "default_rng", "rvs", "sample"),
 }
-"""Names of what is another in each process, or depends on files, whatever the code that asks."""
+"""Names of what is another in each process, or depends on files, whatever the code that asks.
+
+``io`` and ``datasets`` are SciPy's, as in ``scipy.io.readsav``.
+"""
+READERS = ("load_", "read_")
+"""Beginnings of names of functions that read files, as ``load_npz``."""
 
 DISPATCHER = type(np.linalg.norm)
 """The type of NumPy's functions that other arrays may answer for."""
@@ -51,6 +57,11 @@ def is_covered(module: str | None) -> bool:
     module = module or ""
     covered = module.partition(".")[0] in COVERED and not module.startswith(OUTSIDE)
     return covered or module in PURE
+
+
+def is_unstable(name: str) -> bool:
+    """Return whether a name is of what is another in each process, or depends on files."""
+    return name in UNSTABLE or name.startswith(READERS)
 
 
 class FunctionIdentity:
@@ -106,7 +117,7 @@ class FunctionIdentity:
         return "ufunc", name
 
     def _named(self, kind: str, module: str | None, name: str) -> object:
-        if not is_covered(module) or name in UNSTABLE:
+        if not is_covered(module) or is_unstable(name.rpartition(".")[2]):
             raise TypeError(f"{kind} {module or ''}.{name} has no identity that lasts".strip())
         return kind, module, name
 
@@ -138,7 +149,7 @@ class FunctionIdentity:
         if is_covered(value.__module__):
             named = self._named("function", value.__module__, value.__qualname__)
             return named, _code(code), cells, *rest
-        if unstable := sorted(UNSTABLE & _names(code)):
+        if unstable := sorted(filter(is_unstable, _names(code))):
             raise TypeError(f"a function that uses {unstable[0]} has no identity that lasts")
         for module in _imported(code):
             self._named("module", module, "")
