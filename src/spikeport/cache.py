@@ -5,12 +5,15 @@ its surroundings: spikeport's own files, the packages that compute, the processo
 since all of them decide the bits. So an entry is never out of date: a change makes another key.
 """
 
+import contextlib
 import hashlib
+import math
 import os
 import platform
 import re
 import stat
 import sys
+import time
 import warnings
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
@@ -24,7 +27,7 @@ import numpy as np
 from pydantic import BaseModel
 from threadpoolctl import threadpool_info  # type: ignore[import-untyped]
 
-from spikeport.atomic import atomic_path
+from spikeport.atomic import PART, atomic_path
 from spikeport.errors import UsageError
 from spikeport.reading import npz
 from spikeport.reading.archive import FILE_BYTES
@@ -37,6 +40,8 @@ LIMIT_BYTES = 2**30
 """Most bytes of all entries together; the oldest go first."""
 ENTRY_BYTES = FILE_BYTES + 2**22
 """The largest entry: one of `FILE_BYTES` in arrays, be it one array of bytes, and their headers."""
+HALF_S = 24 * 3600.0
+"""Age from which a half-written entry is that of a process that was killed."""
 SEAL = "seal"
 """The file of an entry: the digest of its key and its arrays, kept among them."""
 # Their versions, and how the linear algebra library adds up, decide the last bits of results.
@@ -119,11 +124,21 @@ class Cache:
         return sorted(found, key=lambda entry: entry.changed_s)
 
     def clear(self) -> int:
-        """Remove all entries; return their number."""
+        """Remove all entries, and halves of such; return the number of entries."""
         found = self.entries()
-        for entry in found:
-            entry.path.unlink(missing_ok=True)
+        for path in (*(entry.path for entry in found), *self._halves()):
+            path.unlink(missing_ok=True)
         return len(found)
+
+    def _halves(self, until_s: float = math.inf) -> list[Path]:
+        """Return entries that killed processes left half written, unchanged since a time."""
+        found = []
+        for path in self.folder.glob(f".*{PART}"):
+            whole = Path(path.name.removeprefix(".")).with_suffix("").stem
+            with contextlib.suppress(FileNotFoundError):  # its process has just completed it
+                if _NAME.fullmatch(whole) and path.stat().st_mtime <= until_s:
+                    found.append(path)
+        return found
 
     def _read(self, path: Path, key: str) -> dict[str, np.ndarray] | None:
         """Return the arrays of an entry; None if there is none that is whole."""
@@ -132,9 +147,11 @@ class Cache:
             return read(path, key) if path.exists() else None
         except FileNotFoundError:  # the folder
             return None
-        except (OSError, UsageError, MismatchError) as error:
+        except (OSError, UsageError) as error:  # the same for all entries, where the folder is why
+            _warn(str(error))
+        except MismatchError as error:
             _warn(f"{path.name}: {error}")
-            return None
+        return None
 
     def _write(self, path: Path, key: str, arrays: dict[str, np.ndarray]) -> None:
         sealed: dict[str, Any] = {**arrays, SEAL: digest_of((key, arrays))}
@@ -156,7 +173,9 @@ class Cache:
             )
 
     def _trim(self) -> None:
-        """Remove the oldest entries, until the others are within the limit."""
+        """Remove old halves, and the oldest entries until the others are within the limit."""
+        for path in self._halves(time.time() - HALF_S):
+            path.unlink(missing_ok=True)
         entries = self.entries()
         size = sum(entry.size for entry in entries)
         for entry in entries:
@@ -221,7 +240,8 @@ def _usual_folder() -> Path:
 
 
 def _warn(found: str) -> None:
-    warnings.warn(f"cache: {found}; the result is made anew", stacklevel=2)
+    # From one line, whoever asks: Python shows a warning once for each line that it comes from.
+    warnings.warn(f"cache: {found}; the result is made anew", stacklevel=1)
 
 
 @cache
@@ -239,8 +259,9 @@ def surroundings() -> str:
         Path(folder, name)
         for folder, _, names in os.walk(ours, followlinks=True)
         for name in names
-        # By os.walk: `Path.rglob` does not follow the links to the top folders.
-        if name.endswith(OURS)
+        # By os.walk: `Path.rglob` does not follow the links to the top folders. An editor's lock of
+        # a file is a link to nothing, whose name begins with a dot.
+        if name.endswith(OURS) and not name.startswith(".")
     ]
     code = {str(file.relative_to(ours)): file.read_bytes() for file in files}
     versions = {name: _version(name) for name in COMPUTING}

@@ -3,6 +3,8 @@
 import os
 import subprocess
 import sys
+import time
+import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -95,6 +97,16 @@ def test_surroundings_cover_every_file_of_spikeport(monkeypatch):
         cache.surroundings.cache_clear()
         assert cache.surroundings() != before, name
     monkeypatch.undo()
+    cache.surroundings.cache_clear()
+
+
+def test_an_editors_lock_of_a_file_is_none_of_spikeports(monkeypatch):
+    before, walk = cache.surroundings(), os.walk
+    monkeypatch.setattr(
+        os, "walk", lambda *a, **k: ((f, d, [*names, ".#cli.py"]) for f, d, names in walk(*a, **k))
+    )
+    cache.surroundings.cache_clear()
+    assert cache.surroundings() == before
     cache.surroundings.cache_clear()
 
 
@@ -208,6 +220,18 @@ def test_a_folder_that_others_write_into_is_not_used(kept, make):
         assert make.n == n
 
 
+def test_a_folder_that_is_not_used_is_named_once(kept, make):
+    kept.folder.mkdir()
+    kept.folder.chmod(0o777)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        for key in range(3):
+            kept.kept("policy", key, make)
+    assert [str(one.message).partition(";")[0] for one in caught] == [
+        f"cache: {kept.folder}: others can write into it"
+    ]
+
+
 def test_a_disk_that_is_full_ends_no_run(kept, make, monkeypatch):
     def full(*_args, **_options):
         raise OSError(28, "No space left on device")
@@ -243,6 +267,31 @@ def test_clearing_removes_entries_and_nothing_else(kept, make):
         (kept.folder / name).write_text("mine")
     assert len(kept.entries()) == kept.clear() == 1
     assert {path.name for path in kept.folder.iterdir()} == mine
+
+
+def half_written(kept, age_s):
+    """Write what a process leaves that is killed while it writes an entry; return its path."""
+    kept.folder.mkdir(mode=0o700, exist_ok=True)
+    path = kept.folder / f".policy-{'0' * 32}.npz.{age_s:08}.part"
+    path.write_bytes(b"half")
+    changed_s = time.time() - age_s
+    os.utime(path, (changed_s, changed_s))
+    return path
+
+
+def test_clearing_removes_half_written_entries(kept):
+    half_written(kept, 0)
+    mine = kept.folder / ".notes.txt.1a2b3c4d.part"
+    mine.write_text("mine")
+    assert kept.clear() == 0
+    assert list(kept.folder.iterdir()) == [mine]
+
+
+def test_half_written_entries_go_after_a_day(kept, make):
+    old, new = half_written(kept, 25 * 3600), half_written(kept, 23 * 3600)
+    kept.kept("policy", 1, make)
+    assert not old.exists()
+    assert new.exists()
 
 
 def test_the_users_cache_is_where_the_environment_says(monkeypatch, tmp_path, make):
