@@ -95,6 +95,8 @@ class Heard:
 
 
 def _moments(ticks: list[int]) -> str:
+    if not ticks:
+        return "no message could be read"
     if len(ticks) < 2:
         return "their tick stands still, as a simulation's until its first command"
     # States may have been missed, which the median does not mind.

@@ -46,6 +46,11 @@ def test_a_tick_that_stands_still_and_a_tilt_are_said() -> None:
     assert "tilted by 90.0 degrees" in lines[1]
 
 
+def test_where_no_state_could_be_read_nothing_is_said_of_its_tick() -> None:
+    """Unitree's simulator in Python sets no checksum."""
+    assert heard(bytes(1176)).lines() == ["0 states; no message could be read"]
+
+
 @pytest.mark.parametrize(
     ("found", "words"),
     [
