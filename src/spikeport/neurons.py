@@ -55,7 +55,7 @@ class Integrator(NeuronType):
         leak: np.ndarray | float = 0.0,
     ) -> None:
         super().__init__()
-        _check("current_decay", current_decay, np.nextafter(0, 1), 1)
+        _check("current_decay", current_decay, 0, 1, above=True)
         _check("voltage_decay", voltage_decay, 0, 1)
         _check("leak", leak, -np.inf, np.inf)
         self.current_decay, self.voltage_decay, self.leak = current_decay, voltage_decay, leak
@@ -103,7 +103,7 @@ class IntegrateAndFire(Integrator):
         correction: np.ndarray | float = 0.0,
     ) -> None:
         super().__init__(current_decay, voltage_decay, leak)
-        _check("threshold", threshold, np.nextafter(0, 1), np.inf)
+        _check("threshold", threshold, 0, np.inf, above=True)
         _check("correction", correction, -np.inf, np.inf)
         self.threshold, self.correction = threshold, correction
 
@@ -217,10 +217,15 @@ def weight_step(largest: float) -> float:
     return float(2.0 ** np.ceil(np.log2(max(largest / MANTISSA, UNIT))))
 
 
-def _check(name: str, value: np.ndarray | float, low: float, high: float) -> None:
-    odd = np.ravel(value)[~((np.ravel(value) >= low) & (np.ravel(value) <= high))]
+def _check(
+    name: str, value: np.ndarray | float, low: float, high: float, above: bool = False
+) -> None:
+    """Refuse a value out of a range, which begins above its low end or at it."""
+    values = np.ravel(value)
+    odd = values[~((values > low if above else values >= low) & (values <= high))]
     if odd.size:
-        raise UsageError(f"{name}: {odd[0]:g} is out of range; it goes from {low:.3g} to {high:g}")
+        limits = f"is above {low:g}, up to {high:g}" if above else f"goes from {low:g} to {high:g}"
+        raise UsageError(f"{name}: {odd[0]:g} is out of range; it {limits}")
 
 
 OWN_TYPES: tuple[type[nengo.neurons.NeuronType], ...] = (IntegrateAndFire,)

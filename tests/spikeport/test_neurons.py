@@ -97,9 +97,13 @@ def test_sources_spike_late_and_for_a_while():
 @pytest.mark.parametrize(
     ("kind", "arguments", "message"),
     [
-        (IntegrateAndFire, {"threshold": 0}, "threshold: 0 is out of range"),
-        (LeakyIntegrator, {"current_decay": 0}, "current_decay: 0 is out of range"),
-        (LeakyIntegrator, {"voltage_decay": [0, 1.5]}, "voltage_decay: 1.5 is out of range"),
+        (
+            IntegrateAndFire,
+            {"threshold": 0},
+            "threshold: 0 is out of range; it is above 0, up to inf",
+        ),
+        (LeakyIntegrator, {"current_decay": 0}, "0 is out of range; it is above 0, up to 1$"),
+        (LeakyIntegrator, {"voltage_decay": [0, 1.5]}, "1.5 is out of range; it goes from 0 to 1"),
         (IntegrateAndFire, {"leak": np.nan}, "leak: nan is out of range"),
     ],
 )
