@@ -65,7 +65,13 @@ class Demand:
         start, end = image.blocks.start[block : block + 2]
         self.start, self.n = int(start), int(end - start)
         self._block, self._masks, self._chip = block, masks, chip
-        self._synapses = [_synapses(image, int(g), self.n) for g in masks.groups[block]]
+        groups = [int(group) for group in masks.groups[block]]
+        self._synapses = [_synapses(image, group, self.n) for group in groups]
+        sizes = np.arange(1 + np.diff(image.rows.start).max(initial=0))
+        # By size, from tables: to compute them for each stretch takes a third of the search.
+        self._list_bits = {
+            group: list_bits(sizes, masks.forms[group], layout(chip)) for group in groups
+        }
 
     def load(self, first: int, end: int, slots: np.ndarray) -> Load:
         """Return the load of the compartments ``first`` to ``end``.
@@ -88,8 +94,7 @@ class Demand:
         """Return the bits of a group's lists of these sizes, in a stretch."""
         if self._chip.soft_memory is not None:
             return synapses.soft_bits(first, sizes)
-        form = self._masks.forms[synapses.number]
-        return int(list_bits(sizes, form, layout(self._chip)).sum())
+        return int(self._list_bits[synapses.number][sizes].sum())
 
     def longest(self, first: int, slots: np.ndarray, room: Capacity) -> int:
         """Return the end of the longest stretch from ``first`` on that there is room for.
