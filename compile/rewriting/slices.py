@@ -39,7 +39,7 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
     network = rewrite.network
     scope = Scope(network, rewrite.names)
     repeats = {c for c in network.all_connections if scope.repeats_spikes(c)}
-    parts = [c for c in network.all_connections if c in repeats or scope.reaches_part(c)]
+    parts = repeats.union(c for c in network.all_connections if scope.reaches_part(c))
     if not parts:
         return rewrite
     solver = ParameterSolver(rewrite, dt_s)
