@@ -20,7 +20,6 @@ from spikeport.robot.walk_interface import (
     COMMAND_CHANGE_PER_S,
     CONTROL_DT_S,
     OBSERVATION_SIZE,
-    gravity,
     observation,
     targets_rad,
 )
@@ -119,7 +118,7 @@ class WalkPort(Port):
             self._observed = self._policy_view.look(plant.state, self._command, self._answer)
             known = self.encoding
             self._clipped = self._observed if known is None else known.clip(self._observed)
-            self._true_turn = gravity(data.qpos[3:7]), data.qvel[3:6].copy()
+            self._true_turn = data.qpos[3:7].copy(), data.qvel[3:6].copy()
         state = plant.in_plane
         reference = self.path.at(plant.time_s - self._path_begun_s + LEAD_S)
         self.inputs = self._observed, reference, state

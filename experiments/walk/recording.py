@@ -12,7 +12,7 @@ from spikeport.experiments.walk.paths import WalkPath
 from spikeport.networks.region import Box
 from spikeport.robot.description import JOINTS
 from spikeport.robot.feet import SIDES
-from spikeport.robot.walk_interface import LOWEST_PELVIS_M, PARTS, SMALLEST_UPRIGHT
+from spikeport.robot.walk_interface import LOWEST_PELVIS_M, PARTS, SMALLEST_UPRIGHT, gravity
 from spikeport.simulator import Simulator
 
 ROUNDING = 1e-6
@@ -57,9 +57,11 @@ class WalkRecording(Recording):
         Height of the pelvis.
     on_floor : (n, 2) array of bool
         True if the left and the right foot touch the floor.
-    down, turning_rad_s : (n, 3) array
-        Direction of gravity and angular velocity in the pelvis frame, as they were when the policy
-        observed last, without noise and delay.
+    quaternion : (n, 4) array
+        Orientation of the pelvis (w, x, y, z) when the policy observed last, without noise and
+        delay.
+    turning_rad_s : (n, 3) array
+        Its angular velocity then, in its own frame.
     """
 
     observation: np.ndarray
@@ -69,7 +71,7 @@ class WalkRecording(Recording):
     command: np.ndarray
     height_m: np.ndarray
     on_floor: np.ndarray
-    down: np.ndarray
+    quaternion: np.ndarray
     turning_rad_s: np.ndarray
 
     @property
@@ -91,6 +93,11 @@ class WalkRecording(Recording):
         heading, velocity = self.state[:, 0], self.state[:, 3:]
         ahead = np.cos(heading) * velocity[:, 0] + np.sin(heading) * velocity[:, 1]
         return np.asarray(ahead)
+
+    @property
+    def down(self) -> np.ndarray:
+        """Direction of gravity in the pelvis frame, (n, 3)."""
+        return gravity(self.quaternion)
 
     @property
     def yaw_rate_rad_s(self) -> np.ndarray:

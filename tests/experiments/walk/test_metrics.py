@@ -27,7 +27,7 @@ def walked(seconds, fallen_at_s):
         command=np.zeros((len(time_s), 2)),
         height_m=np.ones(len(time_s)),
         on_floor=np.ones((len(time_s), 2), dtype=bool),
-        down=np.zeros((len(time_s), 3)),
+        quaternion=np.zeros((len(time_s), 4)),
         turning_rad_s=np.zeros((len(time_s), 3)),
     )
     sim = SimpleNamespace(

@@ -152,7 +152,7 @@ def test_a_recorded_gait_lies_in_its_encoding():
 def recorded(speeds, yaw_rates, commands):
     """Return a robot that moves along y, its heading, upright."""
     n = len(speeds)
-    down, turning = np.tile([0.0, 0.0, -1.0], (n, 1)), np.zeros((n, 3))
+    upright, turning = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), np.zeros((n, 3))
     turning[:, 2] = yaw_rates
     state = np.zeros((n, 5))
     state[:, 0], state[:, 4] = np.pi / 2, speeds
@@ -168,7 +168,7 @@ def recorded(speeds, yaw_rates, commands):
         commands,
         height_m,
         on_floor,
-        down,
+        upright,
         turning,
     )
 

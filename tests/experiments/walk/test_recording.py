@@ -7,7 +7,7 @@ from spikeport.experiments.walk.recording import WalkRecording, WalkRun, dataset
 
 N = 3
 SIZES = {"observation": 69, "reference": 4, "state": 5, "action": 19, "command": 2}
-SIZES |= {"down": 3, "turning_rad_s": 3}
+SIZES |= {"quaternion": 4, "turning_rad_s": 3}
 
 
 def recorded(**given):
@@ -50,8 +50,11 @@ def test_the_way_is_that_from_half_second_to_half_second():
 
 
 def test_the_yaw_rate_is_about_the_vertical_of_a_tilted_robot():
-    down = np.array([[0, 0, -1], [1, 0, 0], [0, -0.6, -0.8]])
-    rates = recorded(down=down, turning_rad_s=np.tile([0.1, 0.5, 1.0], (N, 1))).yaw_rate_rad_s
+    # Upright, with the nose down by a right angle, and with the right side down by asin(0.6).
+    turned = np.sqrt([[1, 0, 0, 0], [0.5, 0, 0.5, 0], [0.9, 0.1, 0, 0]])
+    rates = recorded(
+        quaternion=turned, turning_rad_s=np.tile([0.1, 0.5, 1.0], (N, 1))
+    ).yaw_rate_rad_s
     assert rates == pytest.approx([1.0, -0.1, 0.6 * 0.5 + 0.8 * 1.0])
 
 
