@@ -97,7 +97,8 @@ class WalkRecording(Recording):
     @property
     def down(self) -> np.ndarray:
         """Direction of gravity in the pelvis frame, (n, 3)."""
-        return gravity(self.quaternion)
+        # By rows: einsum adds up in another order where columns are contiguous.
+        return np.ascontiguousarray(gravity(self.quaternion))
 
     @property
     def yaw_rate_rad_s(self) -> np.ndarray:
