@@ -1,8 +1,8 @@
 """A robot's controller as a state machine, without a bus and without a clock of its own.
 
 Every message is answered by one command, whatever the state: the robot's watchdog never trips while
-the controller is there. Time is what the caller says it is. Observations are those that the link
-trusts (`over_dds`): what it does not comes as a refusal.
+the controller is there. Time is what the caller says it is. The link checks messages (`over_dds`),
+answers those that it trusts, and calls `refuse` for others.
 """
 
 import math
