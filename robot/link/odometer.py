@@ -95,9 +95,17 @@ class OdometryFixes:
         self._turn_rad = 0.0 if yaw_rad is None else torso.heading_rad(own) - yaw_rad
         self._turn = torso.waist_rotation(self._turn_rad)
         self._origin, self._begun = first.position, begun.position
+        self._last: Base | None = None
 
-    def fix(self, odometry: Base) -> Fix:
-        """Return the fix of an odometry; without an orientation, it has no heading."""
+    def fix(self, odometry: Base) -> Fix | None:
+        """Return the fix of an odometry, without a heading where it has no orientation.
+
+        It is None where the odometry is the last one still, which is no second measurement.
+        """
+        # By identity: a publisher that sets no stamp has the same one in all messages.
+        if odometry is self._last:
+            return None
+        self._last = odometry
         yaw_rad = _yaw_rad(odometry)
         return Fix(
             self._turn @ (odometry.position - self._origin) + self._begun,

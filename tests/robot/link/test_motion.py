@@ -126,3 +126,15 @@ def test_a_state_that_is_held_changes_no_estimate() -> None:
     for one in seen:
         found = motion(one)
     assert motion(seen[-1]) is found
+
+
+@pytest.mark.parametrize("name", [ODOMETER, EKF_ODOMETER])
+def test_odometry_that_is_slower_than_states_is_used_once(name: str) -> None:
+    """A place that is an observation old would hold back a robot that walks."""
+    seen = observations(40)
+    rare = [one._replace(odometry=seen[i - i % 10].odometry) for i, one in enumerate(seen)]
+    motion, fixes = EstimatedMotion(name), []
+    for one in rare:
+        fixes.append(motion._fix(one))
+        motion(one)
+    assert [i for i, fix in enumerate(fixes) if fix is not None] == [0, 10, 20, 30, 40]
