@@ -3,8 +3,8 @@
     p(t) = p_0 + (p_1 - p_0) w(t / T),    w(tau) = 10 tau^3 - 15 tau^4 + 6 tau^5
 
 The weld begins where the walking robot is, p_0, and within T brings it to where it stood at the
-start of the run, p_1: at the same height and upright, but in place and heading of now. It stands
-when it is let go.
+start of the run, p_1: at the same height above the floor and upright, but in place and heading of
+now. It stands when it is let go.
 """
 
 from collections.abc import Iterator
@@ -28,12 +28,12 @@ class Anchor:
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
-        self._height_m = float(plant.data.qpos[2])
+        self._height_m = plant.height_m
         self._moves: Iterator[np.ndarray] = iter(())
 
     def reset(self) -> None:
         """Note how high the robot stands."""
-        self._height_m = float(self._plant.data.qpos[2])
+        self._height_m = self._plant.height_m
         self._moves = iter(())
 
     def update(self, holds: bool) -> None:
@@ -55,8 +55,9 @@ class Anchor:
         begin = np.append(data.qpos[:7], data.joint("torso").qpos)
         w, _, _, z = begin[3:7]
         turn = np.hypot(w, z)  # what is left of the rotation about the vertical
+        floor_m = begin[2] - self._plant.height_m
         # Upright: the part of the quaternion about x and y is left out.
-        end = np.array([*begin[:2], self._height_m, w / turn, 0, 0, z / turn, 0])
+        end = np.array([*begin[:2], floor_m + self._height_m, w / turn, 0, 0, z / turn, 0])
         # The last pose is exact, whatever the step.
         share = np.append(minimum_jerk(RAISING_S, self._plant.dt_s), 1.0)
         return begin + np.outer(share, end - begin)

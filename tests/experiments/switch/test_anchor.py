@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from spikeport.experiments.switch.anchor import RAISING_S, Anchor
+from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
 
 
@@ -40,3 +42,16 @@ def test_a_robot_that_is_let_go_is_free(plant):
     assert plant.anchored
     anchor.update(False)
     assert not plant.anchored
+
+
+@pytest.mark.parametrize("degrees", [6.0, -6.0])
+def test_a_robot_on_a_slope_is_held_as_high_above_it_as_it_began(degrees):
+    plant = PerturbedPlant(Perturbation(terrain=f"slope:{degrees:g}"))
+    anchor = Anchor(plant)
+    plant.data.qpos[0] = 2.0
+    begun_m = anchor._height_m
+    plant.data.qpos[2] += begun_m - 0.05 - plant.height_m
+    for _ in range(round(RAISING_S / plant.dt_s) + 1):
+        anchor.update(True)
+        plant.step()
+    assert plant.height_m == pytest.approx(begun_m, abs=0.02)
