@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from spikeport.errors import UsageError
 from spikeport.robot import menagerie, urdf
 from spikeport.robot.engine import mujoco
 from spikeport.robot.feet import SIDES
@@ -43,6 +44,11 @@ def _weigh(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
         # Heavier by density, so inertia grows with the mass.
         body.fullinertia *= perturbation.mass
     torso = spec.body(TORSO)
+    if torso.mass + perturbation.payload <= 0:
+        raise UsageError(
+            f"payload={perturbation.payload:g}: the torso weighs {torso.mass:.1f} kg with mass="
+            f"{perturbation.mass:g}, and would weigh nothing; cure: take less off it"
+        )
     torso.mass += perturbation.payload
     torso.ipos += np.array([perturbation.com_x, perturbation.com_y, 0.0])
 

@@ -48,7 +48,7 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     _check_start(file, points[0])
     _check_speed(file, time_s, points)
     _check_turns(file, time_s, points)
-    if time_s[-1] < seconds:
+    if time_s[-1] < seconds - ROUNDING:
         raise UsageError(
             f"path '{file}': lasts {time_s[-1]:g} s, {seconds:g} s are needed, with the lead of "
             "the reference; cure: fewer --seconds, or a longer path"

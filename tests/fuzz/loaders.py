@@ -183,7 +183,7 @@ def _viewed(path: Path) -> None:
 
 
 def _remote(folder: Path) -> None:
-    (folder / "keys.remote").write_bytes(remote("start", "L1", sticks=(0.1, -0.2, 0.3, -0.4)))
+    (folder / "keys.remote").write_bytes(remote("start", "L1"))
 
 
 def _mode(folder: Path) -> None:

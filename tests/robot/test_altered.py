@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from spikeport.errors import UsageError
 from spikeport.robot.altered import alter
 from spikeport.robot.description import MODEL_PATH
 from spikeport.robot.engine import mujoco
@@ -64,3 +65,9 @@ def test_unitrees_urdf_is_heavier_and_the_same_on_both_sides(own):
     left, right = urdf.body("left_knee_link"), urdf.body("right_knee_link")
     assert left.mass[0] == right.mass[0]
     np.testing.assert_allclose(left.ipos * [1, -1, 1], right.ipos)
+
+
+def test_more_than_a_torso_weighs_cannot_be_taken_off_it():
+    built(mass=0.6, payload=-10.0)
+    with pytest.raises(UsageError, match=r"payload=-10: the torso weighs 8\.9 kg with mass=0\.5"):
+        built(mass=0.5, payload=-10.0)
