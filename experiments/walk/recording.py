@@ -81,10 +81,11 @@ class WalkRecording(Recording):
 
     @property
     def walked_m(self) -> float:
-        """Length of the way from one half second to the next, in m: sway within them is not way."""
+        """Length of the way by half seconds, in m, to the end: sway within them is not way."""
         half_s = np.floor(2 * self.time_s + ROUNDING)
-        # The first place of each half second.
-        kept = self.position_m[np.flatnonzero(np.diff(half_s, prepend=-1))]
+        # The first place of each half second, and the last one of all.
+        begins = np.flatnonzero(np.diff(half_s, prepend=-1))
+        kept = self.position_m[np.append(begins, len(half_s) - 1)]
         return float(np.linalg.norm(np.diff(kept, axis=0), axis=1).sum())
 
     @property

@@ -35,17 +35,17 @@ def test_speed_is_that_along_the_heading():
     assert recording.position_m.tolist() == [[1, 2], [3, 4], [5, 6]]
 
 
-def test_the_way_is_that_from_half_second_to_half_second():
-    n = 301
+@pytest.mark.parametrize(("n", "way_m"), [(301, 0.45), (281, 0.42), (51, 0.075)])
+def test_the_way_is_that_from_half_second_to_half_second_and_to_the_end(n, way_m):
     state = np.zeros((n, 5))
     state[:, 1] = 0.3 * 0.005 * np.arange(n)
-    state[:, 2] = 0.1 * (np.arange(n) % 100 == 50)  # sway between
+    state[:, 2] = 0.1 * (np.arange(n) % 100 == 40)  # sway between
     series = {name: np.zeros((n, size)) for name, size in SIZES.items()}
     walked = WalkRecording(
         0.005 * np.arange(n),
         **{**series, "state": state, "height_m": np.ones(n), "on_floor": np.ones((n, 2), bool)},
     )
-    assert walked.walked_m == pytest.approx(0.45)
+    assert walked.walked_m == pytest.approx(way_m)
     assert recorded().walked_m == 0
 
 
