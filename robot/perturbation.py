@@ -43,7 +43,8 @@ class Perturbation:
     ``observation_delay`` are in s. ``sensor_noise`` scales the noise of `robot.senses`. ``push``
     changes the horizontal velocity by so many m/s in a drawn direction, about every ``push_every``
     s. ``terrain`` is ``flat``, ``slope:DEGREES``, ``boxes:M`` or ``relief:M`` (`robot.terrain`).
-    ``estimator`` finds the motion that controllers observe: ``truth``, ``leg-odometry`` or ``ekf``.
+    ``estimator`` finds the motion that policy and follower observe: ``truth``, ``leg-odometry`` or
+    ``ekf``. Noise and delays of observations are theirs as well; the arm observes the truth.
     """
 
     robot_model: str = OWN

@@ -54,7 +54,8 @@ MEASURES = {
     ),
     "steps_per_s": Measure("steps/s", "touch-downs a second of the time that it is to move"),
     "slip_m_s": Measure(
-        "slip, m/s", "mean speed of the lower of heel and toe along the floor, by the foot's load"
+        "slip, m/s",
+        "mean speed of the centre of the lower of heel and toe along the floor, by the foot's load",
     ),
     "impact_bw": Measure(
         "impact, body weights", "mean of the largest force within 50 ms of a touch-down"
