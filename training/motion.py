@@ -68,7 +68,7 @@ class FeetMotion:
 
     @property
     def lowest_velocity(self) -> Floats:
-        """Velocity of the lowest shapes' centres, ``(n, 3)``, m/s: about the error of leg odometry."""
+        """Velocity of the lowest shapes' centres, ``(n, 3)``, m/s: about leg odometry's error."""
         heights = (self.points[..., 2] - _RADII_M).reshape(-1, 4)
         weights = np.exp((heights.min(axis=1, keepdims=True) - heights) / ODOMETRY.lowness_m)
         weights /= weights.sum(axis=1, keepdims=True)
