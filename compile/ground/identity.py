@@ -2,6 +2,7 @@
 
 Objects are numbered in the order of definition, and refer to each other by number. Functions that
 nodes call while a network runs decide nothing, and are not part of it; those of connections are.
+But which objects share a function is, since a compile that is kept refers to functions by object.
 """
 
 import marshal
@@ -43,6 +44,11 @@ class _Identity:
         self._network = network
         self._objects = list(_members(network))
         self._number = {id(obj): number for number, obj in enumerate(self._objects)}
+        self._owner: dict[int, int] = {}
+        """The first object that has a function, by number, of each function by its ``id``."""
+        for number, obj in enumerate(self._objects):
+            if isinstance(obj, nengo.Node | nengo.Connection):
+                self._owner.setdefault(id(_function_of(obj)), number)
         self._parameters_of: dict[type, list[str]] = {}
         self._frozen: dict[int, tuple[FrozenObject, object]] = {}
 
@@ -88,18 +94,24 @@ class _Identity:
             self._parameters_of[kind] = list(iter_params(kind))
         for name in self._parameters_of[kind]:
             if name == "output" and callable(output := getattr(obj, name)):
-                yield name, self._value(output) if isinstance(output, nengo.Process) else LATER
+                is_process = isinstance(output, nengo.Process)
+                yield name, self._value(output) if is_process else self._later(output)
             elif name == "function_info":
                 yield name, self._function(obj)
             else:
                 yield name, self._value(getattr(obj, name))
 
     def _function(self, connection: nengo.Connection) -> object:
-        """Return the identity of a connection's function; of those on the host the size alone."""
+        """Return the identity of a connection's function; those on the host are called later."""
         function, size = connection.function, connection.size_mid
-        if isinstance(connection.pre_obj, nengo.Node) and callable(function):
-            return LATER, size
-        return self._value(function), size
+        if not callable(function):
+            return self._value(function), size
+        on_host = isinstance(connection.pre_obj, nengo.Node)
+        return None if on_host else self._value(function), self._later(function), size
+
+    def _later(self, function: object) -> object:
+        """Return what stands for a function: the first object that has it."""
+        return LATER, self._owner[id(function)]
 
     def _value(self, value: object) -> object:
         if type(value) in BUILT_IN:  # as most are
@@ -150,6 +162,11 @@ class _Identity:
 
 
 KINDS = ("ensembles", "nodes", "networks", "connections", "probes")
+
+
+def _function_of(obj: nengo.Node | nengo.Connection) -> object:
+    """Return what a node or a connection calls, if it calls anything."""
+    return obj.output if isinstance(obj, nengo.Node) else obj.function
 
 
 def _members(network: nengo.Network) -> Iterator[NengoObject | nengo.Network]:

@@ -104,6 +104,31 @@ def test_blocks_of_a_kept_compile_are_made_when_asked_for(kept):
     assert found.errors == wanted.errors
 
 
+def calling(first, second, third=None):
+    """Return a network of two nodes, and the function of a connection."""
+    with nengo.Network(seed=1) as net:
+        x, y, ensemble = nengo.Node(first), nengo.Node(second), nengo.Ensemble(10, 1)
+        nengo.Connection(x, ensemble)
+        sink = nengo.Node(size_in=1)
+        nengo.Connection(y, sink, synapse=None, function=third)
+        net.probed, net.built = [nengo.Probe(one) for one in (x, y, sink)], []
+    return net
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_functions_that_one_network_shared_are_those_of_the_other(kept):
+    def up(_):
+        return 0.5
+
+    def down(_):
+        return -0.5
+
+    for functions in [(up, up), (up, down), (down, up, up), (down, up, down), (np.sin, up, np.sin)]:
+        wanted = ran(calling(*functions), cache.NOTHING)[1]
+        for one, other in zip(ran(calling(*functions), kept)[1], wanted, strict=True):
+            np.testing.assert_array_equal(one, other)
+
+
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_whatever_decides_the_result_misses(kept, monkeypatch):
     def is_kept(network, **options):

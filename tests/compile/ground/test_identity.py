@@ -39,6 +39,23 @@ def test_equal_networks_have_the_same():
     assert digest(made(called=np.cos)) == digest(made())
 
 
+def test_functions_that_are_shared_count_as_such():
+    """An entry refers to them by object, and would give another object's for a shared one."""
+
+    def calling(first, second, third):
+        def change(net):
+            nengo.Node(first)
+            nengo.Connection(nengo.Node(second), net.a[0], function=third)
+
+        return digest(made(change))
+
+    f, g, h = lambda t: t, lambda t: -t, lambda t: 2 * t
+    shared = [(f, g, h), (f, f, h), (f, g, f), (f, g, g), (f, f, f)]
+    assert len({calling(*each) for each in shared}) == len(shared)
+    assert calling(f, g, h) == calling(h, f, g)
+    assert calling(np.sin, np.sin, f) == calling(g, g, h)
+
+
 def test_a_compile_changes_nothing():
     network = made()
     before = digest(network)
