@@ -15,6 +15,7 @@ from spikeport import freed_memory
 from spikeport.compile.check.advice import COMPACT, advice
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.check.host_loops import host_loop_hints
+from spikeport.compile.check.host_neurons import host_neuron_hints
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
@@ -247,6 +248,7 @@ def _compiled(job: Job) -> Compilation:
             *network_hints(network, names),
             *loop_hints(network, names),
             *host_loop_hints(network, names, dt),
+            *host_neuron_hints(network, names, dt),
             *filter_hints(floats.passages, dt, bool(job.pipeline.networks)),
             *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),

@@ -205,6 +205,16 @@ def users_decoders(scope: Scope) -> Iterator[Violation]:
             yield rules.get("SP013").broken(name, str(decoders.shape), str(limit))
 
 
+def host_neurons(scope: Scope) -> Iterator[Violation]:
+    """Refuse neurons on the host that reach the chip, but do not spike, or spike below zero."""
+    for connection in scope.from_host_neurons():
+        kind = connection.pre_obj.ensemble.neuron_type
+        if not kind.spiking or kind.negative:
+            how = "with negative spikes" if kind.spiking else "which does not spike"
+            used = f"{type(kind).__name__}, {how}"
+            yield rules.get("SP015").broken(scope.names[connection], used)
+
+
 def _arrays(obj: nengo.Ensemble | nengo.Connection) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the arrays of an ensemble or connection, by name."""
     if isinstance(obj, nengo.Connection):
@@ -234,6 +244,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     probe,
     finite,
     users_decoders,
+    host_neurons,
 )
 MENDED = (synapse,)
 """Rules that a pass over a network can mend."""

@@ -79,6 +79,15 @@ class Scope:
         rows = source_rows(connection)
         return len(np.unique(rows)) < len(rows) and self.on_chip(pre) and self.on_chip(post)
 
+    def from_host_neurons(self) -> Iterator[nengo.Connection]:
+        """Yield the connections from neurons on the host to what is on the chip."""
+        for connection in self.network.all_connections:
+            from_host = isinstance(connection.pre_obj, Neurons) and not self.on_chip(
+                connection.pre_obj
+            )
+            if from_host and self.on_chip(connection.post_obj):
+                yield connection
+
     @property
     def ensembles(self) -> list[nengo.Ensemble]:
         """The ensembles meant for the chip."""

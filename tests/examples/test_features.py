@@ -50,6 +50,14 @@ def between_neurons() -> None:
     nengo.Connection(a.neurons, b.neurons, transform=sparse)
 
 
+def from_host_neurons(kind: nengo.neurons.NeuronType) -> None:
+    network = nengo.Network.context[-1]
+    spikeport.add_params(network)
+    a, b = nengo.Ensemble(10, 1, neuron_type=kind), nengo.Ensemble(10, 1)
+    network.config[a].on_chip = False
+    nengo.Connection(a.neurons, b.neurons, transform=0.01)
+
+
 def slices() -> None:
     a, b = nengo.Ensemble(20, 2), nengo.Ensemble(20, 2)
     nengo.Connection(a[0], b[1])
@@ -145,6 +153,16 @@ CASES: list[tuple[str, Callable[[], None], str | None]] = [
     ("rate neurons, other neuron types", rate_neurons, "SP002"),
     ("decoded connections: functions, transforms, recurrence", decoded, None),
     ("connections between neurons, dense and `Sparse`", between_neurons, None),
+    (
+        "connections from neurons on the host to the chip",
+        partial(from_host_neurons, nengo.LIF()),
+        None,
+    ),
+    (
+        "connections from neurons on the host to the chip",
+        partial(from_host_neurons, nengo.LIFRate()),
+        "SP015",
+    ),
     ("slices as sources and as targets", slices, None),
     ("`Convolution`, `pop_type`, `block_shape`", convolution, None),
     ("first-order low-pass synapses", low_pass, None),

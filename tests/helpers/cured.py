@@ -10,6 +10,7 @@ from spikeport.compile.check.lint import lint
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.names import Names
 from spikeport.compile.pipeline import compile_network
+from spikeport.constants import DT_S
 
 Found = set[str]
 """The ids of the rules that are broken."""
@@ -64,8 +65,8 @@ def compiled(make: Callable[[], object], chip: str = "loihi", passes: str = "") 
     return check
 
 
-def hinted(make: Callable[[], object], passes: str = "") -> Check:
+def hinted(make: Callable[[], object], passes: str = "", dt_s: float = DT_S) -> Check:
     """Return a check of the hints of a compile."""
     return lambda: {
-        one.id for one in compile_network(network_of(make), pipeline=passes).report.hints
+        one.id for one in compile_network(network_of(make), dt=dt_s, pipeline=passes).report.hints
     }

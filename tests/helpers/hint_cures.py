@@ -13,6 +13,7 @@ from spikeport.commands.against_written import as_written, more_cores, more_loss
 from spikeport.compile.pipeline import compile_network
 from spikeport.progress import silent
 from tests.helpers.cured import Case, Check, hinted, network_of
+from tests.helpers.network_cures import from_host
 
 
 def dead_end(probe: bool = False, function: bool = False) -> None:
@@ -292,5 +293,15 @@ CASES = [
         "give a connection of the loop a synapse",
         hinted(partial(looped, None)),
         (hinted(partial(looped, nengo.Lowpass(0.001))),),
+    ),
+    Case(
+        "SP417",
+        "lower the maximum rates, or take a shorter dt",
+        hinted(partial(from_host, nengo.SpikingRectifiedLinear(), bias=2500)),
+        (
+            hinted(partial(from_host, nengo.SpikingRectifiedLinear(), bias=900)),
+            hinted(partial(from_host, nengo.SpikingRectifiedLinear(), bias=2500), dt_s=0.0002),
+            hinted(partial(from_host, nengo.LIF(), bias=2500)),
+        ),
     ),
 ]

@@ -121,12 +121,27 @@ def probed(attribute: str | None = None, host: bool = False, connection: bool = 
         on_host(a)
 
 
+def from_host(
+    kind: NeuronType, decoded: bool = False, host: bool = False, bias: float = 80.0
+) -> None:
+    """Connect neurons on the host with some on the chip, or with some on the host, too."""
+    some(1)
+    alike = {"gain": np.ones(2), "bias": np.full(2, bias), "encoders": np.ones((2, 1))}
+    a, b = nengo.Ensemble(2, 1, neuron_type=kind, **alike), nengo.Ensemble(2, 1)
+    for ensemble in (a, b) if host else (a,):
+        on_host(ensemble)
+    if decoded:
+        nengo.Connection(a, b)
+    else:
+        nengo.Connection(a.neurons, b.neurons, transform=0.001)
+
+
 def divided(by: float) -> None:
     with np.errstate(divide="ignore"):
         nengo.Ensemble(4, 1, gain=np.ones(4) / np.full(4, by), bias=np.ones(4))
 
 
-HOST_KIND = nengo.RectifiedLinear()
+HOST_KIND, SIGMOID = nengo.RectifiedLinear(), nengo.Sigmoid()
 ALPHA = nengo.Alpha(0.01)
 CASES = [
     Case(
@@ -260,5 +275,23 @@ CASES = [
         "give nengo.solvers.NoSolver a row for each neuron",
         compiled(partial(users_decoders, 19)),
         (compiled(partial(users_decoders, 20)),),
+    ),
+    Case(
+        "SP015",
+        "take a type that spikes",
+        lambda: linted(partial(from_host, HOST_KIND))() & linted(partial(from_host, SIGMOID))(),
+        (
+            linted(partial(from_host, nengo.SpikingRectifiedLinear())),
+            linted(partial(from_host, nengo.RegularSpiking(SIGMOID))),
+        ),
+    ),
+    Case(
+        "SP015",
+        "connect from the ensemble in place of its neurons",
+        linted(partial(from_host, HOST_KIND)),
+        (
+            linted(partial(from_host, HOST_KIND, decoded=True)),
+            linted(partial(from_host, HOST_KIND, host=True)),
+        ),
     ),
 ]

@@ -48,7 +48,12 @@ FINITE = (
 )
 
 
-RLS = nengo.RLS()
+FROM_HOST = (
+    "a -> b: SP015 neurons on the host that feed the chip: {}, limit a type with spikes above "
+    "zero; cure: take a type that spikes, as nengo.SpikingRectifiedLinear in place of "
+    "nengo.RectifiedLinear, or nengo.RegularSpiking(nengo.Sigmoid())"
+)
+RLS, RECTIFIED = nengo.RLS(), nengo.RectifiedLinear()
 
 
 class Eavesdropper(nengo.LIF):
@@ -170,6 +175,17 @@ def probed_connection() -> None:
     nengo.Probe(nengo.Connection(a, a), label="p")
 
 
+def host_neurons(kind: nengo.neurons.NeuronType = RECTIFIED) -> None:
+    nengo_loihi.add_params(network := nengo.Network.context[-1])
+    a, b = nengo.Ensemble(4, 1, label="a", neuron_type=kind), nengo.Ensemble(4, 1, label="b")
+    network.config[a].on_chip = False
+    nengo.Connection(a.neurons, b.neurons, transform=0.001)
+
+
+def host_neurons_below_zero() -> None:
+    host_neurons(nengo.RegularSpiking(nengo.Tanh()))
+
+
 CASES: list[tuple[Callable[[], None], str]] = [
     (
         no_ensemble,
@@ -230,6 +246,8 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (undefined_evaluation_points, FINITE.format("a", "eval_points")),
     (undefined_transform, FINITE.format("a -> b", "transform")),
     (infinite_targets, FINITE.format("a -> b", "function")),
+    (host_neurons, FROM_HOST.format("RectifiedLinear, which does not spike")),
+    (host_neurons_below_zero, FROM_HOST.format("RegularSpiking, with negative spikes")),
 ]
 
 

@@ -236,3 +236,23 @@ def test_what_the_host_refuses_as_well_stays_though_it_breaks_another_rule() -> 
             nengo.Probe(ensemble.neurons, "refractory_time")
     with pytest.raises(DoesNotFitError, match="SP004"):
         compile_network(network, offload=True)
+
+
+def test_rate_neurons_that_feed_neurons_take_these_along() -> None:
+    alike = {"gain": np.ones(2), "bias": [80.0, 60.0], "encoders": np.ones((2, 1))}
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(2, 1, label="a", neuron_type=nengo.RectifiedLinear(), **alike)
+        alike = {**alike, "bias": np.zeros(2)}
+        kind = nengo.SpikingRectifiedLinear()
+        b, c = (nengo.Ensemble(2, 1, label=n, neuron_type=kind, **alike) for n in "bc")
+        nengo.Connection(a.neurons, b.neurons, transform=0.5, synapse=0.005)
+        nengo.Connection(b.neurons, c.neurons, transform=0.5, synapse=0.005)
+        network.p = nengo.Probe(c.neurons)
+    assert moved(network) == [("a", "SP002", "a", 0), ("b", "SP015", "a -> b", 2)]
+    with nengo.Simulator(network, progress_bar=False) as floats:
+        floats.run(1.0)
+    with Simulator(network, offload=True) as sim:
+        sim.run(1.0)
+    assert sim.data[network.p].mean(axis=0) == pytest.approx(
+        floats.data[network.p].mean(axis=0), abs=2
+    )
