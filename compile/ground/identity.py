@@ -24,6 +24,8 @@ from spikeport.function_identity import FunctionIdentity
 BUILT_IN = (type(None), bool, int, float, str, bytes)
 PLAIN_PYTHON = ("nengo", "nengo_loihi", "spikeport")
 """Packages whose objects keep their state where it can be read."""
+ARRAYS = (np.ndarray, np.memmap, np.matrix, np.recarray)
+"""Arrays that are their values: one of a class of the user's has methods, a masked one a mask."""
 LATER = "called while the network runs"
 
 
@@ -128,7 +130,7 @@ class _Identity:
             case slice():
                 return "slice", [value.start, value.stop, value.step]
             case np.dtype():
-                return "dtype", value.str
+                return "dtype", repr(value)
             case ObjView():
                 return "view", self._plain(value.obj), self._plain(value.slice)
             case Neurons():
@@ -153,8 +155,11 @@ class _Identity:
     def _array(value: np.generic | np.ndarray) -> object:
         if value.dtype.hasobject:
             raise TypeError("an array of Python objects has no identity that lasts")
-        # Products depend on the order in memory, in their last bits.
-        return value.dtype.str, value.shape, value.strides, value.tobytes()
+        kind = type(value)
+        if kind not in (*ARRAYS, value.dtype.type):
+            raise TypeError(f"an array of {kind.__qualname__} has no identity that lasts")
+        # Products depend on the order in memory, in their last bits; `str` names no fields.
+        return kind.__name__, repr(value.dtype), value.shape, value.strides, value.tobytes()
 
     def _parts(self, value: object) -> object:
         kind = f"{type(value).__module__}.{type(value).__qualname__}"

@@ -9,7 +9,8 @@ read. A function that may read a file, a clock or random numbers has no identity
 import builtins
 import dis
 import functools
-from collections.abc import Callable, Mapping
+from collections import defaultdict
+from collections.abc import Callable
 from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any, TypeAlias
 
@@ -91,14 +92,14 @@ class FunctionIdentity:
                 return self._named("module", value.__name__, "")
             case MethodType():
                 return "method", self.of(value.__self__), self.of(value.__func__)
-            case functools.partial():
-                return "partial", *map(self.of, (value.func, value.args, value.keywords))
             case FunctionType():
                 return self._function(value)
             case type() | np.ufunc() | BuiltinFunctionType() | DISPATCHER():
                 return self._builtin(value)
-            case list() | tuple() | set() | frozenset() | Mapping():
-                return self._container(value)
+            case functools.partial() | list() | tuple() | set() | frozenset() | dict():
+                # A class of the user's has methods of its own.
+                known = is_covered(type(value).__module__)
+                return self._container(value) if known else self._of_value(value)
             case _:
                 return self._of_value(value)
 
@@ -124,13 +125,19 @@ class FunctionIdentity:
     def _container(self, value: object) -> object:
         if (first := self._again(value)) is not None:
             return first
-        if isinstance(value, Mapping):
-            return "mapping", [(self.of(key), self.of(one)) for key, one in value.items()]
+        kind = f"{type(value).__module__}.{type(value).__qualname__}"
+        if isinstance(value, functools.partial):
+            parts = value.func, value.args, value.keywords, vars(value)
+            return kind, *map(self.of, parts)
+        if isinstance(value, dict):
+            missing = value.default_factory if isinstance(value, defaultdict) else None
+            items = [(self.of(key), self.of(one)) for key, one in value.items()]
+            return kind, items, self.of(missing)
         assert isinstance(value, list | tuple | set | frozenset)
         if isinstance(value, set | frozenset):
             # The order of a set is another one in each process.
-            return "set", sorted(repr(self.of(one)) for one in value)
-        return type(value).__name__, [self.of(one) for one in value]
+            return kind, sorted(repr(self.of(one)) for one in value)
+        return kind, [self.of(one) for one in value]
 
     def _again(self, value: object) -> object:
         """Return the number of a value that was met before; functions may reach themselves."""
@@ -146,8 +153,10 @@ class FunctionIdentity:
         cells = [self._cell(cell) for cell in value.__closure__ or ()]
         rest = self.of(value.__defaults__), self.of(value.__kwdefaults__), self.of(vars(value))
         code = value.__code__
-        if is_covered(value.__module__):
-            named = self._named("function", value.__module__, value.__qualname__)
+        # By the module whose names it uses: a wrapper copies ``__module__`` of what it wraps.
+        module = value.__globals__.get("__name__")
+        if is_covered(module):
+            named = self._named("function", module, value.__qualname__)
             return named, _code(code), cells, *rest
         if unstable := sorted(filter(is_unstable, _names(code))):
             raise TypeError(f"a function that uses {unstable[0]} has no identity that lasts")

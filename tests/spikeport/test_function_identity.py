@@ -4,8 +4,10 @@ import datetime
 import functools
 import math
 import random
+from collections import Counter, OrderedDict, defaultdict
 from pathlib import Path
 from time import perf_counter
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -122,6 +124,48 @@ class Mine:
         return x
 
 
+class Gain(NamedTuple):
+    k: float
+
+    def times(self, x):
+        return self.k * x
+
+
+class Weights(list):
+    def times(self, x):
+        return self[0] * x
+
+
+class Table(dict):
+    def __missing__(self, key):
+        return 2 * key
+
+
+class Twice(functools.partial):
+    def __call__(self, x):
+        return 2 * super().__call__(x)
+
+
+@functools.wraps(math.sin)
+def wrapping(x):
+    return SCALE * x
+
+
+def test_a_function_is_read_whatever_it_wraps(monkeypatch):
+    before = digest(wrapping)
+    monkeypatch.setitem(globals(), "SCALE", 2.5)
+    assert digest(wrapping) != before
+
+
+def test_containers_count_with_their_class():
+    pairs = {1.0: 2.0}
+    ones = [pairs, OrderedDict(pairs), Counter(pairs), [1.0], (1.0,), {1.0}, frozenset({1.0})]
+    ones += [defaultdict(kind, pairs) for kind in (None, list, dict, lambda: 1.0, lambda: 2.0)]
+    assert len({digest(closing_over(one)) for one in ones}) == len(ones)
+    with pytest.raises(TypeError, match="has no identity that lasts"):
+        digest(closing_over(defaultdict(Mine)))
+
+
 @pytest.mark.parametrize(
     "function",
     [
@@ -153,6 +197,10 @@ class Mine:
         imports_a_clock,
         imports_a_neighbour,
         closing_over(object()),
+        closing_over(Gain(1.0)),
+        closing_over(Weights([1.0])),
+        closing_over(Table()),
+        Twice(math.sin),
     ],
 )
 def test_what_may_do_another_thing_tomorrow_has_no_identity(function):

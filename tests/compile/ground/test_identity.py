@@ -132,6 +132,35 @@ def test_any_bit_of_a_weight_counts(weights, at):
     assert digest(made(weights=weights)) != digest(made(weights=changed))
 
 
+class Scaled(np.ndarray):
+    """An array with a product of its own."""
+
+
+class Halved(np.float64):
+    """A number with a product of its own."""
+
+
+def reaching(value):
+    """Return the digest of a network with a function that reaches a value."""
+
+    def change(net):
+        nengo.Connection(net.a, net.b, function=lambda x: [x[0], value][0])
+
+    return digest(made(change))
+
+
+@pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")
+def test_an_array_counts_with_its_class_and_the_names_of_its_fields():
+    weights = np.ones(2)
+    one, other = (np.zeros(2, [(a, float), (b, float)]) for a, b in ("ab", "ba"))
+    arrays = [weights, weights.view(np.matrix), one, other, one.view(np.recarray), one[0]]
+    assert len({reaching(each) for each in arrays}) == len(arrays)
+    assert reaching(one.dtype) != reaching(other.dtype)
+    for refused in (weights.view(Scaled), Halved(1.0), np.ma.masked_array(weights, [0, 1])):
+        with pytest.raises(TypeError, match="has no identity that lasts"):
+            reaching(refused)
+
+
 def test_a_part_without_one_is_named():
     class Mine:
         factor = 2
