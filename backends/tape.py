@@ -6,6 +6,7 @@ operators become a tape (`spikeport.backends.tape_kernel`). At one that is not s
 tape stops, in its place in the order, for Nengo's own closure or what stands for it.
 """
 
+import functools
 import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple, TypeAlias
@@ -296,11 +297,20 @@ class Flattener:
     def _process(self, op: SimProcess) -> Operation | None:
         port = self._ports.get(id(op.process))
         if port is not None:
-            target, source = (op.output, port) if op.input is None else (port, op.input)
-            return self._operation(kernel.COPY, target, source)
+            return self._port(op, port)
         if not isinstance(op.process, LinearFilter) or op.input is None:
             return None
         return self._filter(op)
+
+    def _port(self, op: SimProcess, port: np.ndarray) -> Operation:
+        """Return a copy across the edge of the host."""
+        target, source = (op.output, port) if op.input is None else (port, op.input)
+        found = self._operation(kernel.COPY, target, source)
+        if found is not None:
+            return found
+        # Signals of single precision lie in no pool; the closure of an edge computes nothing.
+        arrays = [one if one is port else self._signals[one] for one in (target, source)]
+        return self._call(functools.partial(np.copyto, *arrays))
 
     def _filter(self, op: SimProcess) -> Operation | None:
         step = process_step(self._closures[op])

@@ -1,6 +1,6 @@
 """spikeport beside nengo-loihi: every number of every probe is the same, bit for bit."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import nengo
@@ -171,14 +171,14 @@ MAKERS = [
 
 
 def run_both(
-    make: Callable[[], None], simulator: Callable[..., Any]
+    make: Callable[[], None], simulator: Callable[..., Any], backend: str = "nengo-loihi"
 ) -> list[tuple[np.ndarray, np.ndarray]]:
     with nengo.Network(seed=1) as network:
         make()
     with simulator(network, seed=5) as theirs:
         for _ in range(STEPS):  # in one go, nengo-loihi would decode all steps in one product
             theirs.step()
-    with spikeport.Simulator(network, backend="nengo-loihi", seed=5) as ours:
+    with spikeport.Simulator(network, backend=backend, seed=5) as ours:
         ours.run_steps(STEPS)
     return [(np.asarray(theirs.data[p]), ours.data[p]) for p in network.all_probes]
 
@@ -188,6 +188,24 @@ def test_probes_are_nengo_loihis_bit_for_bit(
     make: Callable[[], None], nengo_loihi_simulator: Callable[..., Any]
 ) -> None:
     for theirs, ours in run_both(make, nengo_loihi_simulator):
+        assert np.array_equal(theirs, ours)
+        assert np.ptp(theirs) > 0
+
+
+@pytest.fixture
+def single_precision() -> Iterator[None]:
+    nengo.rc.set("precision", "bits", "32")
+    yield
+    nengo.rc.set("precision", "bits", "64")
+
+
+@pytest.mark.usefixtures("single_precision")
+@pytest.mark.parametrize("make", [split_relu_with_loops, learning], ids=["loops", "learning"])
+@pytest.mark.parametrize("backend", ["native", "nengo-loihi"])
+def test_probes_of_a_host_of_single_precision_are_nengo_loihis(
+    make: Callable[[], None], backend: str, nengo_loihi_simulator: Callable[..., Any]
+) -> None:
+    for theirs, ours in run_both(make, nengo_loihi_simulator, backend):
         assert np.array_equal(theirs, ours)
         assert np.ptp(theirs) > 0
 
