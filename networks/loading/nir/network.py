@@ -168,9 +168,17 @@ class NirNetwork(nengo.Network):
         for source, matrix in signal.parts.items():
             _to_host(self._spikes_of(source, late=0), node, matrix)
         if signal.constant.any():
+            self._add_constant(name, node, signal)
+        return node
+
+    def _add_constant(self, name: str, node: nengo.Node, signal: Signal) -> None:
+        """Add a signal's constant in its unit: beside spikes, that of one in every step."""
+        if any(one in self.inputs or self.folded.populations[one].spikes for one in signal.parts):
+            source = self._on_host(_ensemble(1, SpikeSource(), f"{name} constant", bias=1))
+            _to_host(source, node, sparse.csr_matrix(signal.constant[:, np.newaxis]))
+        else:
             constant = nengo.Node(signal.constant, label=f"{name} constant")
             nengo.Connection(constant, node, synapse=None)
-        return node
 
     def _spikes_of(self, source: str, late: int) -> nengo.Ensemble:
         """Return the neurons of a population, or those that send an input so many steps later."""

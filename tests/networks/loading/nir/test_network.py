@@ -162,3 +162,43 @@ def test_inputs_may_be_connected_too(tmp_path):
     with spikeport.Simulator(network) as sim:
         sim.run_steps(60)
     assert set(np.unique(sim.data[output])) == {0, 1 / DT_S}
+
+
+def read(network: NirNetwork, rows: np.ndarray, backend: str) -> np.ndarray:
+    """Return what the output of a network is in each step."""
+    network.feeds["input"].play(rows, DT_S)
+    with network:
+        probe = nengo.Probe(network.outputs["output"])
+    with spikeport.Simulator(network, backend=backend) as sim:
+        sim.run_steps(len(rows))
+        return np.array(sim.data[probe])
+
+
+def test_a_bias_before_an_output_is_in_its_unit(tmp_path):
+    first, last = nir_graphs.ends(1, 1)
+    graph = nir_graphs.graph(
+        input=first,
+        a=nir.Threshold(threshold=np.array([0.5])),
+        w=nir.Affine(weight=np.array([[2.0]]), bias=np.array([3.0])),
+        output=last,
+    )
+    path, rows = written(tmp_path, graph), np.array([[0.0, 1, 0, 1, 0, 0]]).T
+    wanted = 2 * rows[:-2, 0] + 3
+    for backend in ("reference", "native"):
+        found = read(spikeport.nir.load(path, DT_S), rows, backend)[:, 0] * DT_S
+        late = 1 if backend == "reference" else 2
+        np.testing.assert_allclose(found[late:][:4], wanted)
+
+
+def test_a_bias_behind_a_readout_is_in_the_unit_of_its_voltage(tmp_path):
+    first, last = nir_graphs.ends(1, 1)
+    values = {name: np.ones(1) for name in ("tau", "r")}
+    graph = nir_graphs.graph(
+        input=first,
+        a=nir.Threshold(threshold=np.array([0.5])),
+        r=nir.LI(**values, v_leak=np.zeros(1)),
+        w=nir.Affine(weight=np.array([[2.0]]), bias=np.array([3.0])),
+        output=last,
+    )
+    found = read(spikeport.nir.load(written(tmp_path, graph), DT_S), np.zeros((5, 1)), "native")
+    np.testing.assert_allclose(found, 3)
