@@ -7,6 +7,7 @@ Passthrough nodes between them are multiplied out.
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import nengo
@@ -16,9 +17,10 @@ from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.matrices import Matrix, full
 from spikeport.compile.ground.names import End, base
-from spikeport.compile.ground.scope import full_weights, source_rows, target_rows
+from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import Scope, full_weights, source_rows, target_rows
 from spikeport.compile.ground.settings import NetworkSettings
-from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.loihi.solver import FLOAT, ParameterSolver
 from spikeport.compile.rewriting.partition import Partition, Position
 
 NO_GROUP = -1
@@ -114,7 +116,7 @@ class EdgeMatrices:
 
     Parameters
     ----------
-    network : nengo.Network
+    rewrite : Rewrite
         The network.
     reads : sequence of nengo.Connection
         More connections, which are not part of it.
@@ -124,6 +126,8 @@ class EdgeMatrices:
         The groups of the ensembles that do not stay.
     folded : sequence of nengo.Node
         The passthrough nodes that are multiplied out, sources first.
+    dt_s : float
+        The time step, in seconds.
 
     Attributes
     ----------
@@ -142,12 +146,16 @@ class EdgeMatrices:
 
     def __init__(
         self,
-        network: nengo.Network,
+        rewrite: Rewrite,
         reads: Sequence[nengo.Connection],
         solver: ParameterSolver,
         partition: Partition,
         folded: Sequence[nengo.Node],
+        dt_s: float,
     ) -> None:
+        network = rewrite.network
+        self._rewrite, self._dt_s = rewrite, dt_s
+        self._scope = Scope(network, rewrite.names)
         self._solver = solver
         self._partition = partition
         self._settings = NetworkSettings(network)
@@ -187,7 +195,8 @@ class EdgeMatrices:
         elif full_weights(connection):
             # Such a solver ends on an ensemble; its weights alone may end on neurons of a group.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre.neurons))
-            self._add(connection, origin, _entries(self._solver.weights(connection)))
+            solver = self._solver if self._scope.on_chip(pre) else self._host_solver
+            self._add(connection, origin, _entries(solver.weights(connection)))
         elif isinstance(pre, nengo.Ensemble) or connection.function is not None:
             # Only its own connection computes a function, so its result is the source.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre, connection))
@@ -195,6 +204,11 @@ class EdgeMatrices:
             self._add(connection, origin, _entries(full(transform, connection.size_mid)))
         else:
             self._add(connection, origin, _entries(self._solver.weights(connection)))
+
+    @cached_property
+    def _host_solver(self) -> ParameterSolver:
+        """The solver for ensembles on the host, whose neurons fire as in float Nengo."""
+        return ParameterSolver(self._rewrite, self._dt_s, FLOAT)
 
     def _pass_on(self, connection: nengo.Connection) -> None:
         """Multiply the edges into a passthrough node by a connection from it."""

@@ -53,7 +53,7 @@ def regroup(
     network, solver = rewrite.network, ParameterSolver(rewrite, dt_s, builder)
     probes = ProbeMap(network, partition, solver)
     reads = probes.across_groups()
-    matrices = EdgeMatrices(network, reads, solver, partition, folded)
+    matrices = EdgeMatrices(rewrite, reads, solver, partition, folded, dt_s)
     # A probed passthrough node stays, as a target that nothing goes on from.
     probed = [node for node in folded if any(probe.obj is node for probe in network.all_probes)]
     edges = dict(matrices.edges)

@@ -55,5 +55,6 @@ def whole(*groups: Any) -> Partition:
 def matrices_of(network: nengo.Network, partition: Partition) -> EdgeMatrices:
     """Return the edges of a network whose passthrough nodes are multiplied out."""
     folded = foldable(network, scope_of(network).on_chip)
-    solver = ParameterSolver(rewrite_of(network), DT_S)
-    return EdgeMatrices(network, [], solver, partition, folded)
+    rewrite = rewrite_of(network)
+    solver = ParameterSolver(rewrite, DT_S)
+    return EdgeMatrices(rewrite, [], solver, partition, folded, DT_S)

@@ -6,7 +6,7 @@ import pytest
 from nengo.solvers import LstsqL2
 
 import spikeport
-from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.loihi.solver import CHIP, FLOAT, ParameterSolver
 from spikeport.compile.rewriting.edges import (
     NO_GROUP,
     EdgeKey,
@@ -177,6 +177,21 @@ def test_weights_of_an_ensemble_that_stays_start_at_its_neurons() -> None:
     source = EdgeSource(NO_GROUP, stays.neurons)
     edge = EdgeKey(source, key().target, FAST, None)
     assert_edges(edges_of(network), {edge: network.b.encoders @ values})
+
+
+def test_weights_of_an_ensemble_on_the_host_are_for_its_rates_in_float_nengo() -> None:
+    with nengo.Network(seed=1) as network:
+        spikeport.add_params(network)
+        host = nengo.Ensemble(20, 1, max_rates=nengo.dists.Uniform(250, 450))
+        network.config[host].on_chip = False
+        b = ensemble("b", 5)
+        solved = nengo.Connection(host, b, solver=LstsqL2(weights=True), synapse=FAST)
+    solvers = (ParameterSolver(rewrite_of(network), DT_S, one) for one in (CHIP, FLOAT))
+    on_chip, in_float = (solver.weights(solved) for solver in solvers)
+    edge = EdgeKey(EdgeSource(NO_GROUP, host.neurons), EdgeTarget("neurons", 0), FAST, None)
+    assert_edges(matrices_of(network, whole(b)).edges, {edge: b.encoders @ in_float})
+    # Neurons on the chip fire at other rates, as their periods are whole steps.
+    assert not np.allclose(on_chip, in_float, rtol=0.02)
 
 
 def test_a_passthrough_node_is_a_product() -> None:
