@@ -27,11 +27,12 @@ ENTRIES = 2**23
 
 
 class Operator(NamedTuple):
-    """A matrix (n_out, n_in), what it adds, (n_out,), and the shape of its output."""
+    """A matrix (n_out, n_in), what it adds, (n_out,), the shape of its output, and its delay."""
 
     matrix: sparse.csr_matrix
     bias: np.ndarray
     shape: Shape
+    n_steps: int = 0
 
 
 def operator(node: Node, shape: Shape, dt_s: float) -> Operator:
@@ -88,7 +89,8 @@ def _scale(node: Node, shape: Shape, dt_s: float) -> Operator:
 
 def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
     delay = np.ravel(node.numbers("delay"))
-    wrong = delay[~(np.isclose(delay, dt_s, rtol=1e-6) | (delay == 0))]
+    is_step = np.isclose(delay, dt_s, rtol=1e-6, atol=0)
+    wrong = delay[~(is_step | (delay == 0))]
     if wrong.size:
         raise MismatchError(
             f"node {node.name} to delay by 0 or {dt_s:g} s, the step that every path takes on the "
@@ -97,7 +99,9 @@ def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
             cure="leave the node out, or, where neurons may be as coarse, give a --dt that equals "
             "the delay",
         )
-    return _same(node, shape, dt_s)
+    if is_step.any() and not is_step.all():
+        raise MismatchError(f"node {node.name} to delay all values alike", f"0 and {dt_s:g} s")
+    return _same(node, shape, dt_s)._replace(n_steps=int(is_step.any()))
 
 
 def _flatten(node: Node, shape: Shape, dt_s: float) -> Operator:

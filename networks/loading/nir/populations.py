@@ -8,7 +8,7 @@ nodes lead to it.
 
 import math
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -35,11 +35,15 @@ CONSTANTS: tuple[tuple[str, int, int | None], ...] = (
 
 
 class Signal(NamedTuple):
-    """A sum of spikes times matrices, by source, and a constant; and its shape."""
+    """A sum of spikes times matrices, by source, and a constant; and its shape.
+
+    ``delays`` has the steps by which nodes of kind Delay hold each source back.
+    """
 
     parts: dict[str, sparse.csr_matrix]
     constant: np.ndarray
     shape: Shape
+    delays: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -151,6 +155,7 @@ def folded(graph: Graph, dt_s: float) -> Folded:
     outputs = {node.name: signals.into(node.name) for node in graph.kinds("Output")}
     _check_readouts(populations)
     graph_of = Folded(dt_s, inputs, populations, outputs)
+    _check_delays(graph_of)
     _check_held(graph_of)
     return graph_of
 
@@ -208,6 +213,40 @@ def _check_readouts(populations: dict[str, Population]) -> None:
                 )
 
 
+def _check_delays(graph: Folded) -> None:
+    """Refuse ways that are delayed otherwise than those beside them.
+
+    Delays of all ways alike are none. What leads back takes the one step that a cycle needs, with
+    a delay or without.
+    """
+    since = dict.fromkeys(graph.inputs, 0)
+    for name, one in graph.populations.items():
+        since[name] = _delay(name, one.input, since)
+    for name, signal in graph.outputs.items():
+        _delay(name, signal, since)
+    for name, one in graph.populations.items():
+        around = {s: since[s] + n - since[name] for s, n in one.input.delays.items()}
+        for source, n in around.items():
+            if n > 1:
+                raise MismatchError(f"at most 1 delay in the cycle of {source} and {name}", f"{n}")
+
+
+def _delay(name: str, signal: Signal, since: Mapping[str, int]) -> int:
+    """Return the steps by which what reaches a node is delayed, by those of what is before it."""
+    found = sorted({since[one] + n for one, n in signal.delays.items() if one in since})
+    if len(found) > 1:
+        raise _unlike(name, found)
+    return found[0] if found else 0
+
+
+def _unlike(name: str, delays: Sequence[int]) -> MismatchError:
+    return MismatchError(
+        f"equal delays on all ways to node {name}",
+        " and ".join(map(str, delays)) + " steps",
+        cure="on the chip every connection takes one step: delay all ways alike, or none",
+    )
+
+
 def _check_held(graph: Folded) -> None:
     ways = {
         (name, graph.held(one))
@@ -258,7 +297,17 @@ class _Signals:
         """Go through the graph: linear nodes after all before them, neurons after any."""
         ends = [node.name for node in self._graph.kinds("Input", "Output", *NEURONS)]
         missing = {n: len(before) for n, before in self._before.items() if n not in ends}
-        known = deque([*self.shapes, *(name for name, n in missing.items() if not n)])
+        self._visit([*self.shapes, *(name for name, n in missing.items() if not n)], missing)
+        for node in self._graph.kinds(*NEURONS):
+            if node.name not in self.shapes:  # in a cycle that nothing else leads to
+                self.shapes[node.name] = own_shape(node) or (1,)
+                self._visit([node.name], missing)
+        if missing:
+            raise MismatchError("neurons in every cycle", f"none at {self._in_cycle(missing)}")
+
+    def _visit(self, names: Sequence[str], missing: dict[str, int]) -> None:
+        """Go on from nodes that are known, as far as all before a linear node is."""
+        known = deque(names)
         while known:
             name = known.popleft()
             if name in missing:
@@ -272,8 +321,6 @@ class _Signals:
                 elif self._graph.nodes[target].kind != "Output" and target not in self.shapes:
                     self.shapes[target] = self._signal(name).shape
                     known.append(target)
-        if missing:
-            raise MismatchError("neurons in every cycle", f"none at {self._in_cycle(missing)}")
 
     def _in_cycle(self, missing: Mapping[str, int]) -> str:
         """Return a node of a cycle, to which a walk against the edges leads."""
@@ -292,15 +339,12 @@ class _Signals:
         if len(sizes) > 1 or (wanted is not None and sizes != {math.prod(wanted)}):
             shapes = " and ".join(str(signal.shape) for signal in signals)
             raise MismatchError(f"{wanted or 'equal shapes'} into node {name}", shapes)
-        parts: dict[str, sparse.csr_matrix] = {}
-        for signal in signals:
-            for source, matrix in signal.parts.items():
-                parts[source] = parts[source] + matrix if source in parts else matrix
+        parts, delays = _added(name, signals)
         constant = np.sum([signal.constant for signal in signals], axis=0)
         self._left -= constant.size + sum(matrix.nnz for matrix in parts.values())
         if self._left < 0:
             raise MismatchError(f"at most {WEIGHTS:,} weights in all", f"more up to node {name}")
-        return Signal(parts, constant, signals[0].shape)
+        return Signal(parts, constant, signals[0].shape, delays)
 
     def _through(self, name: str) -> Signal:
         node = self._graph.nodes[name]
@@ -309,7 +353,8 @@ class _Signals:
         parts = {
             source: _product(found.matrix, matrix, name) for source, matrix in signal.parts.items()
         }
-        return Signal(parts, found.matrix @ signal.constant + found.bias, found.shape)
+        delays = {source: n + found.n_steps for source, n in signal.delays.items()}
+        return Signal(parts, found.matrix @ signal.constant + found.bias, found.shape, delays)
 
     def _wanted(self, name: str) -> Shape | None:
         """Return the shape that a node says it takes, if any."""
@@ -322,13 +367,28 @@ class _Signals:
             return self._done[name]
         shape = self.shapes[name]
         n = math.prod(shape)
-        return Signal({name: sparse.eye_array(n, format="csr")}, np.zeros(n), shape)
+        return Signal({name: sparse.eye_array(n, format="csr")}, np.zeros(n), shape, {name: 0})
 
     def _nothing(self, name: str) -> Signal:
         if name not in self.shapes:
             raise MismatchError(f"an edge that leads to node {name}", "none")
         shape = self.shapes[name]
-        return Signal({}, np.zeros(math.prod(shape)), shape)
+        return Signal({}, np.zeros(math.prod(shape)), shape, {})
+
+
+def _added(
+    name: str, signals: Sequence[Signal]
+) -> tuple[dict[str, sparse.csr_matrix], dict[str, int]]:
+    """Return the sum of matrices for each source of a node, and its delay."""
+    parts: dict[str, sparse.csr_matrix] = {}
+    delays: dict[str, int] = {}
+    for signal in signals:
+        for source, matrix in signal.parts.items():
+            parts[source] = parts[source] + matrix if source in parts else matrix
+            n = signal.delays[source]
+            if delays.setdefault(source, n) != n:
+                raise _unlike(name, sorted([delays[source], n]))
+    return parts, delays
 
 
 def _product(a: sparse.csr_matrix, b: sparse.csr_matrix, name: str) -> sparse.csr_matrix:

@@ -123,3 +123,63 @@ def test_weights_of_all_nodes_are_counted(tmp_path, monkeypatch):
     edges = "i>w0 w29>n n>o " + " ".join(f"w{i}>w{i + 1}" for i in range(29))
     with pytest.raises(MismatchError, match="at most 100 weights in all, found more up to node w1"):
         fold(tmp_path, nodes, edges)
+
+
+def delays(n: int = 2) -> nir.Delay:
+    return nir.Delay(delay=np.full(n, DT_S))
+
+
+@pytest.mark.parametrize(
+    ("edges", "message"),
+    [
+        ("i>n i>d d>n n>o", "equal delays on all ways to node n, found 0 and 1 steps"),
+        ("i>w w>n i>d d>n n>o", "equal delays on all ways to node n, found 0 and 1 steps"),
+        ("i>n n>m n>d d>o m>o", "equal delays on all ways to node o, found 0 and 1 steps"),
+        ("i>n n>d d>m i>m m>o", "equal delays on all ways to node m, found 0 and 1 steps"),
+        ("i>d d>n n>m i>m m>o", "equal delays on all ways to node m, found 0 and 1 steps"),
+        ("i>d d>n j>n n>o", "equal delays on all ways to node n, found 0 and 1 steps"),
+        ("i>n n>d d>e e>n n>o", "at most 1 delay in the cycle of n and n, found 2"),
+        ("i>n n>d d>m m>e e>n n>o", "at most 1 delay in the cycle of m and n, found 2"),
+    ],
+)
+def test_a_delay_beside_a_way_without_it_is_refused(tmp_path, edges, message):
+    nodes = {"i": FIRST, "j": FIRST, "o": LAST, "n": lif(2), "m": lif(2), "w": weights(2, 2)}
+    nodes |= {"d": delays(), "e": delays()}
+    used = {name for edge in edges.split() for name in edge.split(">")}
+    with pytest.raises(MismatchError) as caught:
+        fold(tmp_path, {name: node for name, node in nodes.items() if name in used}, edges)
+    assert str(caught.value) == f"expected {message}"
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [
+        "i>d d>n n>o",
+        "i>d d>n i>e e>m m>o n>o",
+        "i>n n>d d>n n>o",
+        "i>d d>n n>w w>n n>o",
+        "i>n n>d d>m m>n m>o",
+    ],
+)
+def test_delays_of_all_ways_alike_and_of_what_leads_back_are_none(tmp_path, edges):
+    nodes = {"i": FIRST, "o": LAST, "n": lif(2), "m": lif(2), "w": weights(2, 2)}
+    nodes |= {"d": delays(), "e": delays()}
+    used = {name for edge in edges.split() for name in edge.split(">")}
+    assert fold(tmp_path, {name: node for name, node in nodes.items() if name in used}, edges)
+
+
+def lone() -> nir.LIF:
+    """Return neurons whose parameters have no axis."""
+    return nir.LIF(*map(np.float32, (1e-2, 10.0, 0.0, 1.0)), v_reset=np.float32(0))
+
+
+def test_neurons_of_one_value_in_a_cycle_that_no_input_reaches_are_one(tmp_path):
+    first, last = nir_graphs.ends(1, 1)
+    found = fold(tmp_path, {"a": lone(), "b": lone(), "i": first, "o": last}, "a>b b>a a>o")
+    assert [one.size for one in found.populations.values()] == [1, 1]
+    nodes = {"a": lone(), "b": lone(), "w": weights(1, 1), "i": first, "o": last}
+    found = fold(tmp_path, nodes, "i>a a>o b>w w>b")
+    assert {name: one.size for name, one in found.populations.items()} == {"a": 1, "b": 1}
+    nodes = {"n": lone(), "w": weights(1, 1), "v": weights(1, 1), "i": first, "o": last}
+    with pytest.raises(MismatchError, match="neurons in every cycle, found none at"):
+        fold(tmp_path, nodes, "w>v v>w v>n i>o")

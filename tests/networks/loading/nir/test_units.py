@@ -20,7 +20,7 @@ def population(weights: np.ndarray, bias: np.ndarray | float = 0.0, **values: ob
     taus = {"tau_syn": 4e-3, "tau_mem": 1e-2, "r": 10.0, "v_leak": 0.0, "v_threshold": 1.0}
     all_of = {name: np.full(n, value) for name, value in {**taus, **values}.items()}
     node = Node("n", "CubaLIF", all_of)
-    signal = Signal({"i": sparse.csr_matrix(weights)}, np.broadcast_to(bias, n), (n,))
+    signal = Signal({"i": sparse.csr_matrix(weights)}, np.broadcast_to(bias, n), (n,), {"i": 0})
     return Population(node, dynamics(node, (n,), DT_S), signal, 1)
 
 
