@@ -3,16 +3,20 @@
 A cluster of connected passthrough nodes is a matrix from what enters to what leaves it, exactly,
 if it has no loop, nothing in it learns, its transforms are matrices, and no path through it has
 more than one synapse (two low-pass filters in a row are not one). Nengo itself refuses functions of
-passthrough nodes.
+passthrough nodes. A cluster that leads to a learning rule stays: without it, an ensemble on the
+chip would itself be a source of errors, and those are on the host. One with a probed connection
+stays too, since products have no place to probe.
 """
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from graphlib import CycleError, TopologicalSorter
 
 import nengo
 import numpy as np
 import scipy.sparse as sparse
+from nengo.base import NengoObject
+from nengo.connection import LearningRule
 
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.scope import is_passthrough
@@ -32,11 +36,12 @@ def foldable(network: nengo.Network, on_chip: Callable[[End], bool]) -> list[nen
         Says whether an object is on the chip; a cluster that touches no such object stays.
     """
     nodes = [node for node in network.all_nodes if is_passthrough(node)]
+    probed = {probe.obj for probe in network.all_probes}
     order: list[nengo.Node] = []
     for cluster, connections in _clusters(nodes, network.all_connections):
         ends = [end for c in connections for end in (c.pre_obj, c.post_obj) if end not in cluster]
         if any(on_chip(end) for end in ends):
-            order += _order(cluster, connections)
+            order += _order(cluster, connections, probed)
     return order
 
 
@@ -64,9 +69,11 @@ def _clusters(
     return list(clusters.values())
 
 
-def _order(cluster: dict[nengo.Node, None], connections: Connections) -> list[nengo.Node]:
-    """Return the nodes of a cluster, sources first; none if it is not exactly a matrix."""
-    if not all(map(_is_matrix, connections)):
+def _order(
+    cluster: dict[nengo.Node, None], connections: Connections, probed: Container[NengoObject]
+) -> list[nengo.Node]:
+    """Return the nodes of a cluster, sources first; none if a matrix cannot replace it."""
+    if not all(_is_matrix(c) and c not in probed for c in connections):
         return []
     into = defaultdict(list)
     for c in connections:
@@ -87,4 +94,6 @@ def _order(cluster: dict[nengo.Node, None], connections: Connections) -> list[ne
 
 
 def _is_matrix(connection: nengo.Connection) -> bool:
-    return connection.learning_rule_type is None and isinstance(connection.transform, PLAIN)
+    learns = connection.learning_rule_type is not None
+    teaches = isinstance(connection.post_obj, LearningRule)
+    return not learns and not teaches and isinstance(connection.transform, PLAIN)

@@ -4,6 +4,8 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport import Simulator
+from spikeport.compile.pipeline import compile_network
 from spikeport.compile.rewriting.passthrough import foldable, is_passthrough
 from tests.helpers.small_networks import FAST, SLOW, scope_of
 
@@ -89,13 +91,55 @@ def learned(network: nengo.Network) -> None:
     nengo.Connection(nengo.Node([0]), rule)
 
 
-@pytest.mark.parametrize("change", [convolved, learned])
+def learned_from(network: nengo.Network) -> None:
+    a, b = network.ensembles
+    rule = nengo.Connection(a, b, learning_rule_type=nengo.PES()).learning_rule
+    nengo.Connection(network.nodes[0], rule, synapse=None)
+
+
+def probed(network: nengo.Network) -> None:
+    nengo.Probe(network.connections[0])
+
+
+@pytest.mark.parametrize("change", [convolved, learned, learned_from, probed])
 def test_what_is_no_matrix_is_refused(change: Callable[[nengo.Network], None]) -> None:
     network = line(None, None)
     assert labels(network) == ["0"]
     with network:
         change(network)
     assert labels(network) == []
+
+
+def with_error_node() -> nengo.Network:
+    """Return an ensemble whose connection learns by an error that it is part of, over a node."""
+    with nengo.Network(seed=1) as network:
+        pre, post = (nengo.Ensemble(20, 1, label=label) for label in ("pre", "post"))
+        error = nengo.Node(size_in=1, label="error")
+        rule = nengo.PES(1e-4)
+        learned = nengo.Connection(pre, post, learning_rule_type=rule, function=lambda x: 0)
+        nengo.Connection(nengo.Node(0.5), pre)
+        nengo.Connection(post, error)
+        nengo.Connection(pre, error, transform=-1)
+        nengo.Connection(error, learned.learning_rule, synapse=None)
+    return network
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_what_an_error_is_computed_of_stays_on_the_chip(pipeline: str) -> None:
+    report = compile_network(with_error_node(), pipeline=pipeline).report
+    assert [one.object for one in report.on_host] == ["post"]
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_a_connection_into_a_node_can_be_probed(pipeline: str) -> None:
+    with nengo.Network() as network:
+        node = nengo.Node(size_in=1)
+        into = nengo.Connection(nengo.Node(0.5), node, synapse=None)
+        nengo.Connection(node, nengo.Ensemble(5, 1))
+        probe = nengo.Probe(into)
+    with Simulator(network, pipeline=pipeline) as sim:
+        sim.run_steps(3)
+        assert sim.data[probe][-1] == 0.5
 
 
 def test_functions_into_a_cluster_are_sources() -> None:
