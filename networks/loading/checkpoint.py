@@ -77,10 +77,19 @@ def read(path: Path, activation: str) -> Mlp:
     normalizer = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
     # rsl-rl 2 kept the normalisation beside the model, later versions in it: here it goes there.
     state |= {layout.normalizer + name: value for name, value in normalizer.items()}
-    names = [layout.normalizer + name for name in ("_mean", "_std")]
-    moments = [state[name] for name in names] if state.keys() >= set(names) else []
+    moments = _normalisation(layout, state)
     mlp = _chain(layout, state, moments, activation).mlp()
     return replace(mlp, trained_on=_moments(moments, mlp.sizes[0])) if moments else mlp
+
+
+def _normalisation(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> list[Tensor]:
+    """Return mean and standard deviation of the observations; none if they are as they are."""
+    found = [name for name in state if name.startswith(layout.normalizer)]
+    names = [layout.normalizer + name for name in ("_mean", "_std")]
+    if found and not state.keys() >= set(names):
+        held = ", ".join(name.removeprefix(layout.normalizer) for name in found)
+        raise MismatchError("a normalisation with _mean and _std", held, cure=SAVE)
+    return [state[name] for name in names if found]
 
 
 def _chain(

@@ -62,6 +62,31 @@ def test_without_a_normalisation_it_is_not_known_what_it_was_trained_on(path):
     assert load_mlp(path).trained_on is None
 
 
+@pytest.mark.parametrize(
+    ("names", "found"),
+    [
+        (("_mean", "_var", "count"), "_mean, _var, count"),
+        (("running_mean", "running_var", "count"), "running_mean, running_var, count"),
+        (("_std",), "_std"),
+    ],
+)
+@pytest.mark.parametrize("version", [older, oldest])
+def test_a_normalisation_of_other_names_is_refused(path, checkpoint, names, found, version):
+    content = version(checkpoint)
+    start = "actor_obs_normalizer."
+    state = content["model_state_dict"]
+    kept = {name: one for name, one in state.items() if not name.startswith(start)}
+    values = dict.fromkeys(names, torch.ones(1, 5))
+    if "obs_norm_state_dict" in content:
+        content["obs_norm_state_dict"] = values
+    else:
+        kept |= {start + name: value for name, value in values.items()}
+    torch.save({**content, "model_state_dict": kept}, path)
+    message = f"expected a normalisation with _mean and _std, found {found}"
+    with pytest.raises(UsageError, match=message):
+        load_mlp(path)
+
+
 def test_a_file_from_before_zip_archives_is_read(path, checkpoint, actor, agrees):
     torch.save(checkpoint, path, _use_new_zipfile_serialization=False)
     agrees(load_mlp(path), actor.as_jit())

@@ -118,7 +118,7 @@ WHOLE = {**CONV, "padding": 0, "groups": 1}
         (node("Affine", weight=np.eye(2), bias=[1]), (2,), "expected 2 biases in node n, found 1"),
         (node("Scale", scale=[1, 2]), (3,), "expected scale for (3,) in node n, found (2,)"),
         (node("Delay", delay=[0.002]), (1,), "expected node n to delay by 0 or 0.001 s, the step"),
-        (node("Delay", delay=[0, DT_S]), (2,), "expected node n to delay all values alike, found 0"),
+        (node("Delay", delay=[0, DT_S]), (2,), "expected node n to delay all values alike, fo"),
         (node("Flatten", start_dim=2, end_dim=3), (3,), "expected axes of (3,) to flatten in node"),
         (node("Flatten", start_dim=-2, end_dim=0), (3,), "expected start_dim from -1 to 1,048,576"),
         (node("Flatten", start_dim=[0, 1], end_dim=1), (3,), "expected one number start_dim in"),
