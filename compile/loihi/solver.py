@@ -171,7 +171,7 @@ def _new_chip_model(dt_s: float, seeds: Seeds) -> Model:
     model = Model(dt=dt_s)
     model.seeds = seeds
     # nengo-loihi looks up settings of every object; these are its defaults.
-    scratch = nengo.Network()
+    scratch = nengo.Network(add_to_container=False)
     nengo_loihi.add_params(scratch)
     model.config = scratch.config
     return model

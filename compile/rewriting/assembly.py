@@ -47,7 +47,8 @@ class FlatNetwork:
     def __init__(self, before: nengo.Network, seeds: Seeds) -> None:
         self._all_seeds = seeds
         self._settings = NetworkSettings(before)
-        self.network = nengo.Network(label=before.label, seed=seeds[before])
+        # Networks add themselves to that in whose block they are made, which may be the user's.
+        self.network = nengo.Network(before.label, seeds[before], add_to_container=False)
         self.seeds: dict[Named, int] = {self.network: seeds[before]}
         add_params(self.network)
 

@@ -50,6 +50,22 @@ def test_a_flat_network_has_the_label_and_seed_of_the_old() -> None:
     assert flat.seeds == {flat.network: 7, a: seeds[a]}
 
 
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_a_compile_in_the_block_of_a_network_leaves_it_as_it_is(pipeline: str) -> None:
+    with nengo.Network(seed=7) as network:
+        a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 2)
+        nengo.Connection(a, b[0])
+        nengo.Probe(b)
+    outside = spikeport.compile_network(network, pipeline=pipeline).image.digest
+    with network:
+        for _ in range(2):
+            assert spikeport.compile_network(network, pipeline=pipeline).image.digest == outside
+        with spikeport.Simulator(network, pipeline=pipeline) as sim:
+            sim.run_steps(2)
+        assert network.networks == []
+        assert len(network.all_objects) == 4
+
+
 def test_a_new_object_can_have_the_seed_of_an_old_one() -> None:
     with nengo.Network(seed=7) as network:
         a, b = nengo.Ensemble(3, 1), nengo.Ensemble(3, 1)
