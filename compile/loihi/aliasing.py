@@ -11,7 +11,9 @@ import numpy as np
 from nengo_loihi.builder import Model
 from nengo_loihi.neurons import loihi_rates, nengo_rates
 
+from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.loihi.blocks import FloatBlocks, first_of
+from spikeport.compile.loihi.quick_builder import quick_builder
 
 GRID = np.linspace(-1, 1, 101)
 
@@ -30,6 +32,7 @@ def _error(ensemble: nengo.Ensemble, model: Model) -> float:
     built = model.params[ensemble]
     x = np.repeat(GRID[:, np.newaxis], ensemble.n_neurons, axis=1)
     wanted = nengo_rates(ensemble.neuron_type, x, built.gain, built.bias)
-    rates = loihi_rates(ensemble.neuron_type, x, built.gain, built.bias, model.dt)
+    with TURN, quick_builder():
+        rates = loihi_rates(ensemble.neuron_type, x, built.gain, built.bias, model.dt)
     norm = np.linalg.norm(wanted)
     return float(np.linalg.norm(rates - wanted) / norm) if norm > 0 else 0.0

@@ -1,4 +1,4 @@
-r"""Parts of nengo-loihi's builder that give the same bits in less time: seeds, and LIF rates.
+r"""Parts of nengo-loihi's builder: seeds and LIF rates in less time, rates of `RegularSpiking`.
 
 A builder has several generators of random numbers for each ensemble and connection, and NumPy
 collects entropy for each before it is seeded.
@@ -12,9 +12,12 @@ Decoders are solved for the rates of neurons at thousands of values,
     j = g x + b - 1 > 0
 
 Since ``n`` is a whole number, a logarithm of single precision, which takes a fifth of the time,
-settles it wherever the period is not close to a whole step.
+settles it wherever the period is not close to a whole step. Seeds and these have the same bits.
 
-Source: nengo-loihi's ``loihi_lif_rates``.
+nengo-loihi's rates have the height of a spike as a factor, and so have Nengo's, but for those of
+`nengo.RegularSpiking`: decoded values are then higher by that factor, and on the chip, too.
+
+Source: nengo-loihi's ``loihi_lif_rates``, ``loihi_regularspiking_rates``.
 """
 
 import contextlib
@@ -23,9 +26,14 @@ from typing import Any
 
 import nengo_loihi.neurons
 import numpy as np
-from nengo import LIF
+from nengo import LIF, RegularSpiking
+from nengo.neurons import NeuronType
 from nengo_loihi.builder import connection, ensemble
-from nengo_loihi.neurons import discretize_tau_rc, discretize_tau_ref
+from nengo_loihi.neurons import (
+    discretize_tau_rc,
+    discretize_tau_ref,
+    loihi_regularspiking_rates,
+)
 from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import DTypeLike
 
@@ -110,8 +118,26 @@ def _steps(j: Floats, tau_ref_s: float, tau_rc_s: float, dt: float) -> Floats:
     return steps
 
 
+def regular_rates(
+    neuron_type: RegularSpiking, x: Floats, gain: Floats, bias: Floats, dt: float
+) -> Floats:
+    """Return the rates in Hz of `nengo.RegularSpiking` on the chip, whatever its spikes' height."""
+    plain = RegularSpiking(neuron_type.base_type)
+    rates: Floats = loihi_regularspiking_rates(plain, x, gain, bias, dt)
+    return rates
+
+
+def height_in_rates(kind: NeuronType) -> float:
+    """Return the factor that a type's rates have for the height of its spikes."""
+    return 1.0 if isinstance(kind, RegularSpiking) else getattr(kind, "amplitude", 1.0)
+
+
 _NUMPY = StandIn(np, random=StandIn(np.random, RandomState=random_state))
-_RATES = {**nengo_loihi.neurons.loihi_rate_functions, LIF: lif_rates}
+_RATES = {
+    **nengo_loihi.neurons.loihi_rate_functions,
+    LIF: lif_rates,
+    RegularSpiking: regular_rates,
+}
 
 
 @contextlib.contextmanager

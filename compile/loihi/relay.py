@@ -27,6 +27,7 @@ from nengo_loihi.neurons import loihi_rates
 
 from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
 from spikeport.compile.ground.names import base
+from spikeport.compile.loihi.quick_builder import height_in_rates
 
 RELAYS = {"onoff": OnOffDecodeNeurons, "preset10": Preset10DecodeNeurons}
 ENCODERS = "decode_neuron_encoders"
@@ -126,7 +127,7 @@ def _largest_value(model: Model, connection: nengo.Connection) -> float:
     rates = loihi_rates(kind, points, built.gain, built.bias, model.dt)
     # A connection from neurons may take some of them alone.
     spikes = rates[:, connection.pre_slice] if connection.pre_obj is not ensemble else rates
-    weights = model.params[connection].weights * model.dt / getattr(kind, "amplitude", 1.0)
+    weights = model.params[connection].weights * model.dt / height_in_rates(kind)
     return float(np.abs(spikes @ weights.T).max() / connection.post_obj.radius)
 
 

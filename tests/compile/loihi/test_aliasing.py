@@ -30,3 +30,15 @@ def test_faster_neurons_are_farther_off() -> None:
     found = rate_aliasing(integer_blocks(network).floats)
     assert 0 < found["20"] < found["200"]
     assert np.isfinite(list(found.values())).all()
+
+
+def test_the_height_of_a_spike_is_no_error_of_rates() -> None:
+    kinds = {
+        "regular": nengo.RegularSpiking(nengo.RectifiedLinear(), amplitude=2),
+        "plain": nengo.SpikingRectifiedLinear(amplitude=2),
+    }
+    with nengo.Network(seed=1) as network:
+        for label, kind in kinds.items():
+            nengo.Ensemble(1, 1, neuron_type=kind, gain=[1e-9], bias=[300.0], label=label)
+    found = rate_aliasing(integer_blocks(network).floats)
+    assert found == pytest.approx(dict.fromkeys(kinds, 50 / 300), rel=1e-6)

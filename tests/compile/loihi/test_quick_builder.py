@@ -8,6 +8,7 @@ import pytest
 from nengo_loihi.builder import connection, ensemble
 from nengo_loihi.neurons import discretize_tau_rc, discretize_tau_ref, loihi_lif_rates
 
+import spikeport
 from spikeport.compile.loihi.quick_builder import lif_rates, quick_builder, random_state
 
 DT_S = 1e-3
@@ -77,3 +78,24 @@ def test_the_builder_has_its_own_parts_back_in_the_end() -> None:
         assert all(module.np.random.RandomState is random_state for module in modules)
         assert all(module.np.zeros is np.zeros for module in modules)
     assert all(module.np is np for module in modules)
+
+
+@pytest.mark.parametrize("amplitude", [0.5, 2.0])
+@pytest.mark.parametrize("base", [nengo.LIFRate(), nengo.RectifiedLinear()], ids=repr)
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_values_of_regular_spikes_of_any_height_are_those_of_float_nengo(
+    pipeline: str, base: nengo.neurons.NeuronType, amplitude: float
+) -> None:
+    with nengo.Network(seed=1) as network:
+        kind = nengo.RegularSpiking(base, amplitude=amplitude)
+        a, b = nengo.Ensemble(60, 1, neuron_type=kind), nengo.Ensemble(60, 1, radius=2)
+        nengo.Connection(nengo.Node(0.5), a)
+        nengo.Connection(a, b)
+        probes = [nengo.Probe(one, synapse=0.05) for one in (a, b)]
+    found = []
+    for options in ({"backend": "reference"}, {"pipeline": pipeline}):
+        with spikeport.Simulator(network, progress_bar=False, **options) as sim:
+            sim.run(0.4)
+            found.append([sim.data[probe][-150:].mean() for probe in probes])
+    assert found[0][0] == pytest.approx(amplitude / 2, rel=0.05)
+    assert found[1] == pytest.approx(found[0], rel=0.12)
