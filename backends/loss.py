@@ -20,6 +20,7 @@ from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.recorder import Recorder
 from spikeport.backends.rerun import TAU_S, Rerun, check, error
+from spikeport.backends.step_log import LogOptions
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.modules import by_module
 from spikeport.compile.image.tables import offsets, part
@@ -133,7 +134,8 @@ def _run(
 ) -> tuple[list[np.ndarray], Activity, float | None]:
     """Run on the image; return the host's spikes, the counts, and the error against float Nengo."""
     n_steps = max(1, round(seconds / compilation.image.manifest.dt_s))
-    recorder = Recorder(NativeChip(compilation.image, seed))
+    chip = NativeChip(compilation.image, seed, LogOptions(compilation.report.chip))
+    recorder = Recorder(chip)
     loop = attempt("before step 1", lambda: HostLoop(compilation, recorder, seed))
     with contextlib.closing(loop):
         for step in range(n_steps):

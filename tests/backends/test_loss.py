@@ -9,6 +9,7 @@ import pytest
 from nengo_loihi.builder import Model
 from nengo_loihi.emulator import EmulatorInterface
 
+from spikeport.backends import step_log
 from spikeport.backends.float_chip import FloatChip
 from spikeport.backends.loss import MeasuredLoss, causes, measure
 from spikeport.backends.recorder import Recorder
@@ -158,6 +159,19 @@ def test_inputs_that_spike_in_every_step_are_saturated() -> None:
     # The input is low in the first of four windows and rises in the second.
     assert loss.saturated_inputs == {"nodes[0] -> a": 0.5}
     assert [hint.id for hint in loss.hints if hint.id == "SP408"] == ["SP408"]
+
+
+def test_a_run_of_any_length_has_energy_and_times(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Steps of more than 10 s are folded: see `spikeport.backends.step_log`."""
+    network = feedforward()
+    compilation = compile_network(network)
+    wanted = measure(network, compilation, 0.05, seed=0, progress=quiet)
+    monkeypatch.setattr(step_log, "KEPT_STEPS", 20)
+    found = measure(network, compilation, 0.05, seed=0, progress=quiet)
+    (steps, folded) = (compilation.report.to_dict(one.activity) for one in (wanted, found))
+    for name, energy in steps["energy"].items():
+        step_j = energy["system"]["energy_step"]["value"]
+        assert folded["energy"][name]["system"]["energy_step"]["value"] == pytest.approx(step_j)
 
 
 def test_the_loss_is_the_same_every_time(measured: MeasuredLoss) -> None:
