@@ -18,6 +18,7 @@ from spikeport.backends.chip import Chip, Joinable, Joined
 from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.host_program import HostProgram
 from spikeport.backends.kept import program_of
+from spikeport.backends.sampling import recorded
 from spikeport.backends.tape import Flattener, PooledSignals
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.rewrite import Built, Rewrite
@@ -142,7 +143,7 @@ class HostLoop:
         probe = self.compilation.stand_ins.get(probe, probe)
         if probe in self._recordings:
             return self._recordings[probe].data()
-        return np.asarray(self._host.data[probe])
+        return recorded(self._host, probe)
 
     def built(self, obj: NengoObject) -> Built:
         """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""

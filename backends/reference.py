@@ -16,6 +16,7 @@ from nengo.ensemble import Neurons
 
 from spikeport.backends.counter import Counter
 from spikeport.backends.float_simulator import float_simulator
+from spikeport.backends.sampling import recorded
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.rewrite import Built, Rewrite
@@ -76,7 +77,7 @@ class Reference:
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """Return the values that a probe recorded, (n_steps, size)."""
-        return np.asarray(self._sim.data[self._rewrite.stand_ins.get(probe, probe)])
+        return recorded(self._sim, self._rewrite.stand_ins.get(probe, probe))
 
     def built(self, obj: NengoObject) -> Built:
         """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""

@@ -1,6 +1,11 @@
-"""The steps that a probe records."""
+"""The steps that a probe records, and what it recorded of them."""
+
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    import nengo
 
 
 def sampled(n_steps: int, sample_every: float | None, dt_s: float) -> np.ndarray:
@@ -10,3 +15,10 @@ def sampled(n_steps: int, sample_every: float | None, dt_s: float) -> np.ndarray
     """
     steps = np.arange(1, n_steps + 1)
     return steps if sample_every is None else steps[steps % (sample_every / dt_s) < 1]
+
+
+def recorded(simulator: "nengo.Simulator", probe: "nengo.Probe") -> np.ndarray:
+    """Return the values that a probe recorded, (n, ...)."""
+    # Nengo's have no shape where there are none.
+    found = np.asarray(simulator.data[probe])
+    return found if len(found) else np.zeros((0, *simulator.model.sig[probe]["in"].shape))

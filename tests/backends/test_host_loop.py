@@ -166,3 +166,15 @@ def test_events_arrive_one_step_after_theirs_also_where_probes_are_cleared(tmp_p
             simulator.clear_probes()
             found.append(simulator.activity.messages_host.sum())
     assert found == [0, 0, 2, 2]
+
+
+@pytest.mark.parametrize("backend", ["native", "reference"])
+def test_what_took_no_sample_has_its_size(loop: nengo.Network, backend: str) -> None:
+    sizes = [probe.size_in for probe in loop.all_probes]
+    for probe in loop.all_probes:
+        probe.sample_every = 0.05
+    with spikeport.Simulator(loop, backend=backend) as simulator:
+        simulator.run_steps(10)
+        assert [simulator.data[probe].shape for probe in loop.all_probes] == [
+            (0, size) for size in sizes
+        ]

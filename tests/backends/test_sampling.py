@@ -1,9 +1,10 @@
-"""Steps that a probe records."""
+"""Steps that a probe records, and their values."""
 
 import nengo
+import numpy as np
 import pytest
 
-from spikeport.backends.sampling import sampled
+from spikeport.backends.sampling import recorded, sampled
 
 
 def test_every_step_is_recorded_where_nothing_else_is_asked_for() -> None:
@@ -19,3 +20,16 @@ def test_steps_are_those_that_nengo_samples(sample_every: float) -> None:
         simulator.run_steps(40)
         theirs = simulator.data[probe][:, 0].astype(int).tolist()
     assert sampled(40, sample_every, 0.001).tolist() == theirs
+
+
+def test_what_took_no_sample_has_the_shape_of_its_samples() -> None:
+    with nengo.Network() as network:
+        node, target = nengo.Node(size_in=2), nengo.Node(size_in=3)
+        learnt = nengo.Connection(node, target, transform=np.ones((3, 2)))
+        probes = nengo.Probe(node, sample_every=0.005), nengo.Probe(learnt, "weights")
+        probes[1].sample_every = 0.005
+    with nengo.Simulator(network, progress_bar=False) as simulator:
+        for n_steps, samples in (4, 0), (1, 1):
+            simulator.run_steps(n_steps)
+            shapes = [recorded(simulator, probe).shape for probe in probes]
+            assert shapes == [(samples, 2), (samples, 3, 2)]
