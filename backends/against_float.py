@@ -14,6 +14,7 @@ from spikeport.backends.attempt import attempt
 from spikeport.backends.float_simulator import float_simulator
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.rerun import error, low_pass
+from spikeport.backends.sampling import recorded
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.rewrite import Rewrite
 
@@ -38,7 +39,8 @@ def error_against_float(
     Returns
     -------
     error : float or None
-        None where no value is probed, or input is random and differs from run to run.
+        None where no value is probed, or none was sampled in so few steps, or input is random and
+        differs from run to run.
 
     Raises
     ------
@@ -51,10 +53,9 @@ def error_against_float(
     dt_s = loop.compilation.image.manifest.dt_s
     wanted = _float_run(network, n_steps, dt_s, seed)
     steps = [probe.sample_every or dt_s for probe in probes]
-    return error(
-        _joined([loop.data(probe) for probe in probes], steps),
-        _joined([wanted[probe] for probe in probes], steps),
-    )
+    ours = _joined([loop.data(probe) for probe in probes], steps)
+    exact = _joined([wanted[probe] for probe in probes], steps)
+    return error(ours, exact) if exact.size else None
 
 
 def _is_value(probe: nengo.Probe) -> bool:
@@ -74,7 +75,7 @@ def _float_run(
     with simulator:
         for step in range(n_steps):
             attempt(f"float Nengo: step {step + 1}", simulator.step)
-        return {probe: np.asarray(simulator.data[probe]) for probe in network.all_probes}
+        return {probe: recorded(simulator, probe) for probe in network.all_probes}
 
 
 def _joined(recorded: list[np.ndarray], steps_s: list[float]) -> np.ndarray:

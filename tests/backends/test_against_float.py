@@ -39,6 +39,10 @@ def test_values_are_near_those_of_float_nengo() -> None:
     assert 0.001 < found(channel([0.7], sample_every=0.01, synapse=0.02)) < 0.3
 
 
+def test_nothing_is_compared_where_no_probe_took_a_sample() -> None:
+    assert found(channel([0.7], sample_every=0.5)) is None
+
+
 def test_a_change_of_what_is_computed_shows() -> None:
     network = channel([0.7])
     compilation = compile_network(network)
