@@ -1,6 +1,7 @@
 """A network on a backend, and beside it in float Nengo."""
 
 import functools
+import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import nengo
+import numpy as np
 
 from spikeport.backends import registry
 from spikeport.backends.attempt import attempt
@@ -124,7 +126,7 @@ def run(
             scope = Scope(beside, Names(beside))
             for name, probe in probes_by_name(beside).items():
                 if not scope.in_chip_units(probe):
-                    recorded[name] = replace(recorded[name], values_float=sim.data[probe])
+                    recorded[name] = replace(recorded[name], values_float=_values(sim, probe))
     report = None if compilation is None else compilation.report
     return Ran(backend, recorded, activity, report, report_json, wall_s, link)
 
@@ -132,9 +134,17 @@ def run(
 def _recorded(sim: Simulator, probes: Mapping[str, nengo.Probe]) -> dict[str, Recorded]:
     """Return the recordings of a run so far."""
     return {
-        name: Recorded(sim.trange(probe.sample_every), sim.data[probe], None, records_spikes(probe))
+        name: Recorded(
+            sim.trange(probe.sample_every), _values(sim, probe), None, records_spikes(probe)
+        )
         for name, probe in probes.items()
     }
+
+
+def _values(sim: Simulator, probe: nengo.Probe) -> np.ndarray:
+    """Return what a probe recorded, (n, size); weights row by row."""
+    found: np.ndarray = sim.data[probe]
+    return found.reshape(len(found), math.prod(found.shape[1:]))
 
 
 def _twin(network: nengo.Network) -> nengo.Network:

@@ -7,6 +7,7 @@ import nengo
 import numpy as np
 import pytest
 
+import spikeport
 from spikeport import Simulator
 from spikeport.errors import BackendError, UsageError
 from spikeport.simulation.run import RunOptions, run
@@ -31,6 +32,23 @@ def test_a_run_without_a_chip_has_no_report_and_nothing_beside(network):
     alone = run(network(), RunOptions(steps=5, backend="nengo_loihi", beside_float=False))
     assert alone.backend == "nengo-loihi"
     assert {one.error() for one in alone.recorded.values()} == {None}
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_weights_are_recorded_row_by_row(network):
+    net = network()
+    with net:
+        spikeport.add_params(net)
+        ensemble, target = nengo.Ensemble(20, 1), nengo.Node(size_in=2)
+        net.config[ensemble].on_chip = False
+        learnt = nengo.Connection(
+            ensemble, target, function=lambda x: [x, x], learning_rule_type=nengo.PES()
+        )
+        nengo.Connection(target, learnt.learning_rule)
+        nengo.Probe(learnt, "weights", sample_every=0.005, label="weights")
+    one = run(net, RunOptions(steps=20)).recorded["weights"]
+    assert one.values.shape == one.values_float.shape == (4, 40)
+    assert one.error() is not None
 
 
 def test_values_of_other_units_are_not_compared(network):
