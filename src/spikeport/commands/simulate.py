@@ -143,11 +143,11 @@ def _write(
     drawing: ModuleType,
     series: ModuleType,
 ) -> None:
-    """Write a folder but for its result: the picture is drawn before an earlier run makes room."""
-    # The last thing that may fail before an earlier run is removed.
+    """Write a folder but for its result: all is made before an earlier run makes room."""
     picture = drawing.figure(ran.recorded, ran.backend, request.network)
+    probes = series.dataset(ran.recorded, ran.backend)
     run_folder.clear(folder)
-    run_folder.write_probes(folder, series.dataset(ran.recorded, ran.backend))
+    run_folder.write_probes(folder, probes)
     run_folder.write_figure(folder, picture)
     if ran.report_json is not None:
         run_folder.write_report(folder, ran.report_json, request.network)

@@ -15,9 +15,9 @@ def dataset(recorded: Mapping[str, Recorded], backend: str) -> xr.Dataset:
     becomes a bar.
     """
     variables: dict[str, xr.Variable] = {}
-    clocks: dict[tuple[float, ...], str] = {}
+    clocks: dict[bytes, str] = {}
     for name, one in recorded.items():
-        clock = clocks.setdefault(tuple(one.times_s[:2]), _clock(len(clocks)))
+        clock = clocks.setdefault(one.times_s.tobytes(), _clock(len(clocks)))
         name = name.replace("/", "|")
         name = f"probe {name}" if name.startswith("time_") else name  # names of clocks
         variables[clock] = xr.Variable(clock, one.times_s, {"units": "s"})

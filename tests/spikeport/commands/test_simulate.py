@@ -10,6 +10,7 @@ import xarray as xr
 from spikeport import Simulator
 from spikeport.compile.report.schema import ReportData
 from spikeport.find_network import find_network
+from spikeport.simulation import dataset
 from tests.helpers import refused_networks
 
 CHAIN = """
@@ -121,6 +122,31 @@ def test_an_earlier_run_is_kept_or_replaced(spikeport, net_py, tmp_path):
     assert names(tmp_path / "run") == [name for name in FILES if not name.startswith("report")]
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert result["resources"] is None
+
+
+def test_an_earlier_run_stays_where_the_series_of_a_new_one_cannot_be_made(
+    spikeport, net_py, tmp_path, monkeypatch
+):
+    command = ("simulate", f"{net_py}:make", "--seconds", "0.01", "--out", tmp_path / "run")
+    assert spikeport(*command).code == 0
+    monkeypatch.setattr(dataset, "dataset", lambda *_: {}["series"])
+    with pytest.raises(KeyError, match="series"):
+        spikeport(*command, "--overwrite")
+    assert names(tmp_path / "run") == FILES
+
+
+def test_a_run_too_short_for_a_sample_is_kept_and_shown(spikeport, tmp_path):
+    (tmp_path / "net.py").write_text(CHAIN.replace("groups[-1])", "groups[-1], sample_every=0.05)"))
+    out = tmp_path / "run"
+    options = ("--seconds", "0.02", "--out", out)
+    for backend in "native", "reference":
+        done = spikeport(
+            "simulate", tmp_path / "net.py", *options, "--backend", backend, "--overwrite"
+        )
+        assert done.code == 0
+        with xr.open_dataset(out / "probes.nc") as read:
+            assert read["ensembles[19]"].shape == (0, 1)
+    assert spikeport("view", out).code == 0
 
 
 def test_a_model_without_probes_is_probed_at_its_outputs(spikeport, tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ import xarray as xr
 
 from spikeport.experiments import run_folder
 from spikeport.simulation.dataset import dataset
+from spikeport.simulation.recorded import Recorded
 
 
 def test_every_probe_is_a_variable_with_its_clock(ran, tmp_path):
@@ -26,3 +27,16 @@ def test_every_probe_is_a_variable_with_its_clock(ran, tmp_path):
 def test_without_a_float_run_there_is_none(ran):
     alone = {name: replace(one, values_float=None) for name, one in ran.recorded.items()}
     assert not [name for name in dataset(alone, "native") if "in float" in name]
+
+
+def test_clocks_that_begin_alike_are_others():
+    """Sampled every 2.4 and 2.5 ms, which are the same steps at first."""
+    times_s = [0.001 * np.array(steps) for steps in ([3, 5, 8, 10, 12], [3, 5, 8, 10, 13])]
+    recorded = {
+        name: Recorded(times, np.ones((len(times), 1)), None, spikes=False)
+        for name, times in zip("abcd", (*times_s, times_s[0][:4], times_s[0]), strict=True)
+    }
+    found = dataset(recorded, "native")
+    for name, one in recorded.items():
+        np.testing.assert_array_equal(found[found[name].dims[0]], one.times_s)
+    assert found["a"].dims[0] == found["d"].dims[0] == "time_s"
