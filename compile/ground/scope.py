@@ -74,10 +74,9 @@ class Scope:
     def repeats_spikes(self, connection: nengo.Connection) -> bool:
         """Return whether a slice on the chip has a source of spikes more than once."""
         pre, post = connection.pre_obj, connection.post_obj
-        if isinstance(connection.pre_slice, slice) or isinstance(pre, nengo.Ensemble):
+        if isinstance(pre, nengo.Ensemble) or not reads_twice(connection):
             return False
-        rows = source_rows(connection)
-        return len(np.unique(rows)) < len(rows) and self.on_chip(pre) and self.on_chip(post)
+        return self.on_chip(pre) and self.on_chip(post)
 
     def from_host_neurons(self) -> Iterator[nengo.Connection]:
         """Yield the connections from neurons on the host to what is on the chip."""
@@ -114,6 +113,14 @@ def source_rows(connection: nengo.Connection) -> np.ndarray:
     """Return the entries of its whole source that a connection reads, (n,)."""
     rows: np.ndarray = np.arange(connection.pre_obj.size_out)[connection.pre_slice]
     return rows
+
+
+def reads_twice(connection: nengo.Connection) -> bool:
+    """Return whether a connection's slice has an entry of its source more than once."""
+    if isinstance(connection.pre_slice, slice):
+        return False
+    rows = source_rows(connection)
+    return len(np.unique(rows)) < len(rows)
 
 
 def target_rows(connection: nengo.Connection) -> np.ndarray:

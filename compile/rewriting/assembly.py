@@ -8,12 +8,13 @@ import numpy as np
 import scipy.sparse as sparse
 from nengo.base import NengoObject
 from nengo.connection import LearningRule
+from nengo.ensemble import Neurons
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import End, Named
 from spikeport.compile.ground.refusal import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.scope import Scope, reads_twice, source_rows
 from spikeport.compile.ground.settings import NetworkSettings, add_params
 from spikeport.compile.loihi.readout import readout_scale
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
@@ -83,6 +84,34 @@ class FlatNetwork:
     def configure(self, new: NengoObject, old: NengoObject) -> None:
         """Give a new object the settings of an old one."""
         self._settings.copy(old, self.network, onto=new)
+
+
+def start(connection: nengo.Connection) -> tuple[End, dict[str, object]]:
+    """Return the start of a connection like another, and the options of what it computes there.
+
+    Nengo has no matrices behind a slice with an entry twice. It starts at the whole source then,
+    where its function picks the entries, or its matrix has to, see `sums_up`.
+    """
+    neurons = isinstance(connection.pre_obj, Neurons)
+    options = {} if neurons else {name: getattr(connection, name) for name in DECODING}
+    if not reads_twice(connection):
+        return connection.pre, options
+    if not sums_up(connection):
+        options["function"] = _of_all(connection)
+    return connection.pre_obj, options
+
+
+def sums_up(connection: nengo.Connection) -> bool:
+    """Return whether a slice has an entry twice that no function reads, so that weights add up."""
+    computes = isinstance(connection.pre_obj, nengo.Ensemble) or connection.function is not None
+    return not computes and reads_twice(connection)
+
+
+def _of_all(connection: nengo.Connection) -> Callable[[np.ndarray], object]:
+    """Return the function of a connection from a slice as one of its whole source."""
+    # Nengo takes no values at points, which are no function, of a slice.
+    function, rows = connection.function, source_rows(connection)
+    return lambda x: x[rows] if function is None else function(x[rows])
 
 
 def construction_order(network: nengo.Network) -> list[nengo.Connection]:
@@ -201,11 +230,11 @@ class Assembly:
     def _connect(self, key: EdgeKey, target: End, matrix: sparse.csr_array) -> None:
         """Connect one edge as it is."""
         source, old = key.source, key.source.connection
-        options = {name: getattr(old, name) for name in DECODING} if old is not None else {}
+        pre, options = (self._start(source), {}) if old is None else start(old)
         # Nengo calls a function once to see how many values it returns.
         with warnings_about("" if old is None else self._scope.names[old]):
             connection = nengo.Connection(
-                self._start(source),
+                pre,
                 target,
                 synapse=key.synapse,
                 transform=nengo_transform(matrix) if source.in_group else matrix.toarray(),
@@ -220,7 +249,7 @@ class Assembly:
     def _start(self, source: EdgeSource) -> End:
         if source.in_group:
             return self.ensembles[source.group].neurons
-        return source.obj if source.connection is None else source.connection.pre
+        return source.obj
 
     def _end(self, target: EdgeTarget) -> End:
         if not target.in_group:

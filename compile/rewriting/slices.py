@@ -15,7 +15,7 @@ from spikeport.compile.ground.matrices import full, placed
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope, in_full, target_rows
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
-from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
+from spikeport.compile.rewriting.assembly import FlatNetwork, start, sums_up
 
 
 def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
@@ -38,15 +38,14 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
     """
     network = rewrite.network
     scope = Scope(network, rewrite.names)
-    repeats = {c for c in network.all_connections if scope.repeats_spikes(c)}
-    parts = repeats.union(c for c in network.all_connections if scope.reaches_part(c))
+    parts = {c for c in network.all_connections if scope.repeats_spikes(c) or scope.reaches_part(c)}
     if not parts:
         return rewrite
     solver = ParameterSolver(rewrite, dt_s)
 
     def connect(connection: nengo.Connection, flat: FlatNetwork) -> None:
         if connection in parts:
-            _connect_whole(connection, flat, solver, connection in repeats)
+            _connect_whole(connection, flat, solver)
         else:
             flat.keep(connection)
 
@@ -57,20 +56,19 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
 
 
 def _connect_whole(
-    connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver, repeats: bool
+    connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
 ) -> None:
     """Connect to all of a target what a connection sends to a part of it.
 
-    If its slice ``repeats`` neurons, the connection is also made to read all of its source.
+    If its slice has entries twice, the connection is also made to read all of its source.
     """
-    from_neurons = isinstance(connection.pre_obj, Neurons)
-    options = {} if from_neurons else {name: getattr(connection, name) for name in DECODING}
+    pre, options = start(connection)
     with flat.network:
         whole = nengo.Connection(
-            connection.pre_obj if repeats else connection.pre,
+            pre,
             connection.post_obj,
             synapse=connection.synapse,
-            transform=_whole_transform(connection, solver, repeats),
+            transform=_whole_transform(connection, solver),
             label=connection.label,
             **options,
         )
@@ -79,15 +77,14 @@ def _connect_whole(
 
 
 def _whole_transform(
-    connection: nengo.Connection, solver: ParameterSolver, repeats: bool
+    connection: nengo.Connection, solver: ParameterSolver
 ) -> nengo.transforms.Transform | np.ndarray:
-    if in_full(connection) and not repeats:
+    if sums_up(connection):
+        weights = solver.weights(connection)
+    elif in_full(connection):
         return connection.transform
-    weights = (
-        solver.weights(connection)
-        if repeats
-        else full(solver.transform(connection), connection.size_mid)
-    )
+    else:
+        weights = full(solver.transform(connection), connection.size_mid)
     matrix = placed(weights, target_rows(connection), connection.post_obj.size_in)
     between_neurons = isinstance(connection.pre_obj, Neurons) and isinstance(
         connection.post_obj, Neurons

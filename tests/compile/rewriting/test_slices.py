@@ -81,6 +81,42 @@ def test_an_entry_that_occurs_twice_receives_the_sum() -> None:
     assert_same_in_float(net)
 
 
+FROM = ["node", "function", "passthrough", "decoded", "squares", "decoders", "neurons"]
+
+
+def slice_twice(source: str) -> nengo.Network:
+    """Return a connection on the host or from there, whose slices of both ends differ."""
+    with nengo.Network(seed=4) as net:
+        spikeport.add_params(net)
+        u = nengo.Node(lambda t: [np.sin(20 * t), 0.3, 0.5], label="u")
+        a, b = nengo.Ensemble(30, 3, label="a"), nengo.Ensemble(40, 3, label="b")
+        nengo.Connection(u, a)
+        host, through = nengo.Ensemble(9, 1, label="host"), nengo.Node(size_in=3)
+        net.config[host].on_chip = False
+        nengo.Connection(u[0], host)
+        nengo.Connection(u, through)
+        start, options = {
+            "node": (u, {}),
+            "function": (u, {"function": lambda x: x[[1, 0]] ** 2}),
+            "passthrough": (through, {}),
+            "decoded": (a, {}),
+            "squares": (a, {"function": lambda x: x[[1, 0]] ** 2}),
+            "decoders": (a, {"solver": nengo.solvers.NoSolver(1e-3 * np.ones((30, 2)))}),
+            "neurons": (host.neurons, {"transform": 1e-3}),
+        }[source]
+        nengo.Connection(start[[2, 2]], b[[0, 1]], **options)
+        nengo.Probe(b, synapse=0.01)
+        nengo.Probe(b.neurons)
+    return net
+
+
+@pytest.mark.parametrize("source", FROM)
+def test_a_slice_may_read_an_entry_twice(source: str) -> None:
+    assert_same_in_float(slice_twice(source))
+    for pipeline in ("as_written", "compact"):
+        compile_network(slice_twice(source), pipeline=pipeline)
+
+
 def reading_twice(target: str, transform: Any) -> nengo.Network:
     with nengo.Network(seed=4) as net:
         a = nengo.Ensemble(3, 1, gain=np.ones(3), bias=[3.0, 5.0, 9.0])
