@@ -64,12 +64,14 @@ class Scope:
     def reaches_part(self, connection: nengo.Connection) -> bool:
         """Return whether a connection ends in a part of an ensemble on the chip.
 
-        Full weights between ensembles are none: nengo-loihi solves them for the part by itself.
+        Full weights between ensembles on the chip are none: nengo-loihi solves them for the part by
+        itself.
         """
         part = connection.post_slice
         if isinstance(part, slice) and part == slice(None):
             return False
-        return self.on_chip(connection.post_obj) and not full_weights(connection)
+        solved = full_weights(connection) and self.on_chip(connection.pre_obj)
+        return self.on_chip(connection.post_obj) and not solved
 
     def repeats_spikes(self, connection: nengo.Connection) -> bool:
         """Return whether a slice on the chip has a source of spikes more than once."""

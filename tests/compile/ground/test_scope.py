@@ -82,6 +82,9 @@ def test_some_connections_reach_a_part_of_an_ensemble(part: Any, in_order: bool)
     scope = scope_of(network)
     found = [scope.reaches_part(c) for c in (partly, whole, host, weights)]
     assert found == [True, False, False, False]
+    nengo_loihi.add_params(network)
+    network.config[a].on_chip = False
+    assert scope_of(network).reaches_part(weights)
     assert target_rows(partly).tolist() == np.arange(3)[[part] if part == 1 else part].tolist()
     assert in_full(partly) is in_order
 

@@ -81,6 +81,18 @@ def test_an_entry_that_occurs_twice_receives_the_sum() -> None:
     assert_same_in_float(net)
 
 
+def test_weights_of_an_ensemble_on_the_host_may_end_in_a_part() -> None:
+    with nengo.Network(seed=4) as net:
+        spikeport.add_params(net)
+        host, b = nengo.Ensemble(20, 1), nengo.Ensemble(40, 3)
+        net.config[host].on_chip = False
+        solver = nengo.solvers.LstsqL2(weights=True)
+        nengo.Connection(host, b[1], solver=solver, synapse=0.02)
+        nengo.Probe(b, synapse=0.01)
+    assert_same_in_float(net)
+    compile_network(net)
+
+
 FROM = ["node", "function", "passthrough", "decoded", "squares", "decoders", "neurons"]
 
 
