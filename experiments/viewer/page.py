@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader
 
 from spikeport.atomic import write_text
 from spikeport.experiments.registry import imported
-from spikeport.experiments.viewer.rows import POSES, Row, end_s, rows
+from spikeport.experiments.viewer.rows import POSES, Row, end_s, of_robot, rows
 
 if TYPE_CHECKING:
     from spikeport.experiments.viewer.shapes import Shapes
@@ -39,7 +39,7 @@ def page(data: str, title: str, live: bool = False) -> str:
 def content(probes: xr.Dataset) -> str:
     """Return what the page of a run draws, as JSON."""
     found = {"rows": [_row(row) for row in rows(probes)], "end_s": end_s(probes)}
-    if POSES in probes:
+    if of_robot(probes, POSES):
         # A screen shows no more poses than these.
         step = max(1, round(1 / (FPS * _step_s(probes))))
         times_s = probes.time.values[::step]

@@ -55,6 +55,17 @@ def end_s(probes: xr.Dataset) -> float:
     return max(ends, default=0.0)
 
 
+def of_robot(probes: xr.Dataset, *names: str, **dimensions: str) -> bool:
+    """Return whether a robot recorded series, those of the keywords along a dimension, too.
+
+    Probes of a network have any name, and a clock of another: see `spikeport.simulation.dataset`.
+    """
+    on_its_clock = all(
+        name in probes and probes[name].dims[:1] == ("time",) for name in (*names, *dimensions)
+    )
+    return on_its_clock and all(along in probes[name].dims for name, along in dimensions.items())
+
+
 def _is_clock(probes: xr.Dataset, name: str) -> bool:
     return name.split("_")[0] in CLOCKS and name in probes.coords and probes.sizes[name] > 0
 
@@ -65,9 +76,9 @@ def _place(name: str) -> int:
 
 def _errors(probes: xr.Dataset) -> Iterator[Row]:
     """Yield how far the hand is off its target, and the robot off its reference."""
-    if {"hand", "target"} <= probes.keys():
+    if of_robot(probes, "hand", "target"):
         yield _error(probes, "error of the hand", probes.target.values - probes.hand.values)
-    if {"reference", "state"} <= probes.keys():
+    if of_robot(probes, reference="moving", state="turned"):
         place = probes.state.sel(turned=["x", "y"]).values
         there = probes.reference.sel(moving=["x", "y"]).values
         yield _error(probes, "distance to the reference, which is ahead by its lead", place - there)
@@ -80,7 +91,8 @@ def _error(probes: xr.Dataset, name: str, off_m: np.ndarray) -> Row:
 def _lines(probes: xr.Dataset) -> Iterator[Row]:
     for name, series in probes.data_vars.items():
         along = str(series.dims[0]) if series.dims else ""
-        is_series = _is_clock(probes, along) and name != POSES
+        drawn = name == POSES and of_robot(probes, POSES)
+        is_series = _is_clock(probes, along) and not drawn
         if is_series and series.attrs.get("spikes"):
             yield _dots(str(name).removesuffix(" spikes"), probes[along].values, series.values)
         elif is_series and np.issubdtype(series.dtype, np.number):
@@ -108,7 +120,7 @@ def _thinned(
 def _spikes(probes: xr.Dataset) -> Iterator[Row]:
     for name in map(str, probes.data_vars):
         neurons = f"{name.removesuffix('_time')}_neuron"
-        if not name.endswith("_time") or neurons not in probes:
+        if not name.endswith("_time") or neurons not in probes or probes[name].ndim > 1:
             continue
         title = name.removesuffix("_time")
         yield _thinned_spikes(title, probes[name].values, probes[neurons].values)

@@ -1,7 +1,11 @@
 """Rows of the time line."""
 
-import numpy as np
+import json
 
+import numpy as np
+import xarray as xr
+
+from spikeport.experiments.viewer.page import content
 from spikeport.experiments.viewer.rows import MOST_POINTS, MOST_SPIKES, end_s, rows
 from spikeport.simulation.dataset import dataset
 from spikeport.simulation.recorded import Recorded
@@ -36,6 +40,25 @@ def test_probes_of_a_network_have_rows_on_their_own_clocks():
     np.testing.assert_allclose(found["spikes of a"].times_s, [0.011, 0.051])
     assert found["spikes of a"].values.tolist() == [2, 1]
     assert end_s(probes) == 0.2
+
+
+def test_probes_of_a_network_may_have_the_names_of_a_robots_series():
+    names = ["hand", "target", "qpos", "reference", "state", "x_time", "x_neuron"]
+    one = Recorded(0.001 * (1 + np.arange(9)), np.ones((9, 3)), None, spikes=False)
+    probes = dataset(dict.fromkeys(names, one), "native")
+    assert sorted(row.name for row in rows(probes)) == sorted(names)
+    assert "robot" not in json.loads(content(probes))
+
+
+def test_how_far_a_robot_is_off_its_reference_is_a_row():
+    places = {"moving": ["x", "y"], "turned": ["heading", "x", "y"]}
+    series = {
+        "reference": (("time", "moving"), np.full((5, 2), [3.0, 4.0])),
+        "state": (("time", "turned"), np.zeros((5, 3))),
+    }
+    found = {row.name: row for row in rows(xr.Dataset(series, {"time": np.arange(5.0), **places}))}
+    off_m = found["distance to the reference, which is ahead by its lead"].values
+    np.testing.assert_allclose(off_m, 5)
 
 
 def test_columns_of_several_dimensions_have_all_their_names(series):
