@@ -16,6 +16,7 @@ from nengo.builder.ensemble import BuiltEnsemble
 
 from spikeport.backends.chip import Chip, Joinable, Joined
 from spikeport.backends.decoding import Decoder, OutputRecording
+from spikeport.backends.generators import own_generators
 from spikeport.backends.host_program import HostProgram
 from spikeport.backends.kept import program_of
 from spikeport.backends.sampling import recorded
@@ -47,20 +48,21 @@ class HostLoop:
         image, program = compilation.image, program_of(compilation)
         self.compilation = compilation
         self._chip = chip
-        self._host = nengo.Simulator(
-            None,
-            dt=image.manifest.dt_s,
-            model=program.model,
-            seed=seed,
-            progress_bar=False,
-            # The optimiser merges signals, which would then be no arrays of the pool.
-            optimize=False,
-        )
         self._decoder = Decoder(image, [output for output, _ in program.receivers])
         self._recordings = {
             probe: OutputRecording(image, output, probe) for probe, output in program.probes.items()
         }
-        self._flatten(program)
+        with own_generators(program.model):
+            self._host = nengo.Simulator(
+                None,
+                dt=image.manifest.dt_s,
+                model=program.model,
+                seed=seed,
+                progress_bar=False,
+                # The optimiser merges signals, which would then be no arrays of the pool.
+                optimize=False,
+            )
+            self._flatten(program)
         first = offsets(image.inputs.size)
         self._events = [(first[i], one) for i, one in program.events.items()]
         self._params = program.params
