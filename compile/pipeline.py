@@ -48,6 +48,7 @@ from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
 from spikeport.compile.report.summary import verdict
+from spikeport.compile.rewriting.once import each_once
 from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.compile.rewriting.slices import whole_targets
 from spikeport.constants import DT_S
@@ -317,7 +318,8 @@ def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
         raise DoesNotFitError(chip.name, much)
     if too_large := over_memory(network):
         raise DoesNotFitError(chip.name, too_large)
-    rewrite = whole_targets(run.networks(Rewrite(network, names)), run.dt_s)
+    once = each_once(Rewrite(network, names))
+    rewrite = whole_targets(run.networks(once), run.dt_s)
     # Once more: a pass may have made what a rule forbids, or mended what it forbade.
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(chip.name, broken)

@@ -99,11 +99,12 @@ def _text(path: Path) -> str:
 
 def estimate(network: nengo.Network) -> int:
     """Estimate the bytes that compiling a network takes, within a factor of 2."""
-    ensembles = network.all_ensembles
+    # What several networks list is built once.
+    ensembles = dict.fromkeys(network.all_ensembles)
     objects = sum(ENSEMBLE + COMPARTMENT * e.n_neurons for e in ensembles)
-    connections = sum(sum(_of_connection(c)) for c in network.all_connections)
+    connections = sum(sum(_of_connection(c)) for c in dict.fromkeys(network.all_connections))
     solved = max((e.n_neurons * _n_points(e) for e in _decoded(network)), default=0)
-    probes = PROBE * len(network.all_probes)
+    probes = PROBE * len(set(network.all_probes))
     return int(BASE + objects + connections + probes + EVALUATION * solved)
 
 

@@ -60,13 +60,16 @@ class FlatNetwork:
         seeds: Seeds,
         connect: Callable[[nengo.Connection, "FlatNetwork"], None],
     ) -> "FlatNetwork":
-        """Return all of a network but its connections, each of which ``connect`` makes or keeps."""
+        """Return all of a network but its connections, each of which ``connect`` makes or keeps.
+
+        What the network lists several times is there once.
+        """
         flat = cls(before, seeds)
-        for obj in (*before.all_ensembles, *before.all_nodes):
+        for obj in dict.fromkeys((*before.all_ensembles, *before.all_nodes)):
             flat.keep(obj)
-        for connection in construction_order(before):
+        for connection in dict.fromkeys(construction_order(before)):
             connect(connection, flat)
-        for probe in before.all_probes:
+        for probe in dict.fromkeys(before.all_probes):
             flat.keep(probe)
         return flat
 

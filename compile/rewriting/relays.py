@@ -35,7 +35,7 @@ def compartments_at_least(
     which the user chose other decode neurons.
     """
     scope = Scope(network, names)
-    neurons: int = sum(ensemble.n_neurons for ensemble in scope.ensembles)
+    neurons: int = sum(ensemble.n_neurons for ensemble in dict.fromkeys(scope.ensembles))
     nodes = foldable(network, scope.on_chip) if build.remove_passthrough else []
     return neurons + neurons_per_value(build) * _relayed_values(scope, nodes)
 
@@ -54,14 +54,14 @@ def _relayed_values(scope: Scope, nodes: list[nengo.Node]) -> int:
 
     ``nodes`` are the passthrough nodes that connections replace, sources first.
     """
-    network = scope.network
+    connections = dict.fromkeys(scope.network.all_connections)
     leaving = defaultdict(list)
-    for connection in network.all_connections:
+    for connection in connections:
         leaving[connection.pre_obj].append(connection)
-    settings = NetworkSettings(network)
+    settings = NetworkSettings(scope.network)
     values: int = sum(
         connection.size_out
-        for connection in network.all_connections
+        for connection in connections
         if scope.on_chip(connection.pre_obj)
         and scope.on_chip(connection.post_obj)
         and _is_relayed(connection)
@@ -93,7 +93,7 @@ class _Sources:
     def __init__(self, nodes: list[nengo.Node], scope: Scope) -> None:
         self._matrices: dict[nengo.Node, list[sparse.csr_array]] = {node: [] for node in nodes}
         self._numbers: dict[nengo.Node, list[np.ndarray]] = {node: [] for node in nodes}
-        for number, connection in enumerate(scope.network.all_connections):
+        for number, connection in enumerate(dict.fromkeys(scope.network.all_connections)):
             if connection.post_obj in self._matrices and scope.on_chip(connection.pre_obj):
                 matrix = sparse.csr_array(_into_whole(connection))
                 self._add(connection.post_obj, matrix, np.full(matrix.shape[1], number))
