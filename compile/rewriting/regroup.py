@@ -177,7 +177,10 @@ class ProbeMap:
         decoders = np.zeros((ensemble.n_neurons, probe.size_in))
         mine = slice(place.neuron, place.neuron + place.part.size)
         decoders[mine] = self._solver.weights(self._reads[probe]).T
-        return nengo.Probe(ensemble[: probe.size_in], solver=NoSolver(decoders), **options)
+        # Its decoders are there, so a slice only says how many values it has, maybe more than the
+        # ensemble has dimensions.
+        values = ensemble[[0] * probe.size_in]
+        return nengo.Probe(values, solver=NoSolver(decoders), **options)
 
 
 def _index(numbers: np.ndarray) -> slice | list[int]:

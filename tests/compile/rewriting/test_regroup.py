@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 from nengo.solvers import LstsqL2, LstsqNoise, Solver
 
+from spikeport import Simulator
 from spikeport.compile.ground.rewrite import Piece, Rewrite
 from spikeport.compile.loihi.solver import CHIP, FLOAT, ParameterSolver
 from spikeport.compile.rewriting.partition import Part, Partition
@@ -191,6 +192,19 @@ def test_probes_of_some_dimensions_decode_these() -> None:
         probe = nengo.Probe(network.c[1])
     new = regrouped(network, whole(network.c)).stand_ins[probe]
     np.testing.assert_array_equal(new.solver.values, decoders_of(network, probe))
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_a_probe_may_read_a_dimension_several_times(pipeline: str) -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(50, 2)
+        nengo.Connection(nengo.Node([0.5, -0.3]), a)
+        once, twice = nengo.Probe(a[[1, 0]], synapse=0.1), nengo.Probe(a[[1, 1, 0]], synapse=0.1)
+    with Simulator(network, pipeline=pipeline) as sim:
+        sim.run_steps(100)
+        expected = sim.data[once][:, [0, 0, 1]]
+        np.testing.assert_allclose(sim.data[twice], expected, atol=0.02)
+        assert abs(expected).max() > 0.1
 
 
 def test_probes_of_values_of_several_parts_are_summed_on_the_host() -> None:
