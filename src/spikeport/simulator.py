@@ -20,6 +20,7 @@ from nengo.utils.progress import Progress as Steps
 from nengo.utils.progress import ProgressBar, ProgressTracker
 
 from spikeport import migration
+from spikeport.atomic import check_folder
 from spikeport.backends import registry
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.backends.execution import Execution
@@ -392,9 +393,10 @@ def _check_kind(name: str, value: object, kind: type | tuple[type, ...], in_word
 
 
 def _counts_folder(folder: str | Path | None) -> Path | None:
-    """Return the folder for counts, or raise UsageError if it holds those of another run."""
+    """Return the folder for counts; UsageError if it is no place for files, or holds others."""
     if folder is None:
         return None
+    check_folder("counts", Path(folder), Path(folder))
     if counts_files(Path(folder)):
         raise UsageError(f"{folder}: holds the counts of another run; choose another folder")
     return Path(folder)

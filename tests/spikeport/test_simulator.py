@@ -15,6 +15,7 @@ from nengo.utils.progress import ProgressBar
 
 import spikeport
 from spikeport import Simulator, compile_network
+from spikeport.backends import registry
 from spikeport.backends.registry import BACKENDS
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.errors import BackendError, UsageError
@@ -171,6 +172,16 @@ def test_an_argument_that_is_not_valid_is_refused(backend, arguments, message):
         Simulator(**{"network": network(), "backend": backend, **arguments})
     assert str(caught.value) == message
     assert isinstance(caught.value, ValidationError)
+
+
+@pytest.mark.parametrize("beneath", ["", "x", "x/y"])
+def test_counts_in_a_file_are_refused_before_the_compile(tmp_path, monkeypatch, beneath):
+    (file := tmp_path / "net.py").touch()
+    monkeypatch.setattr(registry, "compile_network", None)
+    with pytest.raises(UsageError) as caught:
+        Simulator(network(), counts=file / beneath)
+    assert str(caught.value) == f"counts {file / beneath}: {file} is no folder; choose another"
+    assert file.is_file()
 
 
 def test_a_network_seed_that_leaves_none_for_the_simulator_is_refused():
