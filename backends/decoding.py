@@ -143,7 +143,8 @@ class OutputRecording:
         self._cleared = 0
 
     def _make_filter(self, synapse: "nengo.synapses.Synapse | None") -> Filter:
-        # Filtered in float32, as nengo-loihi filters its probes, and kept in float64, as there.
+        # Filtered in float32, as nengo-loihi filters its probes. Kept in float64: it keeps decoded
+        # values so, but cuts voltages and currents to integers.
         if synapse is None:
             return lambda _t, x: x
         shape = (self._output.size,)

@@ -224,14 +224,18 @@ def test_noise_of_the_chip_is_nengo_loihis(
     assert not np.array_equal(quiet[0][1], ours)
 
 
-def filtered_voltage() -> None:
-    nengo.Probe(nengo.Ensemble(20, 1).neurons, "voltage", synapse=0.01)
+def filtered_state() -> None:
+    ensemble = nengo.Ensemble(20, 1)
+    nengo.Connection(nengo.Node(sine), ensemble)
+    for attribute in ("voltage", "input"):
+        for synapse in (nengo.Lowpass(0.01), nengo.Alpha(0.01)):
+            nengo.Probe(ensemble.neurons, attribute, synapse=synapse)
 
 
-def test_a_filtered_voltage_is_not_cut_to_whole_numbers(
+def test_filtered_voltages_and_currents_are_not_cut_to_whole_numbers(
     nengo_loihi_simulator: Callable[..., Any],
 ) -> None:
     # The one difference: nengo-loihi stores what its filter gives in an array of integers.
-    ((theirs, ours),) = run_both(filtered_voltage, nengo_loihi_simulator)
-    assert np.array_equal(theirs, ours.astype(int))
-    assert not np.array_equal(theirs, ours)
+    for theirs, ours in run_both(filtered_state, nengo_loihi_simulator):
+        assert np.array_equal(theirs, ours.astype(int))
+        assert not np.array_equal(theirs, ours)
