@@ -1,12 +1,16 @@
-"""Passthrough nodes that a learned connection ends in: they stay, on the host.
+"""Passthrough nodes that stay, on the host, since connections around them would not do the same.
 
 nengo-loihi replaces clusters of passthrough nodes by connections that do not learn, and then fails
-on the error's connection to a rule that is gone.
+on the error's connection to a rule that is gone. It fails as well where an error passes a node that
+also feeds the chip. Rates of neurons on the host would be sent as spikes.
 """
 
 import contextlib
 from collections.abc import Iterator
 
+import nengo
+from nengo.connection import LearningRule
+from nengo.ensemble import Neurons
 from nengo_loihi.passthrough import Cluster, PassthroughSplit
 
 from spikeport.compile.ground.refusal import TURN
@@ -15,12 +19,20 @@ from spikeport.compile.loihi.replaced import replaced
 
 @contextlib.contextmanager
 def learned_targets_stay() -> Iterator[None]:
-    """Keep the clusters that learned connections enter, within the context."""
+    """Keep clusters that learned connections or rates enter, or errors leave, in the context."""
     usual = PassthroughSplit._split_cluster
 
     def split(passthrough: PassthroughSplit, cluster: Cluster) -> None:
-        if all(connection.learning_rule_type is None for connection in cluster.conns_in):
+        learned = any(c.learning_rule_type is not None for c in cluster.conns_in)
+        teaches = any(isinstance(c.post_obj, LearningRule) for c in cluster.conns_out)
+        if not (learned or teaches or any(map(_sends_rates, cluster.conns_in))):
             usual(passthrough, cluster)
 
     with TURN, replaced(PassthroughSplit, "_split_cluster", split):
         yield
+
+
+def _sends_rates(connection: nengo.Connection) -> bool:
+    """Return whether a connection starts at neurons that do not spike; those are on the host."""
+    pre = connection.pre_obj
+    return isinstance(pre, Neurons) and not pre.ensemble.neuron_type.spiking

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from nengo_loihi.passthrough import PassthroughSplit
 
-from spikeport import Simulator
+from spikeport import Simulator, add_params
 from spikeport.compile.loihi.learned_targets import learned_targets_stay
 
 
@@ -60,6 +60,45 @@ def test_it_learns_as_in_float(make, pipeline):
     off = np.linalg.norm(found - wanted) / np.linalg.norm(wanted)
     assert off < 0.5  # 1 is silence, which an ensemble that does not learn decodes
     assert np.linalg.norm(found[-500:]) > 2 * np.linalg.norm(found[:100])
+
+
+def test_an_error_that_also_feeds_the_chip_stays_in_its_node():
+    with nengo.Network(seed=1) as network:
+        a, b, m = (nengo.Ensemble(60, 1) for _ in range(3))
+        out, error = nengo.Node(size_in=1), nengo.Node(size_in=1)
+        for ensemble, value in ((a, 0.5), (b, -0.5)):
+            nengo.Connection(nengo.Node(value), ensemble)
+        learned = nengo.Connection(a, out, function=lambda x: 0, learning_rule_type=nengo.PES(1e-3))
+        nengo.Connection(b, error)
+        nengo.Connection(out, error)
+        nengo.Connection(error, learned.learning_rule)
+        nengo.Connection(error, m)
+        probes = [nengo.Probe(one, synapse=0.02) for one in (out, m)]
+    with Simulator(network, progress_bar=False) as sim:
+        sim.run(1.0)
+    values, errors = (sim.data[probe] for probe in probes)
+    assert errors[50:100].mean() < -0.2
+    assert values[-200:].mean() == pytest.approx(0.5, abs=0.1)
+    assert errors[-200:].mean() == pytest.approx(0, abs=0.1)
+
+
+def test_rates_of_the_host_pass_a_node_as_values():
+    with nengo.Network(seed=1) as network:
+        add_params(network)
+        a, b = nengo.Ensemble(2, 1, neuron_type=nengo.LIFRate()), nengo.Ensemble(60, 1)
+        network.config[a].on_chip = False
+        c, node = nengo.Ensemble(60, 1), nengo.Node(size_in=1)
+        nengo.Connection(nengo.Node(0.3), c)
+        nengo.Connection(a.neurons, node, transform=np.full((1, 2), 0.001))
+        nengo.Connection(c, node)
+        nengo.Connection(node, b)
+        probe = nengo.Probe(b, synapse=0.02)
+    means = []
+    for backend in ("native", "reference"):
+        with Simulator(network, backend=backend, progress_bar=False) as sim:
+            sim.run(0.5)
+            means.append(sim.data[probe][-250:].mean())
+    assert means[0] == pytest.approx(means[1], abs=0.1)
 
 
 def test_native_has_the_bits_of_nengo_loihi():
