@@ -6,6 +6,7 @@ ANY = "change this object"
 DENSE = "use a dense transform: transform.sample(rng).toarray()"
 OFF_CHIP = "leave its on_chip unset: targets and error sources of learning stay on the host"
 CLOSER = "bring its weights, gains and biases closer together"
+FUNCTION = "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
 CURES = {
     "Learning rule presynaptic object must be an Ensemble": (
         "learn from the ensemble in place of its neurons, as in nengo.Connection(ensemble, target, "
@@ -51,9 +52,8 @@ CURES = {
     "assert isinstance(conn.post_obj, Ensemble)": (
         "solve for decoders: full weights lead from one ensemble on the chip to another only"
     ),
-    "Mergeable transforms must be": (
-        "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
-    ),
+    "Mergeable transforms must be": FUNCTION,
+    "object selection has repeated indices": FUNCTION,
 }
 """Cures of refusals, by some of a refusal's words."""
 

@@ -98,10 +98,13 @@ def _is_nengos(error: Exception) -> bool:
     """Return whether Nengo's own code, or a user's that it called, raised an error.
 
     The host would refuse the same, whatever is on the chip. nengo-loihi has copies of Nengo's
-    builder of ensembles, with the same checks.
+    builder of ensembles, with the same checks. What it makes in place of passthrough nodes is its
+    own, whoever refuses that.
     """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     names = [(one.f_globals.get("__name__", ""), one.f_code.co_name) for one in frames]
+    if any(module == "nengo_loihi.passthrough" for module, _ in names):
+        return False
     module, function = next(
         (name for name in reversed(names) if name[0].startswith(("nengo.", "nengo_loihi."))),
         ("", ""),

@@ -37,6 +37,7 @@ from spikeport.compile.loihi.host_neurons import SparseInputNeurons, weighted
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.lean import lean
 from spikeport.compile.loihi.learned_targets import learned_targets_stay
+from spikeport.compile.loihi.merged_connections import merged_in_full
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.quick_builder import quick_builder
 from spikeport.compile.loihi.relay import RELAYS, fit_range, relayed
@@ -169,12 +170,13 @@ class OrderedModel(Model):
         slices = (repr(connection.pre_slice), repr(connection.post_slice))
         init = np.asarray(getattr(connection.transform, "init", 0.0))
         points = function if isinstance(function, np.ndarray) else None
+        solver, decoders = connection.solver, getattr(connection.solver, "values", None)
         more = (connection.synapse, connection.eval_points, connection.scale_eval_points, points)
         # All but functions by which two connections between the same ends can differ, as text that
         # sorts. What comes last decides between few, and was added last: images keep their order.
         return (
             *(*ends, *slices, getattr(function, "__qualname__", ""), init.tobytes().hex()),
-            *(*kinds, *map(_as_text, more)),
+            *(*kinds, *map(_as_text, (*more, solver, decoders))),
         )
 
 
@@ -238,6 +240,7 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
         quick_builder(),
         connections_probed_on_host(),
         learned_targets_stay(),
+        merged_in_full(),
         shared_solves(),
         split_by_tables(),
     ):

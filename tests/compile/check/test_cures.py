@@ -118,6 +118,12 @@ def solved(weights: bool) -> None:
     nengo.Connection(pre, target, solver=solver, learning_rule_type=nengo.PES())
 
 
+def value_twice(output: Callable[[float, np.ndarray], np.ndarray] | None) -> None:
+    a, node = nengo.Ensemble(10, 1), nengo.Node(output, size_in=2)
+    nengo.Connection(a[[0, 0]], node)
+    nengo.Connection(node, nengo.Ensemble(10, 2))
+
+
 def through_node(function: Callable[..., object] | None) -> None:
     a, node = nengo.Ensemble(10, 1), nengo.Node(function, size_in=1)
     nengo.Connection(a, node, transform=Choice([[1.0]]))
@@ -190,6 +196,11 @@ CASES = [
     Case("assert isinstance(conn.post_obj", partial(solved, True), partial(solved, False)),
     Case(
         "Mergeable transforms", partial(through_node, None), partial(through_node, lambda t, x: x)
+    ),
+    Case(
+        "object selection has repeated",
+        partial(value_twice, None),
+        partial(value_twice, lambda t, x: x),
     ),
 ]
 OF_NENGO = [words for words in CURES if words.startswith(("negative", "Max rates", "NaNs"))]

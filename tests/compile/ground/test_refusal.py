@@ -116,3 +116,13 @@ def test_what_nengo_loihi_warns_of_names_its_object_once(passes: str) -> None:
     assert all(text.startswith(("a: ", "a -> a: ", "a -> a#2: ")) for text in found)
     assert not [text for text in found if " at 0x" in text]
     assert sum("initial values" in text for text in found) == 1
+
+
+def test_what_nengo_refuses_in_place_of_a_passthrough_node_is_not_refused_everywhere() -> None:
+    with nengo.Network(seed=1) as network:
+        a, node = nengo.Ensemble(10, 1), nengo.Node(size_in=2)
+        nengo.Connection(a[[0, 0]], node)
+        nengo.Connection(node, nengo.Ensemble(10, 2))
+    with pytest.raises(InvalidError, match="nengo-loihi refuses it") as raised:
+        compile_network(network)
+    assert not raised.value.everywhere

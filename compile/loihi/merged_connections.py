@@ -1,0 +1,91 @@
+"""Connections that replace passthrough nodes, with what nengo-loihi leaves out of them.
+
+It gives them the default solver. It pairs two lists of indices entry by entry, where every entry of
+one meets every entry of the other. And it asks Nengo for matrices between ends of which one has an
+entry twice, which Nengo refuses; they become matrices between whole ends here,
+
+    W' = S W R^T,   S[rows[i], i] += 1,   R[sources[j], j] += 1
+"""
+
+import contextlib
+import copy
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import nengo
+import numpy as np
+from nengo_loihi.passthrough import Cluster
+
+from spikeport.compile.ground.matrices import full, placed
+from spikeport.compile.ground.refusal import TURN
+from spikeport.compile.ground.scope import source_rows, target_rows
+from spikeport.compile.loihi.replaced import replaced
+
+
+@contextlib.contextmanager
+def merged_in_full() -> Iterator[None]:
+    """Merge connections through passthrough nodes in full, within the context."""
+    usual, merge = Cluster.generate_conns, Cluster.merge_transforms
+
+    def generated(cluster: Cluster) -> Iterator[nengo.Connection]:
+        for solver, one in _by_solver(cluster):
+            for connection in usual(one):
+                connection.solver = solver
+                yield connection
+
+    def merged(
+        cluster: Cluster, node: nengo.Node, sizes: Any, transforms: Any, slices: Sequence[Any]
+    ) -> nengo.Dense:
+        if not any(isinstance(part, slice) for part in slices):
+            into, out = slices
+            slices = np.ix_(out, into)[::-1]
+        return merge(cluster, node, sizes, transforms, slices)
+
+    with (
+        TURN,
+        replaced(Cluster, "generate_conns", generated),
+        replaced(Cluster, "merge_transforms", merged),
+    ):
+        yield
+
+
+def _by_solver(cluster: Cluster) -> Iterator[tuple[nengo.solvers.Solver, Cluster]]:
+    """Yield each solver of connections into a cluster, and the cluster with these alone."""
+    solvers = {id(one.solver): one.solver for one in cluster.conns_in}
+    into: dict[int, set[nengo.Connection]] = defaultdict(set)
+    for one in cluster.conns_in:
+        # Functions and decoders are of the values in the slice.
+        of_slice = isinstance(one.pre_obj, nengo.Ensemble) or one.function is not None
+        into[id(one.solver)].add(one if of_slice else _whole(one, source_rows(one)))
+    conns_out = {_whole(one, target_rows(one)) for one in cluster.conns_out}
+    for number, connections in into.items():
+        part = copy.copy(cluster)
+        part.conns_in, part.conns_out = connections, conns_out
+        yield solvers[number], part
+
+
+def _whole(connection: nengo.Connection, entries: np.ndarray) -> nengo.Connection:
+    """Return a connection between whole ends, if one of them has some of its entries twice."""
+    factors = _factors(connection.transform)
+    if factors is None or len(np.unique(entries)) == len(entries):
+        return connection
+    pre, post = connection.pre_obj, connection.post_obj
+    matrix = full(factors, connection.size_mid)
+    matrix = placed(matrix.T, source_rows(connection), pre.size_out).T
+    return nengo.Connection(
+        pre,
+        post,
+        synapse=connection.synapse,
+        transform=placed(matrix, target_rows(connection), post.size_in),
+        label=connection.label,
+        add_to_container=False,
+    )
+
+
+def _factors(transform: nengo.transforms.Transform) -> np.ndarray | None:
+    """Return a factor or matrix; None of a transform that nengo-loihi does not merge."""
+    if isinstance(transform, nengo.transforms.NoTransform):
+        return np.array(1.0)
+    init = transform.init if isinstance(transform, nengo.Dense) else None
+    return init if isinstance(init, np.ndarray) else None

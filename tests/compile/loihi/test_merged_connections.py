@@ -1,0 +1,100 @@
+"""Connections in place of passthrough nodes compute what float Nengo does with the nodes."""
+
+from typing import Any
+
+import nengo
+import numpy as np
+import pytest
+from nengo_loihi.passthrough import Cluster
+
+import spikeport
+from spikeport.compile.loihi.merged_connections import merged_in_full
+
+RELU = nengo.SpikingRectifiedLinear()
+
+
+def compared(network: nengo.Network, probe: nengo.Probe, pipeline: str) -> list[np.ndarray]:
+    """Return the mean values of a probe on the chip and in float Nengo."""
+    found = []
+    for options in ({"pipeline": pipeline}, {"backend": "reference"}):
+        with spikeport.Simulator(network, progress_bar=False, **options) as sim:
+            sim.run(0.5)
+            found.append(sim.data[probe][-250:].mean(axis=0))
+    return found
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+@pytest.mark.parametrize("decoder", [0.0, 0.0002, 0.0004])
+def test_a_solver_is_kept(decoder: float, pipeline: str) -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(60, 1), nengo.Ensemble(100, 1, radius=2)
+        node = nengo.Node(size_in=1)
+        nengo.Connection(nengo.Node(0.5), a)
+        solver = nengo.solvers.NoSolver(np.full((60, 1), decoder))
+        nengo.Connection(a, node, solver=solver)
+        nengo.Connection(node, b)
+        probe = nengo.Probe(b, synapse=0.02)
+    found, wanted = compared(network, probe, pipeline)
+    assert found == pytest.approx(wanted, abs=0.15)
+
+
+def test_solvers_of_connections_that_are_otherwise_equal_are_sorted() -> None:
+    digests = []
+    for order in ((0.001, 0.004), (0.004, 0.001)):
+        with nengo.Network(seed=1) as network:
+            a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+            node = nengo.Node(size_in=1)
+            for decoder in order:
+                solver = nengo.solvers.NoSolver(np.full((20, 1), decoder))
+                nengo.Connection(a, node, solver=solver)
+            nengo.Connection(node, b)
+        digests.append(spikeport.compile_network(network).image.digest)
+    assert digests[0] == digests[1]
+
+
+def spikes(through: bool, slices: Any, factor: Any, pipeline: str) -> np.ndarray:
+    """Return spikes that a connection leads to, through a node or as a matrix."""
+    read, into, out, reached = slices
+    with nengo.Network(seed=1) as network:
+        plain = {"neuron_type": RELU, "gain": np.ones(3), "encoders": np.ones((3, 1))}
+        a = nengo.Ensemble(3, 1, bias=[20.0, 50.0, 90.0], **plain)
+        b = nengo.Ensemble(3, 1, bias=np.zeros(3), **plain)
+        if through:
+            node = nengo.Node(size_in=3)
+            nengo.Connection(a.neurons[read], node[into], transform=factor, synapse=None)
+            nengo.Connection(node[out], b.neurons[reached], synapse=0.005)
+        else:
+            weights = np.zeros((3, 3))
+            np.add.at(weights.T, np.arange(3)[read], factor * np.eye(3)[into])
+            sent = np.zeros((3, 3))
+            np.add.at(sent, np.arange(3)[reached], weights[out])
+            nengo.Connection(a.neurons, b.neurons, transform=sent, synapse=0.005)
+        probe = nengo.Probe(b.neurons)
+    with spikeport.Simulator(network, pipeline=pipeline, progress_bar=False) as sim:
+        sim.run(0.3)
+        return np.array(sim.data[probe])
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.5])
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+@pytest.mark.parametrize(
+    "slices",
+    [
+        (slice(None), [2, 1, 0], [1, 0, 2], slice(None)),
+        (slice(None), [0, 0, 2], [2, 0, 0, 1], [0, 1, 2, 2]),
+        ([0, 0, 1], slice(None), slice(None), slice(None)),
+        ([2, 2, 0], [0, 2, 1], [2, 0, 1], slice(None)),
+        ([2, 2, 0], [0, 0, 1], slice(None), [0, 1, 0]),
+    ],
+)
+def test_lists_of_indices_are_those_of_a_matrix(slices: Any, pipeline: str, factor: float) -> None:
+    found, wanted = (spikes(through, slices, factor, pipeline) for through in (True, False))
+    assert wanted.any()
+    np.testing.assert_array_equal(found, wanted)
+
+
+def test_nothing_of_nengo_loihi_stays_patched() -> None:
+    usual = Cluster.generate_conns, Cluster.merge_transforms
+    with merged_in_full():
+        assert Cluster.generate_conns is not usual[0]
+    assert usual == (Cluster.generate_conns, Cluster.merge_transforms)
