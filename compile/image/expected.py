@@ -1,9 +1,11 @@
 """Activity expected of an image at stated firing rates, before any run.
 
 Per step of length dt, a source (a neuron, or a spiking input) that fires at f Hz spikes f dt times.
-Each spike costs what `spikeport.compile.image.fanout` counts:
+Each spike costs what `spikeport.compile.image.fanout` counts, and weights that learn are updated
+once in an epoch of T_learn steps, whatever spikes:
 
     N_spk = sum_s f_s dt,   N_syn = sum_s f_s dt n_syn,s,   N_msg = sum_s f_s dt n_cores,s
+    N_learn = sum_g N_weights,g / T_learn,g
 
 A compartment's update is active if it has a bias, spikes, or lies in a block that any spike
 reaches: an upper bound, as the current of a reached block may have decayed to zero.
@@ -16,7 +18,7 @@ import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries
-from spikeport.compile.image.fanout import fanout
+from spikeport.compile.image.fanout import reach
 from spikeport.compile.image.host_traffic import mean_rate_hz
 from spikeport.compile.image.manifest import Encoding
 from spikeport.compile.image.modules import module_of_blocks
@@ -49,23 +51,25 @@ def expected_activity(image: ChipImage, rates: Rates) -> Activity:
         that of a block.
     """
     spikes = source_rates(image, rates) * image.manifest.dt_s
-    n, per_spike = image.n_compartments, fanout(image)
-    delivered = per_spike.messages * spikes[:, np.newaxis]
+    n, reached = image.n_compartments, reach(image)
+    delivered = spikes[reached.source]
+    on_chip = reached.source < n
+    sender = image.compartment_core[reached.source[on_chip]]
     messages = np.zeros((image.n_cores, image.n_cores))
-    np.add.at(messages, image.compartment_core, delivered[:n])
+    np.add.at(messages, (sender, reached.core[on_chip]), delivered[on_chip])
     compartments = np.bincount(image.compartment_core, minlength=image.n_cores)
     active = _per_core(image, _active(image, spikes))
     return Activity(
         cores=image.cores,
         dt_s=image.manifest.dt_s,
         spikes=_per_core(image, spikes[:n]),
-        synaptic_operations=(spikes @ per_spike.synaptic_operations)[np.newaxis],
+        synaptic_operations=_sums(image, reached.core, delivered * reached.synaptic_operations),
         updates_active=active,
         updates_inactive=compartments - active,
-        messages_in=delivered.sum(axis=0)[np.newaxis],
-        learning_updates=np.zeros((1, image.n_cores)),
+        messages_in=_sums(image, reached.core, delivered),
+        learning_updates=_learning_updates(image),
         messages=messages,
-        messages_host=delivered[n:].sum(axis=0),
+        messages_host=_sums(image, reached.core[~on_chip], delivered[~on_chip])[0],
         host_spikes=np.array([spikes[n:].sum()]),
     )
 
@@ -103,9 +107,21 @@ def _check(image: ChipImage, rates: Rates) -> None:
             )
 
 
+def _learning_updates(image: ChipImage) -> np.ndarray:
+    """Return the weights on each core that learning updates in the mean of steps, (1, n_cores)."""
+    groups, learns = image.groups, np.flatnonzero(image.learns)
+    weights = np.diff(image.rows.start[groups.row_start])[learns]
+    epoch = groups.learning[learns, image.manifest.learning.index("learn_epoch")]
+    return _sums(image, image.group_core[learns], weights / epoch)
+
+
 def _per_core(image: ChipImage, of_compartments: np.ndarray) -> np.ndarray:
-    core, n = image.compartment_core, image.n_cores
-    return np.bincount(core, weights=of_compartments, minlength=n)[np.newaxis]
+    return _sums(image, image.compartment_core, of_compartments)
+
+
+def _sums(image: ChipImage, core: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the sum of counts on each core, (1, n_cores)."""
+    return np.bincount(core, weights=counts, minlength=image.n_cores)[np.newaxis]
 
 
 def _active(image: ChipImage, spikes: np.ndarray) -> np.ndarray:

@@ -17,14 +17,40 @@ class Fanout(NamedTuple):
     """Messages, 1 where the core receives the spike: one per spike and destination core."""
 
 
+class Reach(NamedTuple):
+    """Every source and destination core that its spikes reach, each pair once; arrays of (n,).
+
+    Attributes
+    ----------
+    source, core : array
+        The source and the core; pairs are in order of the source, then of the core.
+    synaptic_operations : array
+        Synapses that a spike reads there.
+    """
+
+    source: np.ndarray
+    core: np.ndarray
+    synaptic_operations: np.ndarray
+
+
+def reach(image: ChipImage) -> Reach:
+    """Count what a spike of every source costs, for the cores alone that it reaches."""
+    ways = deliveries(image)
+    pairs, number = np.unique(
+        ways.source * image.n_cores + image.group_core[ways.group], return_inverse=True
+    )
+    read = np.zeros(len(pairs), dtype=np.int64)
+    np.add.at(read, number, _read(image, ways))
+    return Reach(*np.divmod(pairs, image.n_cores), read)
+
+
 def fanout(image: ChipImage) -> Fanout:
     """Count the fan-out of every source of an image."""
     shape = (image.n_sources, image.n_cores)
     operations, messages = np.zeros((2, *shape), dtype=np.int32)
-    ways = deliveries(image)
-    at = (ways.source, image.group_core[ways.group])
-    messages[at] = 1
-    np.add.at(operations, at, _read(image, ways))
+    source, core, read = reach(image)
+    messages[source, core] = 1
+    operations[source, core] = read
     return Fanout(operations, messages)
 
 

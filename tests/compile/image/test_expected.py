@@ -1,4 +1,7 @@
+import itertools
+import tracemalloc
 from collections.abc import Callable
+from dataclasses import replace
 
 import nengo
 import numpy as np
@@ -9,6 +12,7 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.expected import HOST, Rates, expected_activity
 from spikeport.compile.image.fanout import fanout
+from spikeport.compile.image.modules import by_module
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 
@@ -65,6 +69,44 @@ def test_sources_that_encode_values_spike_as_in_a_run_unless_their_rate_is_state
         assert getattr(expected, name).sum() == pytest.approx(in_a_step, rel=0.01)
     half = expected_activity(image, Rates(100, {HOST: 500}))
     assert half.host_spikes.sum() == pytest.approx(0.5 * image.n_inputs)
+
+
+def learning(epoch: int) -> ChipImage:
+    with nengo.Network(seed=0) as network:
+        pre, post = nengo.Ensemble(50, 1, label="pre"), nengo.Node(size_in=2)
+        rule = nengo.PES()
+        learned = nengo.Connection(pre, post, learning_rule_type=rule, function=lambda x: [x, -x])
+        nengo.Connection(nengo.Node([0.1, 0.2]), learned.learning_rule)
+    image = compile_network(network).image
+    rates = image.groups.learning.copy()
+    rates[image.learns, image.manifest.learning.index("learn_epoch")] = epoch
+    return replace(image, groups=replace(image.groups, learning=rates))
+
+
+@pytest.mark.parametrize("epoch", [1, 4])
+def test_learning_updates_are_those_of_a_run(epoch: int) -> None:
+    image = learning(epoch)
+    chip = NativeChip(image, seed=0)
+    (group,) = np.flatnonzero(image.learns).tolist()
+    for _ in range(8):
+        chip.step(np.zeros(image.n_inputs), {group: np.zeros(2)})
+    updates = chip.activity().over_steps("learning_updates") / 8
+    assert updates.sum() > 0
+    np.testing.assert_array_equal(expected_activity(image, Rates(100)).learning_updates, [updates])
+
+
+def test_modules_of_large_networks_are_counted_within_little_memory() -> None:
+    with nengo.Network(seed=0) as network:
+        ensembles = [nengo.Ensemble(100, 1) for _ in range(100)]
+        for pre, post in itertools.pairwise(ensembles):
+            weights = nengo.Sparse((100, 100), indices=[(0, 0)], init=1e-3)
+            nengo.Connection(pre.neurons, post.neurons, transform=weights)
+    image = by_module(compile_network(network, pipeline="").image)
+    tracemalloc.start()
+    expected_activity(image, Rates(100))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < 2 * image.n_sources * image.n_cores  # two bytes for each source and module
 
 
 def test_readouts_do_not_spike(image: ChipImage) -> None:
