@@ -72,8 +72,15 @@ def file_format(path: Path) -> str:
 
 
 def files_of(path: Path) -> list[Path]:
-    """Return a policy's file, and those beside it that have some of its numbers."""
-    return [path, *(onnx_file.beside(path) if file_format(path) == "ONNX" else ())]
+    """Return a policy's file, and those beside it that have some of its numbers.
+
+    Raises
+    ------
+    UsageError
+        Its format is none that is known, or it is damaged.
+    """
+    with refusing(path):
+        return [path, *(onnx_file.beside(path) if file_format(path) == "ONNX" else ())]
 
 
 def _of_zip(archive: Archive) -> str:

@@ -4,8 +4,10 @@ Their fields are read here, so that a file is data all the way: onnx and protobu
 each message before one can be refused.
 """
 
+import contextlib
 import itertools
 import operator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +28,11 @@ NODE, INITIALIZER, INPUT, OUTPUT = 1, 5, 11, 12
 OF, MADE, KIND, OPTION, DOMAIN = 1, 2, 4, 5, 7
 """Fields of a node: names of inputs and outputs, operation, attributes, the operation's domain."""
 
-NAME, REAL, WHOLE, TEXT, TENSOR, TYPE, REFERENCE = 1, 2, 3, 4, 5, 20, 21
+NAME, REAL, WHOLE, TEXT, TENSOR, REALS, WHOLES, TYPE, REFERENCE = 1, 2, 3, 4, 5, 7, 8, 20, 21
 """Fields of an attribute; others have a name in the same place."""
+
+CONSTANTS = ("value", "value_float", "value_int", "value_floats", "value_ints")
+"""Attributes of which a constant has one."""
 
 FUNCTION_DOMAIN = 10
 STANDARD = ("", "ai.onnx")
@@ -74,35 +79,58 @@ OPERATIONS: Operations = {
 
 def read(path: Path) -> Mlp:
     """Return the layers of a model's graph."""
-    try:
+    with _whole():
         model = Message(read_bytes(path))
         graphs = list(model.messages(GRAPH))
         if len(graphs) != 1:
             raise WireError(f"{len(graphs)} graphs")
         own = {_kind(function, FUNCTION_DOMAIN, NAME) for function in model.messages(FUNCTION)}
         return _Graph(path, own).chain(graphs[0]).mlp()
-    except WireError as error:
-        raise MismatchError("an ONNX model", f"a damaged one ({error})") from error
 
 
 def beside(path: Path) -> list[Path]:
-    """Return the files beside a model that it has numbers in, each once."""
-    graphs = list(Message(read_bytes(path)).messages(GRAPH))
-    stored = (tensor for graph in graphs for tensor in graph.messages(INITIALIZER))
-    nodes = (node for graph in graphs for node in graph.messages(NODE))
-    constant = (
-        tensor
-        for node in nodes
-        for option in node.messages(OPTION)
-        for tensor in option.messages(TENSOR)
-    )
-    names = map(onnx_tensor.location, itertools.chain(stored, constant))
-    return [path.with_name(name) for name in sorted({name for name in names if name})]
+    """Return the files beside a model that it has numbers in, each once.
+
+    Places elsewhere are left out: a tensor that is used must not lie there.
+    """
+    with _whole():
+        graphs = list(Message(read_bytes(path)).messages(GRAPH))
+        stored = (tensor for graph in graphs for tensor in graph.messages(INITIALIZER))
+        nodes = (node for graph in graphs for node in graph.messages(NODE))
+        constant = (
+            tensor
+            for node in nodes
+            for option in node.messages(OPTION)
+            for tensor in option.messages(TENSOR)
+        )
+        names = set(map(onnx_tensor.location, itertools.chain(stored, constant)))
+    return [path.with_name(name) for name in sorted(filter(onnx_tensor.is_neighbour, names))]
+
+
+@contextlib.contextmanager
+def _whole() -> Iterator[None]:
+    """Refuse bytes that are no such messages as a damaged model."""
+    try:
+        yield
+    except WireError as error:
+        raise MismatchError("an ONNX model", f"a damaged one ({error})") from error
 
 
 def _kind(message: Message, domain: int, name: int) -> str:
     space = message.text(domain)
     return ".".join([space] * (space not in STANDARD) + [message.text(name)])
+
+
+def _constant(options: Mapping[str, object]) -> np.ndarray:
+    """Return the numbers of a constant."""
+    if len(options) != 1 or not options.keys() <= set(CONSTANTS):
+        raise MismatchError(
+            f"a constant with {' or '.join(CONSTANTS)}", ", ".join(options) or "none"
+        )
+    (value,) = options.values()
+    if isinstance(value, bytes):
+        raise MismatchError("numbers of a constant", "a text")
+    return np.asarray(value, float)
 
 
 class _Graph:
@@ -142,8 +170,8 @@ class _Graph:
         # A function of the file takes precedence over an operation of ONNX of the same name.
         if kind in self._own:
             raise MismatchError("operations of ONNX", f"a function {kind} of the file")
-        if kind == "Constant" and isinstance(options.get("value"), np.ndarray):
-            return self._evaluation.keep(options["value"])
+        if kind == "Constant":
+            return self._evaluation.keep(_constant(options))
         names = node.texts(OF)
         while names and not names[-1]:  # an optional input that is left out
             names.pop()
@@ -164,7 +192,7 @@ class _Graph:
         name, kind = option.text(NAME), option.number(TYPE)
         if REFERENCE in option:
             raise MismatchError(f"a value of {name}", "a reference")
-        # The types of AttributeProto: FLOAT, INT, STRING, TENSOR.
+        # The types of AttributeProto: FLOAT, INT, STRING, TENSOR, FLOATS, INTS.
         match kind:
             case 1:
                 return name, option.real(REAL)
@@ -175,4 +203,8 @@ class _Graph:
             case 4:
                 (tensor, *_) = [*option.messages(TENSOR)] or [Message(b"")]
                 return name, onnx_tensor.array(tensor, self._path)
+            case 6:
+                return name, onnx_tensor.in_field(option, REALS, onnx_tensor.FLOAT)
+            case 7:
+                return name, np.array(option.numbers(WHOLES))
         raise MismatchError(f"a number, a text or a tensor as {name}", f"a value of type {kind}")

@@ -20,7 +20,7 @@ NAME, RAW, DOUBLES, EXTERNAL, LOCATION = 8, 9, 10, 13, 14
 # Fields of a StringStringEntryProto: the place of numbers that are not in the model.
 KEY, VALUE = 1, 2
 
-FLOAT, DOUBLE, INT64, BFLOAT16 = 1, 11, 7, 16
+FLOAT, DOUBLE, INT64, FLOAT16, BFLOAT16 = 1, 11, 7, 10, 16
 TYPES = {
     FLOAT: "<f4",
     2: "u1",
@@ -30,7 +30,7 @@ TYPES = {
     6: "<i4",
     INT64: "<i8",
     9: "?",
-    10: "<f2",
+    FLOAT16: "<f2",
     DOUBLE: "<f8",
     12: "<u4",
     13: "<u8",
@@ -72,16 +72,33 @@ def _values(tensor: Message, kind: int, path: Path, count: int) -> np.ndarray:
         # A file beside the model may be of any length: no more is read than the shape asks for.
         size = count * np.dtype(TYPES[kind]).itemsize
         return _numbers(_beside(tensor, path, size), kind)
-    # Packed or one by one, these are the same bytes, the low one first.
     if kind == FLOAT and FLOATS in tensor:
-        return _numbers(b"".join(tensor.contents(FLOATS)), kind)
+        return in_field(tensor, FLOATS, kind)
     if kind == DOUBLE and DOUBLES in tensor:
-        return _numbers(b"".join(tensor.contents(DOUBLES)), kind)
+        return in_field(tensor, DOUBLES, kind)
+    if kind in (FLOAT16, BFLOAT16) and INTS in tensor:
+        return _of_halves(tensor, kind)
     if kind == INT64 and LONGS in tensor:
         return np.array(tensor.numbers(LONGS))
     if kind in INTEGERS and INTS in tensor:
         return np.array(tensor.numbers(INTS))
     return _numbers(tensor.content(RAW), kind)
+
+
+def in_field(message: Message, field: int, kind: int) -> np.ndarray:
+    """Return numbers of a type that lie in a field of their own.
+
+    Packed or one by one, they are the same bytes, the low one first.
+    """
+    return _numbers(b"".join(message.contents(field)), kind)
+
+
+def _of_halves(tensor: Message, kind: int) -> np.ndarray:
+    """Return numbers of 16 bits, each of which lies in a whole number."""
+    bits = tensor.numbers(INTS)
+    if any(not 0 <= one < 2**16 for one in bits):
+        raise MismatchError(f"numbers of 16 bits in {tensor.text(NAME)}", "larger ones")
+    return _numbers(np.array(bits, "<u2").tobytes(), kind)
 
 
 def _numbers(content: bytes | memoryview, kind: int) -> np.ndarray:
@@ -98,6 +115,11 @@ def location(tensor: Message) -> str:
     return _entries(tensor).get("location", "")
 
 
+def is_neighbour(location: str) -> bool:
+    """Return whether a location is the name of a file beside the model, not a path elsewhere."""
+    return location not in ("", ".", "..") and not re.search(r"[/\\\0]", location)
+
+
 def _entries(tensor: Message) -> dict[str, str]:
     return {entry.text(KEY): entry.text(VALUE) for entry in tensor.messages(EXTERNAL)}
 
@@ -106,7 +128,7 @@ def _beside(tensor: Message, path: Path, size: int) -> bytes:
     """Return the bytes of a tensor that lie in another file, which may only be a neighbour."""
     entries = _entries(tensor)
     location, start = entries.get("location", ""), entries.get("offset", "0")
-    if not location or location in (".", "..") or re.search(r"[/\\\0]", location):
+    if not is_neighbour(location):
         raise MismatchError("numbers in a file beside the model", f"'{location}'")
     # `int` alone would accept signs, blanks and underscores, and more than a file can be long.
     if not re.fullmatch("[0-9]{1,15}", start):

@@ -87,6 +87,42 @@ def test_constants_may_stand_in_nodes_and_before_the_signal(path):
     np.testing.assert_allclose(mlp.layers[1].weights, -2 * V, rtol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("option", "wanted"),
+    [
+        ({"value_float": 2.0}, V),
+        ({"value_int": 2}, V),
+        ({"value_floats": [2.0, 4.0, 6.0]}, V * [[1], [2], [3]]),
+        ({"value_ints": [2, 4, -6]}, V * [[1], [2], [-3]]),
+    ],
+)
+def test_constants_may_be_numbers_and_lists(path, option, wanted):
+    nodes = [
+        helper.make_node("Constant", [], ["c"], **option),
+        helper.make_node("MatMul", ["x", "WT"], ["z"]),
+        helper.make_node("Elu", ["z"], ["h"]),
+        helper.make_node("MatMul", ["h", "VT"], ["v"]),
+        helper.make_node("Mul", ["v", "c"], ["y"]),
+    ]
+    save(path, nodes, ["x"], "y", {"WT": W.T, "VT": V.T})
+    np.testing.assert_allclose(load_mlp(path).layers[1].weights, 2 * wanted, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("option", "complaint"),
+    [
+        ({"value_string": "a"}, "expected a constant with value or value_float or value_int or "),
+        ({"value": "a"}, "expected numbers of a constant, found a text"),
+        ({"value_float": 1.0, "value_int": 1}, "found value_float, value_int"),
+        ({}, "found none"),
+    ],
+)
+def test_constants_of_no_numbers_are_refused(path, refusal, option, complaint):
+    nodes = [helper.make_node("Constant", [], ["c"], **option)]
+    save(path, [*nodes, helper.make_node("Mul", ["x", "c"], ["y"])], ["x"], "y", {})
+    assert complaint in refusal(path)
+
+
 def test_what_rsl_rl_exports_is_read(path, actor, agrees):
     module = actor.as_onnx(verbose=False).eval()
     torch.onnx.export(

@@ -40,6 +40,41 @@ def test_files_with_weights_are_files_of_the_policy(model, tmp_path):
     assert files_of(path) == [path, tmp_path / "weights.bin"]
 
 
+def test_files_elsewhere_that_are_not_used_are_no_files_of_the_policy(model):
+    def unused(made: onnx.ModelProto) -> None:
+        made.graph.initializer.add().CopyFrom(made.graph.initializer[0])
+        external("sub/w.bin")(made)
+        made.graph.initializer[0].name = "unused"
+
+    path = model(unused)
+    assert load_mlp(path).sizes == (5, 4, 3)
+    assert files_of(path) == [path]
+
+
+def test_a_damaged_model_has_no_files(model, refused):
+    path = model()
+    path.write_bytes(path.read_bytes()[:-7])
+    assert "a damaged one" in refused(path, files_of)
+
+
+@pytest.mark.parametrize("kind", [TensorProto.FLOAT16, TensorProto.BFLOAT16])
+@pytest.mark.parametrize("raw", [False, True])
+def test_numbers_of_16_bits_are_read(model, kind, raw):
+    values = np.arange(-10, 10) / 4
+
+    def change(made: onnx.ModelProto) -> None:
+        halves = onnx.helper.make_tensor("W", kind, (4, 5), values)
+        assert halves.int32_data
+        if raw:
+            bits = np.array(halves.int32_data, "<u2")
+            halves.ClearField("int32_data")
+            halves.raw_data = bits.tobytes()
+        made.graph.initializer[0].CopyFrom(halves)
+
+    weights = load_mlp(model(change)).layers[0].weights
+    np.testing.assert_array_equal(weights, values.reshape(4, 5))
+
+
 @pytest.mark.parametrize(
     ("location", "entries", "complaint"),
     [
@@ -97,6 +132,10 @@ def tensor(**fields: object) -> Callable[[onnx.ModelProto], None]:
         (tensor(dims=[1] * 5000), "sizes in W"),
         (tensor(dims=[0, 5]), "0 numbers in W, found 20"),
         (tensor(dims=[4, 6]), "24 numbers in W, found 20"),
+        (
+            tensor(data_type=TensorProto.FLOAT16, raw_data=b"", int32_data=[2**16] * 20),
+            "expected numbers of 16 bits in W, found larger ones",
+        ),
         (tensor(raw_data=b"123"), "whole numbers of bytes"),
     ],
 )
