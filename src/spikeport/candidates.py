@@ -9,6 +9,9 @@ from typing import get_type_hints
 
 import nengo
 
+WITHIN = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
+"""Parts of a function that return for themselves."""
+
 
 def networks_in(module: ModuleType) -> dict[str, nengo.Network]:
     """Return the networks of a module, by name."""
@@ -58,27 +61,44 @@ def _stated(function: object) -> object:
 def _source_returns(function: FunctionType, callers: frozenset[FunctionType]) -> bool:
     """Return whether a function returns a call of a network, or a name that is bound to one."""
 
-    def makes(node: ast.expr) -> bool:
+    def makes(node: ast.expr | None) -> bool:
         return _calls_network(node, function.__globals__, callers)
 
     try:
-        source = ast.parse(textwrap.dedent(inspect.getsource(function)))
+        source = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     except (OSError, TypeError, SyntaxError):  # as of a lambda within an expression
         return False
-    bound = set[str]()
-    for node in ast.walk(source):
-        if isinstance(node, ast.withitem) and makes(node.context_expr):
-            bound.update([ast.unparse(node.optional_vars)] if node.optional_vars else [])
-        elif isinstance(node, ast.Assign) and makes(node.value):
-            bound.update(map(ast.unparse, node.targets))
-    returned = [n.value for n in ast.walk(source) if isinstance(n, ast.Return) and n.value]
+    nodes = list(_own_nodes(source))
+    bound = {name for node in nodes for name, value in _bindings(node) if makes(value)}
+    returned = [n.value for n in nodes if isinstance(n, ast.Return) and n.value]
     return any(ast.unparse(one) in bound or makes(one) for one in returned)
 
 
+def _own_nodes(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield the nodes of a function, but for those of functions and classes within it."""
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, WITHIN):
+            yield child
+            yield from _own_nodes(child)
+
+
+def _bindings(node: ast.AST) -> Iterator[tuple[str, ast.expr | None]]:
+    """Yield the names that a node binds, each with the value."""
+    match node:
+        case ast.withitem(context_expr=value, optional_vars=ast.expr() as name):
+            yield ast.unparse(name), value
+        case ast.Assign(targets=names, value=value):
+            yield from ((ast.unparse(name), value) for name in names)
+        case ast.AnnAssign(target=name, value=value) | ast.NamedExpr(target=name, value=value):
+            yield ast.unparse(name), value
+
+
 def _calls_network(
-    node: ast.expr, names: dict[str, object], callers: frozenset[FunctionType]
+    node: ast.expr | None, names: dict[str, object], callers: frozenset[FunctionType]
 ) -> bool:
     """Return whether an expression calls a class of networks, or a function that returns one."""
+    if isinstance(node, ast.NamedExpr):
+        node = node.value
     if not isinstance(node, ast.Call):
         return False
     first, *rest = ast.unparse(node.func).split(".")

@@ -39,6 +39,12 @@ def test_networks_are_found_by_type(module_of):
         "import functools\n@functools.cache\ndef make():\n    return nengo.Network()",
         "def base() -> nengo.Network: return 0\ndef make():\n    return base()",
         "def base(): return nengo.Network()\ndef make():\n    net = base()\n    return net",
+        "def make():\n    net: nengo.Network = nengo.Network()\n    return net",
+        "def make():\n    if (net := nengo.Network()):\n        return net",
+        "def make():\n    return (net := nengo.Network())",
+        "def make():\n    for _ in range(2):\n        net = nengo.Network()\n    return net",
+        "class Base:\n    @staticmethod\n    def of(): return nengo.Network()\n"
+        "def make(): return Base.of()",
     ],
 )
 def test_what_makes_a_network_is_found(module_of, text):
@@ -58,6 +64,11 @@ def test_what_makes_a_network_is_found(module_of, text):
         "class make: pass",
         "def make(): return make()",
         "def make() -> 'unknown': return unknown()",
+        "def make():\n    def other(): return nengo.Network()\n    return 3",
+        "def make():\n    other = lambda: nengo.Network()\n    return other",
+        "def make():\n    def other():\n        net = nengo.Network()\n    net = 3\n    return net",
+        "def make():\n    class Other:\n        def of(self): return nengo.Network()\n    return 3",
+        "def make():\n    net: nengo.Network\n    return net",
     ],
 )
 def test_what_makes_none_is_not(module_of, text):
