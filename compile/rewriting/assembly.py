@@ -95,13 +95,19 @@ def start(connection: nengo.Connection) -> tuple[End, dict[str, object]]:
     Nengo has no matrices behind a slice with an entry twice. It starts at the whole source then,
     where its function picks the entries, or its matrix has to, see `sums_up`.
     """
-    neurons = isinstance(connection.pre_obj, Neurons)
-    options = {} if neurons else {name: getattr(connection, name) for name in DECODING}
+    options = decoding(connection)
     if not reads_twice(connection):
         return connection.pre, options
     if not sums_up(connection):
         options["function"] = _of_all(connection)
     return connection.pre_obj, options
+
+
+def decoding(connection: nengo.Connection) -> dict[str, object]:
+    """Return the options of what a connection decodes, or computes; none from neurons."""
+    if isinstance(connection.pre_obj, Neurons):
+        return {}
+    return {name: getattr(connection, name) for name in DECODING}
 
 
 def sums_up(connection: nengo.Connection) -> bool:

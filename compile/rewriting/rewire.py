@@ -7,10 +7,10 @@ import numpy as np
 import scipy.sparse as sparse
 
 from spikeport.compile.ground.matrices import full
+from spikeport.compile.ground.names import End
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
-from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
+from spikeport.compile.rewriting.assembly import FlatNetwork, decoding, start, sums_up
 from spikeport.compile.rewriting.decode_paths import link
 
 
@@ -40,16 +40,17 @@ def rewire(
             _connect_directly(connection, flat, solver)
         elif path == "host":
             _connect_over_host(connection, flat, solver)
+        elif path is None:
+            flat.keep(connection)
         else:
             # nengo-loihi builds relays itself, of the kind that the setting names.
-            flat.keep(connection)
-            if path is not None:
-                settings = flat.network.config[connection]
-                settings.decode_path = path
-                settings.target_filter_s = filters[connection.post_obj]
+            settings = flat.network.config[_relayed(connection, flat, solver)]
+            settings.decode_path = path
+            settings.target_filter_s = filters[connection.post_obj]
 
     flat = FlatNetwork.rewired(rewrite.network, solver.seeds, connect)
-    gone = [c for c, path in chosen.items() if path not in RELAYS]
+    kept = set(flat.network.connections)
+    gone = [c for c in chosen if c not in kept]
     return rewrite.then(flat.network, {}, {c: solver.built(c) for c in gone}, flat.seeds)
 
 
@@ -73,22 +74,46 @@ def _connect_over_host(
     connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
 ) -> None:
     """Connect to a node on the host, and from there on."""
-    transform = connection.transform
-    if isinstance(transform, nengo.Sparse):  # which nengo-loihi does not read from the chip
-        transform = full(solver.transform(connection), connection.size_mid)
-    decoded: dict[str, object] = {}
-    if isinstance(connection.pre_obj, nengo.Ensemble):
-        decoded = {name: getattr(connection, name) for name in DECODING}
     with flat.network:
         # A function, though the identity: a passthrough node would be removed again.
         node = nengo.Node(lambda _t, x: x, size_in=connection.size_out)
-        into = nengo.Connection(
-            connection.pre,
-            node,
-            transform=transform,
-            synapse=connection.synapse,
-            **decoded,
-        )
+        into = _without_sparse(connection, node, solver)
         whole = np.eye(connection.post_obj.size_in)[:, connection.post_slice]
         nengo.Connection(node, connection.post_obj, transform=whole, synapse=None)
     flat.inherit(into, connection)
+
+
+def _relayed(
+    connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
+) -> nengo.Connection:
+    """Keep a connection whose decoders nengo-loihi relays, or make one like it that it accepts."""
+    sparse_one = isinstance(connection.transform, nengo.Sparse)
+    if not (sparse_one and isinstance(connection.pre_obj, nengo.Ensemble)):
+        flat.keep(connection)
+        return connection
+    with flat.network:
+        like = _without_sparse(connection, connection.post, solver)
+    like.label = connection.label
+    flat.inherit(like, connection)
+    flat.configure(like, connection)
+    return like
+
+
+def _without_sparse(
+    connection: nengo.Connection, target: End, solver: ParameterSolver
+) -> nengo.Connection:
+    """Make a connection like another, to a target, with a dense transform in place of a sparse one.
+
+    nengo-loihi decodes by no sparse transform, and reads none from the chip.
+    """
+    transform = connection.transform
+    if isinstance(transform, nengo.Sparse):
+        pre, options = start(connection)
+        if sums_up(connection):
+            transform = solver.weights(connection)
+        else:
+            transform = full(solver.transform(connection), connection.size_mid)
+    else:
+        pre, options = connection.pre, decoding(connection)
+    synapse = connection.synapse
+    return nengo.Connection(pre, target, transform=transform, synapse=synapse, **options)

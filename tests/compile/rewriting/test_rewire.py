@@ -90,6 +90,35 @@ def test_relays_are_left_to_the_builder(path: str) -> None:
     assert old not in after.built
 
 
+@pytest.mark.parametrize("twice", [False, True])
+@pytest.mark.parametrize("path", ["direct", "onoff", "preset10", "host"])
+def test_sparse_transforms_of_decoded_values_take_every_path(path: str, twice: bool) -> None:
+    with nengo.Network(seed=3) as network:
+        spikeport.add_params(network)
+        a, b = nengo.Ensemble(20, 2), nengo.Ensemble(20, 2)
+        transform = nengo.Sparse((2, 2), indices=[[0, 1], [1, 0]], init=[0.5, -1])
+        nengo.Connection(a[[1, 1]] if twice else a, b, transform=transform, synapse=0.1)
+        nengo.Connection(nengo.Node([0.0, 0.0]), b, synapse=0.005)
+    (old, _) = network.connections
+    after = rewired(network, path)
+    assert old not in after.network.connections
+    assert old in after.built
+    spikeport.compile_network(network, pipeline=f"decode_path{{default={path}}}")
+
+
+def test_relays_of_sparse_transforms_are_like_the_old_ones() -> None:
+    network = chain()
+    old, other = network.connections
+    old.transform = nengo.Sparse((1, 1), init=[[0.5]], indices=[[0, 0]])
+    after = rewired(network, "onoff")
+    (new,) = [c for c in after.network.connections if c is not other]
+    assert (new.pre, new.post, new.synapse) == (old.pre, old.post, old.synapse)
+    assert (new.solver, new.function) == (old.solver, old.function)
+    np.testing.assert_array_equal(new.transform.sample(), [[0.5]])
+    assert after.network.config[new].decode_path == "onoff"
+    assert after.seeds[new] == rewrite_of(network).all_seeds()[old]
+
+
 def test_everything_else_stays() -> None:
     network = chain()
     after = rewired(network, "direct")
