@@ -5,6 +5,7 @@ nodes call while a network runs decide nothing, and are not part of it; those of
 But which objects share a function is, since a compile that is kept refers to functions by object.
 """
 
+import functools
 import marshal
 from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass
@@ -14,11 +15,13 @@ import nengo
 import numpy as np
 import scipy.sparse
 from nengo.base import NengoObject, ObjView
+from nengo.config import ClassParams
 from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 from nengo.params import FrozenObject, iter_params
 from nengo.rc import rc
 
+from spikeport.compile.ground.settings import add_params
 from spikeport.function_identity import FunctionIdentity
 
 BUILT_IN = (type(None), bool, int, float, str, bytes)
@@ -76,7 +79,7 @@ class _Identity:
         of_objects = []
         for key, settings in network.config.params.items():
             if isinstance(key, type):
-                yield key.__name__, self._settings(settings, settings.params)
+                yield key.__name__, self._settings(settings, _names(key, settings))
             elif id(key) in self._number:
                 known = settings._clsparams
                 # Values that were set for this object: the others are those of its class, yielded
@@ -172,6 +175,28 @@ KINDS = ("ensembles", "nodes", "networks", "connections", "probes")
 def _function_of(obj: nengo.Node | nengo.Connection) -> object:
     """Return what a node or a connection calls, if it calls anything."""
     return obj.output if isinstance(obj, nengo.Node) else obj.function
+
+
+def _names(kind: type, settings: ClassParams) -> list[str]:
+    """Return the settings of a class, but for those that a compile adds and nobody has changed."""
+    added = _added().get(kind, {})
+    return [
+        name
+        for name in settings.params
+        if name not in added or getattr(settings, name) != added[name]
+    ]
+
+
+@functools.cache
+def _added() -> dict[type, dict[str, object]]:
+    """Return the settings that a compile adds to classes, with their defaults."""
+    network = nengo.Network(add_to_container=False)
+    add_params(network)
+    of_class = {kind: network.config[kind] for kind in (nengo.Ensemble, nengo.Connection)}
+    return {
+        kind: {name: getattr(settings, name) for name in settings.extra_params}
+        for kind, settings in of_class.items()
+    }
 
 
 def _members(network: nengo.Network) -> Iterator[NengoObject | nengo.Network]:

@@ -116,6 +116,15 @@ def calling(first, second, third=None):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_the_same_object_is_compiled_once(kept, pipeline):
+    network = learning()
+    kinds = [ran(network, kept, pipeline)[0] for _ in range(2)]
+    assert [issubclass(kind, KeptCompilation) for kind in kinds] == [False, True]
+    assert len(kept.entries()) == 1
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
 def test_functions_that_one_network_shared_are_those_of_the_other(kept):
     def up(_):
         return 0.5

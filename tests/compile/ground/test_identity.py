@@ -16,10 +16,28 @@ def digest(network):
     return digest_of(identity(network))
 
 
-def made(change=lambda _: None, weights=((1.0, 2.0),), power=2, order="C", called=np.sin):
+def plain():
+    """Return a network that a compile builds as it is, and not a copy of it."""
+    with nengo.Network(seed=1) as net:
+        ensemble = nengo.Ensemble(10, 1)
+        nengo.Connection(nengo.Node([0.5]), ensemble)
+        with nengo.Network():
+            nengo.Connection(ensemble, nengo.Ensemble(5, 1))
+    return net
+
+
+def made(
+    change=lambda _: None,
+    weights=((1.0, 2.0),),
+    power=2,
+    order="C",
+    called=np.sin,
+    configurable=True,
+):
     """Return a network; ``change`` is called with it."""
     with nengo.Network(seed=1, label="net") as net:
-        spikeport.add_params(net)
+        if configurable:
+            spikeport.add_params(net)
         net.node = nengo.Node(lambda t: called(t))
         net.a = nengo.Ensemble(20, 2, label="a")
         with nengo.Network(label="inner") as net.inner:
@@ -56,11 +74,27 @@ def test_functions_that_are_shared_count_as_such():
     assert calling(np.sin, np.sin, f) == calling(g, g, h)
 
 
-def test_a_compile_changes_nothing():
-    network = made()
+@pytest.mark.parametrize("make", [made, plain])
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_a_compile_changes_nothing(pipeline, make):
+    network = make()
     before = digest(network)
-    spikeport.compile_network(network, pipeline="compact")
+    spikeport.compile_network(network, pipeline=pipeline)
     assert digest(network) == before
+
+
+def test_a_default_of_a_user_counts_also_where_a_compile_has_one():
+    def off_chip(net):
+        net.config[nengo.Ensemble].on_chip = False
+
+    def with_a_default(net):
+        default = nengo.params.BoolParam("on_chip", default=False)
+        net.config[nengo.Ensemble].set_param("on_chip", default)
+
+    usual = digest(made())
+    assert usual == digest(made(configurable=False))
+    assert digest(made(off_chip)) != usual
+    assert digest(made(with_a_default, configurable=False)) != usual
 
 
 def setting(path, value):
