@@ -309,8 +309,8 @@ class Flattener:
         if found is not None:
             return found
         # Signals of single precision lie in no pool; the closure of an edge computes nothing.
-        arrays = [one if one is port else self._signals[one] for one in (target, source)]
-        return self._call(functools.partial(np.copyto, *arrays))
+        to, taken = (one if one is port else self._signals[one] for one in (target, source))
+        return self._call(functools.partial(np.copyto, to, taken))
 
     def _filter(self, op: SimProcess) -> Operation | None:
         step = process_step(self._closures[op])
