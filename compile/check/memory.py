@@ -1,11 +1,11 @@
 """The memory that a compile will take, estimated before anything is built, and how much there is.
 
     M = sum over objects of what each takes
-        + 150 B W + 700 B S + 70 B R + 25 B T + 36 B max_e(n_e p_e)
+        + 150 B W + 700 B S + 70 B R + 25 B T + max(10 B n p + 52 B min(n, p)^2)
 
 for W weights, S weights of sparse matrices, R weights to neurons that relay decoded values and T
-from them, and n neurons and p evaluation points of the ensemble whose decoders take most. The
-figures were fitted to peaks of fresh processes (docs/architecture.md has estimates beside peaks).
+from them, and n neurons and p evaluation points of the decoders that take most. The figures were
+fitted to peaks of fresh processes (docs/architecture.md has estimates beside peaks).
 """
 
 import math
@@ -36,8 +36,9 @@ COMPARTMENT, WEIGHT, SPARSE_WEIGHT = 400, 150, 700
 """Bytes of a neuron and of a weight; one of a sparse matrix has a list almost of its own."""
 RELAYED, TO_TARGET = 70, 25
 """Bytes of a weight to a neuron that relays decoded values, and of one from it."""
-EVALUATION = 36
-"""Bytes of an evaluation point and neuron while decoders are solved: matrices of activities."""
+EVALUATION, SQUARE = 10, 52
+"""Bytes of an evaluation point and neuron while decoders are solved, as matrices of activities have
+them, and of an entry of the square matrix of neurons, or of points where these are fewer."""
 DECODE_NEURONS = 20
 """The neurons that relay a dimension from ensemble to ensemble: nengo-loihi's decode neurons."""
 KERNELS, PER_KERNEL = 16, 128
@@ -103,9 +104,9 @@ def estimate(network: nengo.Network) -> int:
     ensembles = dict.fromkeys(network.all_ensembles)
     objects = sum(ENSEMBLE + COMPARTMENT * e.n_neurons for e in ensembles)
     connections = sum(sum(_of_connection(c)) for c in dict.fromkeys(network.all_connections))
-    solved = max((e.n_neurons * _n_points(e) for e in _decoded(network)), default=0)
+    solved = max((_of_solving(e.n_neurons, points) for e, points in _solved(network)), default=0)
     probes = PROBE * len(set(network.all_probes))
-    return int(BASE + objects + connections + probes + EVALUATION * solved)
+    return int(BASE + objects + connections + probes + solved)
 
 
 def _of_connection(connection: nengo.Connection) -> Iterator[float]:
@@ -141,16 +142,26 @@ def _of_weights(connection: nengo.Connection) -> float:
     return WEIGHT * float(spikes * connection.size_mid * (connection.size_out if matrix else 1))
 
 
-def _decoded(network: nengo.Network) -> set[nengo.Ensemble]:
-    """Return the ensembles whose decoders are solved."""
-    pres = {connection.pre_obj for connection in network.all_connections}
-    return {pre for pre in pres if isinstance(pre, nengo.Ensemble)}
+def _solved(network: nengo.Network) -> Iterator[tuple[nengo.Ensemble, int]]:
+    """Yield the ensembles of which decoders are solved, and the number of evaluation points."""
+    for connection in network.all_connections:
+        pre, points = connection.pre_obj, connection.eval_points
+        if isinstance(pre, nengo.Ensemble):
+            yield pre, _n_points(pre, pre.eval_points if points is None else points)
+    for probe in network.all_probes:
+        if isinstance(probe.obj, nengo.Ensemble):
+            yield probe.obj, _n_points(probe.obj, probe.obj.eval_points)
 
 
-def _n_points(ensemble: nengo.Ensemble) -> int:
-    """Return the number of evaluation points of an ensemble, as Nengo chooses it."""
-    if not isinstance(ensemble.eval_points, nengo.dists.Distribution):
-        return len(ensemble.eval_points)
+def _of_solving(neurons: int, points: int) -> int:
+    """Return the bytes that solving for decoders takes."""
+    return EVALUATION * neurons * points + SQUARE * min(neurons, points) ** 2
+
+
+def _n_points(ensemble: nengo.Ensemble, points: nengo.dists.Distribution | np.ndarray) -> int:
+    """Return the number of evaluation points that Nengo draws, or is to use as they are."""
+    if not isinstance(points, nengo.dists.Distribution):
+        return len(points)
     if ensemble.n_eval_points is not None:
         return int(ensemble.n_eval_points)
     return int(max(np.clip(500 * ensemble.dimensions, 750, 2500), 2 * ensemble.n_neurons))

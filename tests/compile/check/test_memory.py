@@ -96,6 +96,27 @@ def test_decoders_of_a_large_ensemble_take_the_square_of_its_neurons() -> None:
     assert estimate(network) < 0.06 * sizes[1]
 
 
+def test_decoders_of_probes_are_solved_too() -> None:
+    with nengo.Network() as network:
+        ensemble = nengo.Ensemble(1500, 1)
+        nengo.Probe(ensemble.neurons)
+    before = estimate(network)
+    with network:
+        nengo.Probe(ensemble)
+    assert estimate(network) - before == pytest.approx(85e6, rel=1)  # the growth observed
+
+
+def test_a_connection_may_have_evaluation_points_of_its_own() -> None:
+    with nengo.Network() as network:
+        pre, post = nengo.Ensemble(100, 1), nengo.Ensemble(5, 1)
+        own = nengo.Connection(pre, post, eval_points=np.zeros((60_000, 1)))
+    assert estimate(network) == pytest.approx(52e6, rel=0.5)  # the growth observed
+    own.eval_points = nengo.dists.Uniform(-1, 1)
+    drawn = estimate(network)
+    own.eval_points = None
+    assert estimate(network) == drawn
+
+
 def test_what_takes_more_than_there_is_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     network = chain(100)
     monkeypatch.setenv(VARIABLE, str(1.01 * estimate(network) / 1e9))
