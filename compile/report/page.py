@@ -54,7 +54,7 @@ class Row(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """Hints or violations of one rule, with the first one's cure."""
+    """Hints or violations of one rule, with the cure of all; empty if it differs by row."""
 
     id: str
     rule: str
@@ -233,7 +233,13 @@ def by_rule(rows: Iterable[Json]) -> list[Rule]:
     found: dict[tuple[str, str], list[Json]] = {}
     for row in rows:
         found.setdefault((row["id"], row["rule"]), []).append(row)
-    return [Rule(*names, mine[0]["cure"], tuple(mine)) for names, mine in sorted(found.items())]
+    return [Rule(*names, _cure(mine), tuple(mine)) for names, mine in sorted(found.items())]
+
+
+def _cure(rows: Sequence[Json]) -> str:
+    """Return the cure that all rows have; an empty text if there are several."""
+    cures: set[str] = {row["cure"] for row in rows}
+    return cures.pop() if len(cures) == 1 else ""
 
 
 def _share(used: int, limit: int | None) -> float | None:

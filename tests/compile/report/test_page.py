@@ -117,6 +117,19 @@ def test_a_network_that_does_not_fit_has_its_violations_and_cures(tmp_path: Path
     assert "b: Tanh, limit LIF" in text
 
 
+def test_cures_that_differ_are_in_the_rows(tmp_path: Path) -> None:
+    broken = [
+        Violation("SP102", "in-axons", f"core {n}", str(n), "20", f"split it into {n // 20 + 1}")
+        for n in (30, 49)
+    ]
+    report = Report(chips.get("loihi"), "", (), (), (), violations=tuple(broken)).to_dict()
+    write_page(tmp_path / "report.html", report, "net")
+    text = read(tmp_path / "report.html").text
+    assert "Cure:" not in text
+    assert "core 30: 30, limit 20; cure: split it into 2" in text
+    assert "core 49: 49, limit 20; cure: split it into 3" in text
+
+
 def test_two_reports_are_beside_each_other(whole: dict[str, Any], tmp_path: Path) -> None:
     changes = [("cores used", "4", "3", "-25.0 %")]
     write_pair(tmp_path / "pair.html", {"before": whole, "after": whole}, changes)
@@ -131,8 +144,9 @@ def test_two_reports_are_beside_each_other(whole: dict[str, Any], tmp_path: Path
 def test_rows_are_grouped_by_rule() -> None:
     rows = [{"id": i, "rule": "r", "cure": f"c{n}"} for n, i in enumerate(("SP2", "SP1", "SP2"))]
     found = by_rule(rows)
-    assert [(one.id, one.cure) for one in found] == [("SP1", "c1"), ("SP2", "c0")]
+    assert [(one.id, one.cure) for one in found] == [("SP1", "c1"), ("SP2", "")]
     assert [len(one.rows) for one in found] == [1, 2]
+    assert by_rule([rows[0], rows[0]])[0].cure == "c0"
 
 
 # in a browser
