@@ -58,7 +58,8 @@ class HostIoReport:
     counted : bool
         Spikes are those of a run; else they are expected.
     sources, unknown_sources : int
-        Sources of spikes on the host; those of them whose rates are not known before a run.
+        Sources of spikes on the host; those of them whose rates are neither known before a run nor
+        stated.
     spikes : float
         Mean of the host's spikes in a step.
     most_spikes : int or None
@@ -142,11 +143,13 @@ def host_io(
     """
     counted = counted and activity is not None
     sent = None if activity is None else activity.from_host
+    # Rates that are stated are those of all sources.
+    unknown = 0 if activity is not None and not counted else traffic.unknown_sources
     verdict, reason = _judged(traffic, chip)
     return HostIoReport(
         counted=counted,
         sources=traffic.sources,
-        unknown_sources=traffic.unknown_sources,
+        unknown_sources=unknown,
         spikes=traffic.spikes if sent is None else sent.mean,
         most_spikes=int(sent.most) if sent is not None and counted else None,
         values_back=traffic.values_back,

@@ -86,6 +86,11 @@ def test_spikes_are_expected_before_a_run_and_counted_in_one(make_activity):
     stated = make_activity(n_steps=1, host_spikes=[2.5])
     found = host_io(TRAFFIC, chips.get("loihi"), stated, counted=False)
     assert (found.counted, found.spikes, found.most_spikes) == (False, 2.5, None)
+    rows = [dict(one.rows())["spikes in"] for one in (before, found)]
+    assert rows == [
+        "4.5 expected, of 10 sources; without 1 that send spikes as they come",
+        "2.5 expected, of 10 sources",
+    ]
 
 
 @pytest.mark.parametrize("name", chips.names())
