@@ -12,6 +12,7 @@ from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.tables import part
+from spikeport.compile.image.usage import core_uses
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
@@ -23,7 +24,7 @@ from spikeport.compile.rewriting.tying import Shared, pooled, shareable, tied
 from spikeport.errors import CompileError
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import energy
-from spikeport.hardware_models.limits import n_cores
+from spikeport.hardware_models.limits import n_cores, usages
 
 Group: TypeAlias = Sequence[Shared]
 """Connections from ensembles that may be fused, and decoders for them."""
@@ -50,7 +51,8 @@ class Tie(NetworkPass):
         The rise of the error of a group up to which it stays tied where all groups save cores; 0
         to try each by itself.
     rate_hz : float
-        The firing rate of all neurons but relays at which energy is expected, in spikes per second.
+        The firing rate of all neurons but relays at which energy is expected, in spikes per second;
+        a spike a step where that is fewer.
     """
 
     name: ClassVar[str] = "tie"
@@ -104,7 +106,10 @@ class Tie(NetworkPass):
 
 
 class _Outcome(NamedTuple):
-    """The cores of an image, None where it is refused, and joules a step by calibration."""
+    """The cores of an image, None where it is refused or does not fit, and joules a step.
+
+    Joules are by calibration.
+    """
 
     cores: int | None
     energy_j: Mapping[str, float]
@@ -148,7 +153,10 @@ class _Trials:
                 image = _image(self.network(choice), self._context)
             except CompileError:
                 return _Outcome(None, {})
-        return _Outcome(image.n_cores, _energy_j(image, self._context.chip, self._rate_hz))
+        chip = self._context.chip
+        if _overfills_a_core(image, chip):
+            return _Outcome(None, {})
+        return _Outcome(image.n_cores, _energy_j(image, chip, self._rate_hz))
 
 
 def _image(rewrite: Rewrite, context: Context) -> ChipImage:
@@ -159,11 +167,19 @@ def _image(rewrite: Rewrite, context: Context) -> ChipImage:
     return run.images(extract(discretise(floats), context.chip.name))
 
 
+def _overfills_a_core(image: ChipImage, chip: ChipModel) -> bool:
+    """Return whether a limit is broken; too many cores are what tying is to mend."""
+    found = usages(core_uses(image, chip), chip)
+    return any(usage.exceeded and usage.resource != "cores" for usage in found)
+
+
 def _energy_j(image: ChipImage, chip: ChipModel, rate_hz: float) -> dict[str, float]:
     """Return the dynamic energy of a step by each calibration that has figures for it."""
     if image.n_cores > n_cores(chip):
         return {}  # there is no place for all of it, so the ways of messages are not known
-    activity = expected_activity(image, Rates(rate_hz, _relay_rates_hz(image)))
+    # A long step has no room for more than one spike.
+    possible_hz = min(rate_hz, 1 / image.manifest.dt_s)
+    activity = expected_activity(image, Rates(possible_hz, _relay_rates_hz(image)))
     reports = [energy(activity, chip, calibration) for calibration in chip.calibrations]
     return {one.calibration: one.dynamic.energy_step.value for one in reports if one.dynamic}
 

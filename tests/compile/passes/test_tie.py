@@ -12,6 +12,7 @@ from nengo_loihi.neurons import LoihiSpikingRectifiedLinear, loihi_rates
 
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
+from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.passes import tie
@@ -110,6 +111,28 @@ def test_what_it_notes_is_what_the_compiles_take(untied: Compilation, tied: Comp
             spent = energy(expected_activity(one.image, Rates(100)), loihi, calibration)
             noted = notes[f"energy_step_j ({name})"][when]
             assert noted == pytest.approx(spent.dynamic.energy_step.value)
+
+
+def test_a_network_that_only_fits_when_it_is_tied_is_tied(tmp_path: Path) -> None:
+    chip = chip_file(tmp_path / "few_axons.toml", compartments=70, in_axons=42)
+    with nengo.Network(seed=0) as network:
+        a, b = nengo.Ensemble(70, 1, label="a"), nengo.Ensemble(60, 1, label="b")
+        nengo.Connection(nengo.Node([0.5]), a)
+        nengo.Connection(a, b)
+    following = "merge_axons,split,pack,place"
+    with pytest.raises(DoesNotFitError, match="SP102"):
+        compile_network(network, chip, pipeline=following)
+    tied = compile_network(network, chip, pipeline=f"tie{{max_error=10}},{following}")
+    assert notes_of(tied)["group a"]["chosen"] == "tied"
+    assert notes_of(tied)["cores"] == {"before": None, "after": len(tied.report.cores)}
+
+
+def test_a_long_step_has_a_spike_at_most(small: Path) -> None:
+    compilation = compile_network(layers(), small, dt=0.02, pipeline=f"tie,{FOLLOWING}")
+    noted = notes_of(compilation)["energy_step_j (davies2018)"]["after"]
+    loihi = chips.get("loihi")
+    spent = energy(expected_activity(compilation.image, Rates(50)), loihi, loihi.calibrations[0])
+    assert noted == pytest.approx(spent.dynamic.energy_step.value)
 
 
 def test_native_and_emulator_agree_on_it(tied: Compilation) -> None:
