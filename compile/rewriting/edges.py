@@ -228,6 +228,9 @@ class EdgeMatrices:
         self, connection: nengo.Connection, origin: _Origin, entries: _Entries, column: int = 0
     ) -> None:
         """Add a matrix from columns of an origin, wherever a connection's values go."""
+        # Between m sources and n targets of a node, m n matrices may be nothing but zeros.
+        if not len(entries.value):
+            return
         for to in self._destinations(connection):
             if isinstance(to.factor, np.ndarray):
                 product = _entries(to.factor @ entries.dense)

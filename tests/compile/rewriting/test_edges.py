@@ -379,5 +379,15 @@ def test_edges_of_zeros_are_dropped() -> None:
             pre, post = network.a.neurons, network.b.neurons
             nengo.Connection(pre, post, transform=transform, synapse=synapse)
     edges = edges_of(network)
-    assert set(edges) == {key(), key(synapse=SLOW)}
+    assert set(edges) == {key(synapse=SLOW)}
     assert set(without_zeros(edges)) == {key(synapse=SLOW)}
+
+
+def test_what_passes_nothing_on_makes_no_edges() -> None:
+    n = 5
+    with nengo.Network(seed=1) as network:
+        first, second = (nengo.networks.EnsembleArray(3, n) for _ in range(2))
+        nengo.Connection(first.output, second.input, synapse=FAST)
+    matrices = matrices_of(network, whole(*first.ea_ensembles, *second.ea_ensembles))
+    assert len(matrices.edges) == n
+    assert len(matrices.into_nodes[second.input]) == n
