@@ -234,7 +234,7 @@ def _compiled(job: Job) -> Compilation:
     unplaced = extract(blocks, target.name)
     image = run.images(unplaced)
     stages.begin(VERIFY)
-    cores = _verified(image, target, floats)
+    cores = _verified(image, target, floats, rewrite)
     report = Report(
         target,
         image.digest,
@@ -263,7 +263,7 @@ def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:
     """Return the blocks of a network, as passes over blocks left them."""
     floats = build(rewrite, job.dt_s, job.settings)
     if broken := list(torn(floats)):
-        about = {one.object: floats.about(one.object) for one in broken}
+        about = {one.object: rewrite.unfused(floats.about(one.object)) for one in broken}
         raise DoesNotFitError(job.chip.name, broken, about)
     return run.blocks(floats)
 
@@ -326,22 +326,25 @@ def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
     return rewrite
 
 
-def _verified(image: ChipImage, target: ChipModel, floats: FloatBlocks) -> list[CoreUse]:
+def _verified(
+    image: ChipImage, target: ChipModel, floats: FloatBlocks, rewrite: Rewrite
+) -> list[CoreUse]:
     """Return the use of every core, once all limits of the chip are found to be kept."""
     cores = core_uses(image, target)
     exceeded = [*verify(cores, target), *verify_settings(image, target)]
     exceeded += verify_learning(image, target)
     if exceeded:
-        raise DoesNotFitError(target.name, exceeded, _owners(image, floats))
+        raise DoesNotFitError(target.name, exceeded, _owners(image, floats, rewrite))
     return cores
 
 
-def _owners(image: ChipImage, floats: FloatBlocks) -> dict[str, tuple[str, ...]]:
-    """Return the names of the objects on each core, and of the ends of connections among them."""
+def _owners(image: ChipImage, floats: FloatBlocks, rewrite: Rewrite) -> dict[str, tuple[str, ...]]:
+    """Return the names of the user's objects on each core, and of the ends of connections there."""
     owners: dict[str, tuple[str, ...]] = {}
     for core, block in zip(image.blocks.core, image.manifest.blocks, strict=True):
         label = image.cores[core]
-        owners[label] = (*owners.get(label, ()), *floats.about(block.owner))
+        about = rewrite.unfused(floats.about(block.owner))
+        owners[label] = (*owners.get(label, ()), *about)
     return owners
 
 

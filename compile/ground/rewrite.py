@@ -1,6 +1,6 @@
 """A network on its way through the network passes, and what became of its objects."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -61,6 +61,8 @@ class Rewrite:
     input_weight : float, optional
         The value that a spike of the host in every step stands for, where its neurons are silent at
         zero; None: they are nengo-loihi's.
+    members : mapping of str to tuple of str
+        The names of the user's ensembles that each fused ensemble is made of, by its name.
     """
 
     network: nengo.Network
@@ -70,6 +72,7 @@ class Rewrite:
     seeds: Seeds = field(default_factory=dict)
     pieces: Mapping[nengo.Ensemble, Piece] = field(default_factory=dict)
     input_weight: float | None = None
+    members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def all_seeds(self) -> dict[Named, int]:
         """Return the seed of every object; 0 stands in for a network's where it has none."""
@@ -86,11 +89,13 @@ class Rewrite:
         built: Mapping[NengoObject, Built],
         seeds: Seeds,
         pieces: Mapping[nengo.Ensemble, Piece] | None = None,
+        members: Mapping[nengo.Ensemble, tuple[str, ...]] | None = None,
     ) -> "Rewrite":
         """Return the rewrite that follows this one.
 
         Stand-ins of stand-ins stand in for the user's own probes. ``pieces`` are those among the
-        new ensembles; ensembles that stay in the network remain the pieces they were.
+        new ensembles; ensembles that stay in the network remain the pieces they were. ``members``
+        are the names of the user's ensembles that are fused in new ones.
         """
         users = {probe: stand_ins.get(now, now) for probe, now in self.stand_ins.items()}
         known = set(self.stand_ins.values())
@@ -98,13 +103,24 @@ class Rewrite:
         names = {obj: self.names[obj] for obj in network.all_objects if obj in self.names}
         names[network] = self.names[self.network]
         names.update({new: self.names[now] for now, new in stand_ins.items()})
+        named = Names(network, names)
         kept = {e: self.pieces[e] for e in network.all_ensembles if e in self.pieces}
         return Rewrite(
             network,
-            Names(network, names),
+            named,
             {**first, **users},
             {**self.built, **built},
             seeds,
             {**kept, **(pieces or {})},
             self.input_weight,
+            {**self.members, **{named[one]: found for one, found in (members or {}).items()}},
         )
+
+    def users_names(self, ensemble: nengo.Ensemble) -> tuple[str, ...]:
+        """Return the names of the user's ensembles that one here is, or is a piece or made of."""
+        piece = self.pieces.get(ensemble)
+        return self.unfused([self.names[ensemble] if piece is None else piece.owner])
+
+    def unfused(self, names: Iterable[str]) -> tuple[str, ...]:
+        """Return names of objects, of a fused ensemble those of its members."""
+        return tuple(one for name in names for one in self.members.get(name, (name,)))

@@ -69,8 +69,9 @@ def regroup(
     assembly.connect()
     built = _built(matrices, partition, solver)
     pieces = _pieces(rewrite, partition, assembly.ensembles)
-    flat = assembly.flat
-    return rewrite.then(flat.network, probes.replacements(assembly), built, flat.seeds, pieces)
+    members = _members(rewrite, partition, assembly.ensembles)
+    flat, stand_ins = assembly.flat, probes.replacements(assembly)
+    return rewrite.then(flat.network, stand_ins, built, flat.seeds, pieces, members)
 
 
 def _built(
@@ -102,6 +103,18 @@ def _pieces(
         elif owner in rewrite.pieces:
             pieces[ensemble] = rewrite.pieces[owner]
     return pieces
+
+
+def _members(
+    rewrite: Rewrite, partition: Partition, ensembles: Sequence[nengo.Ensemble]
+) -> dict[nengo.Ensemble, tuple[str, ...]]:
+    """Return the names of the user's ensembles in each new ensemble of several."""
+    members = {}
+    for ensemble, group in zip(ensembles, partition.groups, strict=True):
+        names = [name for part in group for name in rewrite.users_names(part.ensemble)]
+        if len(group) > 1:
+            members[ensemble] = tuple(dict.fromkeys(names))
+    return members
 
 
 class ProbeMap:

@@ -1,5 +1,7 @@
 """Objects that are moved to the host, why, and that everything else stays where it was."""
 
+from pathlib import Path
+
 import nengo
 import nengo_loihi
 import numpy as np
@@ -11,6 +13,7 @@ from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipErro
 from spikeport.compile.ground.identity import identity
 from spikeport.compile.ground.refusal import RefusedError, concerning
 from spikeport.compile.pipeline import compile_network
+from tests.helpers.chip_files import chip_file
 
 
 def moved(network: nengo.Network, passes: str | None = None) -> list[tuple[str, str, str, int]]:
@@ -40,6 +43,19 @@ def test_exactly_what_breaks_a_rule_is_moved_fewest_neurons_first(passes: str) -
         ("30", "SP002", "30", 2),
         ("40", "SP005", "50 -> 40", 0),
     ]
+
+
+def test_members_of_a_fused_ensemble_can_be_moved(tmp_path: Path) -> None:
+    chip = chip_file(tmp_path / "small.toml", compartments=50)
+    with nengo.Network(seed=1) as network:
+        array, b = nengo.networks.EnsembleArray(60, 2, label="array"), nengo.Ensemble(20, 1)
+        nengo.Connection(nengo.Node([0.3, 0.4]), array.input)
+        nengo.Connection(array.output, b, transform=[[1, 1]])
+    passes = "fuse,merge_axons,pack"
+    with pytest.raises(DoesNotFitError, match=r"(?s)array_0 \.\. .*array_1: SP103 .*--offload"):
+        compile_network(network, chip, pipeline=passes)
+    report = compile_network(network, chip, pipeline=passes, offload=True).report
+    assert [one.object for one in report.offloaded] == ["array.array_0", "array.array_1"]
 
 
 def test_the_simulator_runs_what_is_left_and_the_network_is_as_it_was() -> None:

@@ -92,3 +92,14 @@ def test_pieces_last_as_long_as_their_ensembles() -> None:
     assert first.pieces == pieces
     assert first.then(later(a), {}, {}, {}).pieces == {a: Piece("large", 0, 2)}
     assert first.then(later(a), {}, {}, {}, {a: Piece("a", 0, 3)}).pieces == {a: Piece("a", 0, 3)}
+
+
+def test_members_of_fused_ensembles_are_the_users() -> None:
+    network = make()
+    a, b = network.ensembles
+    first = Rewrite(network, Names(network)).then(
+        later(a, b), {}, {}, {}, {a: Piece("cut", 0, 2)}, {b: ("one", "other")}
+    )
+    assert first.unfused(["a", "b"]) == ("a", "one", "other")
+    assert [first.users_names(one) for one in (a, b)] == [("cut",), ("one", "other")]
+    assert first.then(later(a), {}, {}, {}).members == {"b": ("one", "other")}

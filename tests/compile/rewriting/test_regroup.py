@@ -236,6 +236,18 @@ def test_pieces_are_parts_of_one_alone() -> None:
     assert alone not in first.network.ensembles
 
 
+def test_members_are_the_users_ensembles() -> None:
+    network = array()
+    a, b, c = network.ensembles
+    first = regrouped(network, Partition([[Part(a, 0, 2)], [Part(a, 2, 4)], [Part(b, 0, 3)]]))
+    assert first.members == {}
+    one, other, rest, _ = first.network.ensembles
+    second = regroup(first, whole((one, other), (rest, c)), [], DT_S)
+    assert second.members == {"a[1/2] .. a[2/2]": ("a",), "b .. c": ("b", "c")}
+    third = regroup(second, whole(tuple(second.network.ensembles)), [], DT_S)
+    assert ("a", "b", "c") in third.members.values()
+
+
 def test_pieces_that_stay_are_pieces_still() -> None:
     network = array()
     first = regrouped(network, Partition([[Part(network.a, 0, 2)], [Part(network.a, 2, 4)]]))
