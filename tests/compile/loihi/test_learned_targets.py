@@ -65,7 +65,7 @@ def test_it_learns_as_in_float(make, pipeline):
 def test_an_error_that_also_feeds_the_chip_stays_in_its_node():
     with nengo.Network(seed=1) as network:
         a, b, m = (nengo.Ensemble(60, 1) for _ in range(3))
-        out, error = nengo.Node(size_in=1), nengo.Node(size_in=1)
+        out, error = nengo.Node(lambda t, x: x, size_in=1), nengo.Node(size_in=1)
         for ensemble, value in ((a, 0.5), (b, -0.5)):
             nengo.Connection(nengo.Node(value), ensemble)
         learned = nengo.Connection(a, out, function=lambda x: 0, learning_rule_type=nengo.PES(1e-3))
