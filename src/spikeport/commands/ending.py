@@ -9,8 +9,8 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
-SIGNALS = (signal.SIGTERM, signal.SIGHUP)
-"""A request to end, and the end of the terminal."""
+SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+"""A request to end, the end of the terminal, and Ctrl-\\ in it."""
 OF_SERVERS = (*SIGNALS, signal.SIGINT)
 """The signals that end a server: Ctrl-C leaves nothing of it incomplete."""
 
