@@ -30,6 +30,7 @@ def served_by(script: str, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.P
     return made
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_while_a_child_starts_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A process does not wait for timers that it leaves, and leaves no child."""
     processes = served_by("import time; time.sleep(100)", monkeypatch)

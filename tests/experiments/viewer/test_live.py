@@ -21,19 +21,20 @@ class Watched:
     def __init__(self, folder, series):
         self.folder, self.series = folder, series
         self.url = ""
-        self._announced, self._over = threading.Event(), threading.Event()
+        self._locked, self._announced, self._over = (threading.Event() for _ in range(3))
         self._threads = [threading.Thread(target=one) for one in (self._run, self._view)]
 
     def _run(self):
         with run_folder.opened(self.folder, "walk") as folder:
+            self._locked.set()
             self._announced.wait(60)
             while not self._over.wait(0.05):
                 watching.answer(folder, lambda: self.series.isel(time=slice(20)))
             run_folder.write_probes(folder, self.series)
 
     def _view(self):
-        while not (self.folder.exists() and watching.goes_on(self.folder)):
-            pass
+        # A look at the lock takes it: before the run has it, the run would be refused.
+        self._locked.wait(60)
         live.watch(self.folder, "a <b>run</b>", self._announce)
 
     def _announce(self, url):

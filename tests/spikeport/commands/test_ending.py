@@ -30,14 +30,6 @@ def test_a_signal_is_an_exit(number: signal.Signals, serves: bool) -> None:
     assert exits.value.code == (0 if serves else 128 + number)
 
 
-@pytest.fixture
-def interruptible():
-    """Interrupt by SIGINT, also where tests run in the background, and ignore it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
-
-
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_what_can_be_resumed_says_how(number: signal.Signals) -> None:
