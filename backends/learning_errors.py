@@ -11,8 +11,8 @@ from spikeport.errors import BackendError
 class LearningErrors:
     """The synapse groups of an image that learn, and the sizes of their errors.
 
-    Weights of a value to both signs have one error: a group has half as many as an axon has
-    weights.
+    Each value is learned by two weights of an axon, one for either sign, and has one error: a group
+    takes half as many errors as an axon has weights.
 
     Parameters
     ----------

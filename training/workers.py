@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeVarTuple
 
 from torch import distributed
 
-from spikeport.training.interrupts import uninterruptible
+from spikeport.interrupts import uninterruptible
 
 MEETING = timedelta(minutes=5)
 """Time in which all processes must meet, and in which each must answer another."""

@@ -123,13 +123,18 @@ def _host(
             # Also where an interrupt ends the board: a real chip is to be shut down.
             steps = steps or _steps(board)
             board.end()
-    if ended:
-        say(f"board: session ended after {in_steps(steps)}")
-    else:
-        say(f"board: the host is gone{f' after step {steps:,}' if steps else ''}")
-    for text in unreached(service.faults, steps):
+    for text in _ending(service, ended, steps):
         say(f"board: {text}")
     return greeted
+
+
+def _ending(service: Service, ended: bool, steps: int) -> Iterator[str]:
+    """Yield how a session ended, and its faults that were never reached, in words."""
+    if ended:
+        yield f"session ended after {in_steps(steps)}"
+    else:
+        yield f"the host is gone{f' after step {steps:,}' if steps else ''}"
+    yield from unreached(service.faults, steps)
 
 
 def _steps(board: Board) -> int:

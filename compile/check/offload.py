@@ -188,5 +188,5 @@ def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iter
             else:
                 del network.config[ensemble].on_chip
         # Options that were added would be part of what a compile is kept under.
-        for of, own in zip(classes, options, strict=True):
-            of._extra_params = own
+        for of, before in zip(classes, options, strict=True):
+            of._extra_params = before

@@ -117,10 +117,13 @@ class Rewrite:
         )
 
     def users_names(self, ensemble: nengo.Ensemble) -> tuple[str, ...]:
-        """Return the names of the user's ensembles that one here is, or is a piece or made of."""
+        """Return the names of the user's ensembles that an ensemble stands for.
+
+        They are its own, that of the ensemble it is a piece of, or those of the ones fused in it.
+        """
         piece = self.pieces.get(ensemble)
         return self.unfused([self.names[ensemble] if piece is None else piece.owner])
 
     def unfused(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Return names of objects, of a fused ensemble those of its members."""
+        """Return names of objects, with those of its members in place of a fused ensemble's."""
         return tuple(one for name in names for one in self.members.get(name, (name,)))

@@ -118,7 +118,7 @@ def sums_up(connection: nengo.Connection) -> bool:
 
 def _of_all(connection: nengo.Connection) -> Callable[[np.ndarray], object]:
     """Return the function of a connection from a slice as one of its whole source."""
-    # Nengo takes no values at points, which are no function, of a slice.
+    # It is a function: Nengo refuses a table of values at points where a slice is read.
     function, rows = connection.function, source_rows(connection)
     return lambda x: x[rows] if function is None else function(x[rows])
 

@@ -190,8 +190,8 @@ class ProbeMap:
         decoders = np.zeros((ensemble.n_neurons, probe.size_in))
         mine = slice(place.neuron, place.neuron + place.part.size)
         decoders[mine] = self._solver.weights(self._reads[probe]).T
-        # Its decoders are there, so a slice only says how many values it has, maybe more than the
-        # ensemble has dimensions.
+        # The decoders are known, and the slice only sets their number of values, of which there may
+        # be more than the ensemble has dimensions.
         values = ensemble[[0] * probe.size_in]
         return nengo.Probe(values, solver=NoSolver(decoders), **options)
 

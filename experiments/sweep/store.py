@@ -61,7 +61,7 @@ class Sharing:
 
     @classmethod
     def new(cls) -> Self:
-        """Return that of a sweep which begins."""
+        """Return the runner of a sweep that begins."""
         return cls(secrets.token_hex(8), os.environ.get(cache.FOLDER) != cache.OFF)
 
     def store(self, scratch: str) -> Store:

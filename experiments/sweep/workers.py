@@ -20,7 +20,7 @@ from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
 from spikeport.experiments.sweep.queue import Queue
 from spikeport.experiments.sweep.scratch import scratch_folder
-from spikeport.training.interrupts import uninterruptible
+from spikeport.interrupts import uninterruptible
 
 PointOutcome = PointFiles | str
 """The files of a point, or the reason why it failed."""

@@ -56,9 +56,10 @@ def end_s(probes: xr.Dataset) -> float:
 
 
 def of_robot(probes: xr.Dataset, *names: str, **dimensions: str) -> bool:
-    """Return whether a robot recorded series, those of the keywords along a dimension, too.
+    """Return whether series are a robot's: on its clock, and along the ``dimensions`` of keywords.
 
-    Probes of a network have any name, and a clock of another: see `spikeport.simulation.dataset`.
+    Probes of a network may have the same names, but their clocks have others, see
+    `spikeport.simulation.dataset`.
     """
     on_its_clock = all(
         name in probes and probes[name].dims[:1] == ("time",) for name in (*names, *dimensions)

@@ -18,7 +18,7 @@ EVERYONE = {
         "constants",
         "fault_plan",
     ),
-    *("files", "freed_memory", "function_identity"),
+    *("files", "freed_memory", "function_identity", "interrupts"),
     *("key_values", "neurons", "node_functions", "pacing", "progress", "reading", "table"),
 }
 FOLDERS: dict[str, set[str]] = {
@@ -38,7 +38,7 @@ FOLDERS: dict[str, set[str]] = {
         "simulator",
     },
 }
-ROOMS: dict[str, set[str]] = {
+OF_COMPILE: dict[str, set[str]] = {
     "ground": set(),
     "image": set(),
     "placing": {"image"},
@@ -58,7 +58,7 @@ ROOMS: dict[str, set[str]] = {
         "passes",
     },
 }
-"""The rooms of compile/, from the ground up: none imports one above it."""
+"""The folders of compile/, from the ground up: none imports one above it."""
 
 
 def imported(path: Path) -> Iterator[str]:
@@ -88,28 +88,30 @@ def test_a_folder_imports_what_it_may(root: Path, folder: str) -> None:
     assert {(file, other) for file, other in found if other not in allowed} == set()
 
 
-def files_of(root: Path, room: str) -> list[Path]:
-    single = root / "compile" / f"{room}.py"
-    return [single] if single.exists() else sorted((root / "compile" / room).rglob("*.py"))
+def files_of(root: Path, folder: str) -> list[Path]:
+    single = root / "compile" / f"{folder}.py"
+    return [single] if single.exists() else sorted((root / "compile" / folder).rglob("*.py"))
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_a_room_of_compile_imports_what_it_may(root: Path, room: str) -> None:
-    found = reached(files_of(root, room), "spikeport.compile")
-    assert {(file, other) for file, other in found if other not in {room} | ROOMS[room]} == set()
+@pytest.mark.parametrize("folder", OF_COMPILE)
+def test_a_folder_of_compile_imports_what_it_may(root: Path, folder: str) -> None:
+    found = reached(files_of(root, folder), "spikeport.compile")
+    assert {
+        (file, other) for file, other in found if other not in {folder} | OF_COMPILE[folder]
+    } == set()
 
 
-def test_no_room_imports_one_above_it(root: Path) -> None:
+def test_no_folder_imports_one_above_it(root: Path) -> None:
     below: set[str] = set()
-    for room, allowed in ROOMS.items():
+    for folder, allowed in OF_COMPILE.items():
         assert allowed <= below
-        below.add(room)
-    rooms = {path.stem for path in (root / "compile").iterdir() if path.name[0] not in "_."}
-    assert rooms == set(ROOMS)
+        below.add(folder)
+    folders = {path.stem for path in (root / "compile").iterdir() if path.name[0] not in "_."}
+    assert folders == set(OF_COMPILE)
 
 
-def test_only_one_room_builds_with_nengo_loihi(root: Path) -> None:
-    files = [f for room in ROOMS if room != "loihi" for f in files_of(root, room)]
+def test_only_one_folder_builds_with_nengo_loihi(root: Path) -> None:
+    files = [f for folder in OF_COMPILE if folder != "loihi" for f in files_of(root, folder)]
     found = {file for file, part in reached(files, "nengo_loihi") if part == "builder"}
     assert found == {str(root / "compile" / "pipeline.py")}  # the type of `Compilation.model`
 
@@ -120,4 +122,4 @@ def test_the_image_and_its_kernels_need_no_nengo(root: Path) -> None:
     names = {name.split(".")[0] for path in files for name in imported(path)}
     assert names & {"nengo", "nengo_loihi", "nengo_spa"} == set()
     native = reached(files, "spikeport.compile")
-    assert {room for _, room in native} == {"image"}
+    assert {folder for _, folder in native} == {"image"}

@@ -1,7 +1,7 @@
 import multiprocessing
 import signal
 
-from spikeport.training.interrupts import uninterruptible
+from spikeport.interrupts import uninterruptible
 
 
 def blocked():
