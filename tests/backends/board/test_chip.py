@@ -178,8 +178,8 @@ def test_a_board_of_wrong_totals_is_left_nevertheless(
         raise BodyError("totals of 3 bytes")
 
     monkeypatch.setattr(Codec, "unpack_totals", damaged)
-    closed: list[SessionRecorder] = []
-    monkeypatch.setattr(SessionRecorder, "close", lambda self: closed.append(self))
+    closed, close = list[SessionRecorder](), SessionRecorder.close
+    monkeypatch.setattr(SessionRecorder, "close", lambda self: (closed.append(self), close(self)))
     clock = FakeClock()
     line, recorder = FakeLine(Board(MACHINE), clock), SessionRecorder(tmp_path / "record")
     log = LogOptions(folder=tmp_path / "counts")
