@@ -86,10 +86,10 @@ class Interface:
             self._odometry.write(messages.odometry)
         self._states.write(messages.state)
 
-    def is_over(self) -> bool:
-        """Return whether the controller is gone for good, or never came."""
+    def is_over(self, writers: list[int]) -> bool:
+        """Return whether the controller is gone for good, or never came, by the present writers."""
         now = time.monotonic()
-        if self.commands.writers:
+        if writers:
             self._met, self._alone_since = True, now
             return False
         if self._met and self._once:
@@ -190,9 +190,10 @@ def serve_lock_step(robot: LockStep, interface: Interface, attendant: Attendant)
         if arrivals:
             continue
         attendant.look()
-        if interface.is_over():
+        writers = interface.commands.writers  # one look: a controller may leave between two
+        if interface.is_over(writers):
             return
-        if robot.robot.is_left(interface.commands.writers):
+        if robot.robot.is_left(writers):
             robot.restart()
 
 
@@ -223,7 +224,8 @@ def serve_real_time(
         if time.monotonic() - looked_s >= SLICE_S:
             looked_s = time.monotonic()
             attendant.look()
-            if robot.is_left(interface.commands.writers):
+            writers = interface.commands.writers
+            if robot.is_left(writers):
                 robot.forget_writer()
-            if interface.is_over():
+            if interface.is_over(writers):
                 return

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -239,3 +240,27 @@ def ended_at_its_first_line() -> dict[str, object]:
 
 def test_a_robot_that_is_ended_at_its_first_line_reports_too() -> None:
     assert in_namespace(ended_at_its_first_line) == {"lines": ["H1", '{"steps":']}
+
+
+class LeavingWriters:
+    """A reader of commands whose only writer is there at the first look, and gone at the next."""
+
+    def __init__(self) -> None:
+        self._looks = iter([[7], [], []])
+
+    def take(self, within_s: float) -> list[object]:
+        return []
+
+    @property
+    def writers(self) -> list[int]:
+        return next(self._looks)
+
+
+def test_a_controller_that_leaves_between_two_looks_leaves_its_run_as_it_is() -> None:
+    from spikeport.robot.link.server import Interface, serve_lock_step
+
+    robot = Mock(silent=True)
+    robot.robot.is_left = lambda writers: 7 not in writers
+    interface = Interface(Mock(reader=lambda topic: LeavingWriters()), Mock(once=True))
+    serve_lock_step(robot, interface, Mock())
+    robot.restart.assert_not_called()
