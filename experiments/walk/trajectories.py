@@ -9,6 +9,7 @@ from spikeport.errors import UsageError
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.walk.paths import find_path
+from spikeport.experiments.walk.port import LEAD_S
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.reading.hdf5 import read_dataset
 from spikeport.reading.mismatch import MismatchError, shown
@@ -40,8 +41,9 @@ def figure(sweep: Sweep, folder: SweepFolder, table: xr.Dataset) -> Figure:
 
 def _draw_ideal(axes: Axes, sweep: Sweep) -> None:
     settings = WalkSettings(**sweep.points()[0].settings)
-    path = find_path(settings.path, settings.speed, sweep.seconds)
-    places = [path.at(t)[:2] for t in np.arange(0, sweep.seconds + PATH_DT_S, PATH_DT_S)]
+    seconds = sweep.seconds + LEAD_S
+    path = find_path(settings.path, settings.speed, seconds, settings.ramp)
+    places = [path.at(t)[:2] for t in np.arange(0, seconds + PATH_DT_S, PATH_DT_S)]
     axes.plot(*np.transpose(places), color=IDEAL, lw=2, label="ideal path")
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.experiments.walk.paths import SHAPES, find_path
+from spikeport.experiments.walk.paths import SHAPES, WalkPath, find_path
 
 CLOSED = ["figure-eight", "loop"]
 
@@ -78,10 +78,22 @@ def test_a_file_has_no_ramp(tmp_path):
         find_path(str(tmp_path / "a.csv"), 0.5, 10.0, ramp_s=2.0)
 
 
-def test_distances_are_to_the_nearest_point():
+def test_distances_are_to_the_nearest_place():
     path = find_path("line", 0.5, 10.0)
-    points = np.array([[1.0, 0.3], [2.0, -0.1], [-0.3, 0.4], [5.4, 0.0]])
-    assert path.distances_m(points) == pytest.approx([0.3, 0.1, 0.5, 0.4], abs=2e-4)
+    places = np.array([[1.0, 0.3], [2.0, -0.1], [-0.3, 0.4], [5.4, 0.0]])
+    assert path.distances_m(places) == pytest.approx([0.3, 0.1, 0.5, 0.4])
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_what_is_on_a_path_is_at_no_distance_from_it(name):
+    path = find_path(name, 0.5, 20.0)
+    places = np.array([path.at(t)[:2] for t in np.linspace(0, 20, 997)])
+    assert path.distances_m(places).max() < 1e-5
+
+
+def test_a_path_may_stand():
+    path = WalkPath(np.array([0.0, 1.0]), np.ones((2, 2)))
+    assert path.distances_m(np.array([[1.0, 3.0], [1.0, 1.0]])) == pytest.approx([2.0, 0.0])
 
 
 def test_an_unknown_path_says_which_there_are():

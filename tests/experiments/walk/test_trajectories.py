@@ -8,6 +8,7 @@ from spikeport.errors import UsageError
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.table import table
 from spikeport.experiments.walk import trajectories as walk_trajectories
+from spikeport.experiments.walk.port import LEAD_S
 from tests.helpers.sweeps import finish
 
 
@@ -28,6 +29,15 @@ def test_trajectories_are_drawn_over_the_ideal_path(sweep_of, tmp_path):
         "walk on native, 2 s, seeds: 2\n"
         "median distance from the path (rms): reference policy 2.0 cm, spiking policy 2.0 cm"
     )
+
+
+def test_the_ideal_path_ends_where_the_reference_does(sweep_of, tmp_path):
+    sweep = sweep_of(varied={"policy": ("mlp",)}, settings={"path": "line", "ramp": 2.0})
+    folder, (point,) = SweepFolder(tmp_path / "sweep"), sweep.points()
+    finish(folder, point, _probes(tmp_path, point), cross_track_rms_m=0.02, falls=0)
+    (axes,) = walk_trajectories.figure(sweep, folder, table(sweep, folder)).axes
+    # 2 s and the lead, half of the ramp late, at 0.5 m/s
+    assert axes.lines[0].get_xdata()[-1] == pytest.approx(0.5 * (2.0 + LEAD_S - 1.0), abs=0.03)
 
 
 def _altered(state, dimensions=("time", "turned"), name="state"):
