@@ -69,7 +69,8 @@ class WalkPath:
         # 1.4 mm (rms) away from places that are on the path.
         before, after = np.maximum(nearest - 1, 0), np.minimum(nearest, len(dense) - 2)
         distances = [_distances_m(places, dense[i], dense[i + 1]) for i in (before, after)]
-        return np.min(distances, axis=0)
+        nearest_m: np.ndarray = np.min(distances, axis=0)
+        return nearest_m
 
     def _dense(self) -> np.ndarray:
         arc_m = _arc_m(self.points)
