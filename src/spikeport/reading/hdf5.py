@@ -43,8 +43,8 @@ CPU_S = 6
 MEMORY_BYTES = 2**30
 """The memory that reading may take, beside what the process has at its start."""
 CONTEXT = multiprocessing.get_context("fork")
-SKIPPED = "metadata"
-"""A group that says nothing of what a NIR graph computes."""
+METADATA = "metadata"
+"""A group that says nothing of what a NIR graph computes, and may hold anything."""
 
 DAMAGES = (
     OSError,
@@ -134,10 +134,16 @@ def _limit(kind: int, most: int) -> None:
 
 
 def _values(content: bytes) -> dict[str, Value]:
+    """Return what a NIR graph computes with."""
+    return _walked(content, left_out=METADATA)
+
+
+def _walked(content: bytes, left_out: str | None = None) -> dict[str, Value]:
+    """Return all that is in a file, but for members of a name."""
     h5py = _h5py()
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
-            return _Reader(h5py).group(file, depth=0)
+            return _Reader(h5py, left_out).group(file, depth=0)
     except DAMAGES as error:
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise MismatchError("a whole HDF5 file", reason) from error
@@ -146,7 +152,7 @@ def _values(content: bytes) -> dict[str, Value]:
 def _dataset(content: bytes) -> "xr.Dataset":
     import xarray as xr
 
-    _values(content)  # sizes, links and filters are within limits
+    _walked(content)  # sizes, links and filters are within limits, of all that is loaded below
     try:
         # Values as they are: one that is scaled or is a date could take many times its bytes.
         with xr.open_dataset(
@@ -169,23 +175,27 @@ def _h5py() -> ModuleType:
 class _Reader:
     """A reader of one file, with what is left of its bytes, objects and letters."""
 
-    def __init__(self, h5py: ModuleType) -> None:
-        self._h5py = h5py
+    def __init__(self, h5py: ModuleType, left_out: str | None) -> None:
+        self._h5py, self._left_out = h5py, left_out
         self._bytes, self._objects, self._text = FILE_BYTES, OBJECTS, TEXT_BYTES
 
     def group(self, group: Any, depth: int) -> dict[str, Value]:
         if depth > DEPTH:
             raise MismatchError(f"groups {DEPTH} deep", "deeper ones")
-        return {name: self._member(group, name, depth) for name in group if name != SKIPPED}
+        for name in group:
+            self._check_link(group, name)
+        names = (name for name in group if name != self._left_out)
+        return {name: self._member(group[name], name, depth) for name in names}
 
-    def _member(self, group: Any, name: str, depth: int) -> Value:
+    def _check_link(self, group: Any, name: str) -> None:
         self._objects -= 1
         if self._objects < 0:
             raise MismatchError(f"at most {OBJECTS:,} groups and arrays", "more")
         link = group.get(name, getlink=True)
         if not isinstance(link, self._h5py.HardLink):
             raise MismatchError(f"{name} in the file itself", "a link")
-        item = group[name]
+
+    def _member(self, item: Any, name: str, depth: int) -> Value:
         if isinstance(item, self._h5py.Group):
             return self.group(item, depth + 1)
         if not isinstance(item, self._h5py.Dataset):

@@ -11,9 +11,9 @@ from spikeport.reading import hdf5
 from spikeport.reading.mismatch import MismatchError
 
 
-def refusal(path) -> str:
+def refusal(path, read=hdf5.read) -> str:
     with pytest.raises(MismatchError) as caught:
-        hdf5.read(path)
+        read(path)
     return str(caught.value)
 
 
@@ -51,6 +51,21 @@ def test_data_of_other_files_are_not_read(path, tmp_path):
     with h5py.File(path, "w") as file:
         file.create_dataset("x", (1,), "f8", external=[(str(tmp_path / "secret"), 0, 8)])
     assert refusal(path) == "expected x in the file itself, found data out of another"
+
+
+@pytest.mark.parametrize("name", ["metadata", "node/metadata", "metadata/node"])
+def test_time_series_of_any_name_are_in_the_file_itself(path, tmp_path, name):
+    (tmp_path / "secret").write_bytes(bytes(8))
+    with h5py.File(path, "w") as file:
+        file.create_dataset(name, (1,), "f8", external=[(str(tmp_path / "secret"), 0, 8)])
+    wanted = f"expected {name.rpartition('/')[2]} in the file itself"
+    assert refusal(path, hdf5.read_dataset) == f"{wanted}, found data out of another"
+
+
+def test_what_is_left_out_of_a_graph_is_no_link(path):
+    with h5py.File(path, "w") as file:
+        file["node/metadata"] = h5py.ExternalLink("/etc/passwd", "/")
+    assert refusal(path) == "expected metadata in the file itself, found a link"
 
 
 def test_virtual_data_are_not_read(path, tmp_path):
