@@ -12,15 +12,20 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import asdict
 from enum import IntEnum
+from io import BufferedWriter, FileIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
+from spikeport.atomic import lock
 from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.errors import BackendError, UsageError
 from spikeport.reading.archive import open_file
 from spikeport.reading.mismatch import MismatchError
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 MAGIC = b"SPKLREC1"
 ENTRY = struct.Struct("<IB3x")
@@ -65,6 +70,18 @@ class RecordedStep(NamedTuple):
     totals: bytes | None
 
 
+class _NamedFile(FileIO):
+    """A file whose errors have its name: a full disk is reported without one."""
+
+    def write(self, data: "ReadableBuffer") -> int:
+        """Write bytes, and return how many were written."""
+        try:
+            return super().write(data)
+        except OSError as error:
+            error.filename = self.name
+            raise
+
+
 class SessionRecorder:
     """A writer of records.
 
@@ -72,13 +89,23 @@ class SessionRecorder:
     ----------
     path : Path
         The file; one that is there is replaced once a session begins.
+
+    Raises
+    ------
+    UsageError
+        If another session is recorded in it.
     """
 
     def __init__(self, path: Path) -> None:
         self._path, self._is_earlier = path, path.exists()
         # To append: a record that is there stays until there is something to replace it by.
-        self._file: BinaryIO = open(path, "ab", buffering=1 << 16)  # noqa: SIM115
+        self._file = BufferedWriter(_NamedFile(str(path), "ab"), 1 << 16)
         self._flush_s = 0.0
+        if not lock(self._file.fileno()):
+            self.close()
+            raise UsageError(
+                f"--record {path}: another session is recorded in it; choose another file"
+            )
 
     def begin(self, hello: Hello, welcome: Welcome) -> None:
         """Write the greetings of both sides, in place of an earlier record."""
@@ -114,10 +141,11 @@ class SessionRecorder:
         self._file.close()
 
     def discard(self) -> None:
-        """Close the file and delete it, unless it is still an earlier record."""
-        self.close()
+        """Delete the file, unless it is still an earlier record, and close it."""
+        # While it is locked: after that, it may be another session's.
         if not self._is_earlier:
             self._path.unlink(missing_ok=True)
+        self.close()
 
 
 class RecordedSession(NamedTuple):
@@ -190,14 +218,20 @@ class Record:
             self.whole = not head
 
     def steps(self) -> Iterator[RecordedStep]:
-        """Yield the steps, once."""
-        totals = None
+        """Yield the steps, once; BackendError if they are of no session, or of several."""
+        totals, at = None, 0
         for kind, payload in self._entries:
             if kind == Entry.TOTALS:
                 totals = payload
             elif kind == Entry.STEP and len(payload) >= STEP.size:
-                yield _step(payload, totals)
-                totals = None
+                step = _step(payload, totals)
+                if step.board_step < at:
+                    raise BackendError(
+                        f"{self._path}: step {step.board_step:,} after step {at:,}: several "
+                        "sessions in one file; record it anew"
+                    )
+                yield step
+                totals, at = None, step.board_step
             else:
                 raise BackendError(f"{self._path}: an entry of kind {kind} among the steps")
         self.totals = totals

@@ -157,18 +157,25 @@ def locked(folder: Path) -> Iterator[None]:
     """
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
-        # Some network file systems have no locks for folders: there, nobody is refused.
-        with contextlib.suppress(OSError):
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            except BlockingIOError:
-                raise UsageError(
-                    f"{folder}: another process writes into it; wait until it ends, or choose "
-                    "another --out"
-                ) from None
+        if not lock(descriptor):
+            raise UsageError(
+                f"{folder}: another process writes into it; wait until it ends, or choose "
+                "another --out"
+            )
         yield
     finally:
         os.close(descriptor)
+
+
+def lock(descriptor: int) -> bool:
+    """Lock an open file or folder until it is closed; False if somebody else holds its lock."""
+    # Some network file systems have no locks for folders: there, nobody is refused.
+    with contextlib.suppress(OSError):
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return False
+    return True
 
 
 def write_text(path: Path, text: str) -> None:

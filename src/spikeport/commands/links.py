@@ -1,12 +1,15 @@
 """The links that a command's options ask for."""
 
+import os
 from dataclasses import replace
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from spikeport.atomic import check_output
 from spikeport.backends.board.address import Certificates
 from spikeport.backends.board.link import LinkOptions, record_of
-from spikeport.backends.board.opening import check, recorder_at
+from spikeport.backends.board.opening import check
 from spikeport.backends.board.record import Record
 from spikeport.commands.options import Link, RobotLink, Tls, given
 from spikeport.errors import UsageError
@@ -37,13 +40,17 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     if backend == "board":
         check(asked)
     if asked.record is not None:
-        if asked.record.exists():
-            raise UsageError(f"--record {asked.record}: is there already; choose another file")
-        recorder_at(asked.record).close()
-        asked.record.unlink()  # a record of nothing would be in the way of the next try
+        _check_record(asked.record)
     if backend == "replay":
         Record(record_of(asked)).close()
     return asked
+
+
+def _check_record(path: Path) -> None:
+    """Refuse a file that is there, as a link to one that is not, or that cannot be made."""
+    check_output("--record", path)
+    if os.path.lexists(path):
+        raise UsageError(f"--record {path}: is there already; choose another file")
 
 
 def _check_backend(link: Link, tls: Tls, backend: str) -> None:

@@ -10,7 +10,7 @@ from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.backends.board.record import FLUSH_S, Record, SessionRecorder
-from spikeport.errors import UsageError
+from spikeport.errors import BackendError, UsageError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
 STEPS = 30
@@ -114,3 +114,38 @@ def test_an_earlier_record_stays_until_there_is_a_session(tmp_path: Path, conten
     assert Record(tmp_path / "good").session.seed == 4
     recorder.discard()
     assert not (tmp_path / "good").exists()
+
+
+def test_two_sessions_are_not_recorded_in_one_file(tmp_path: Path) -> None:
+    path = tmp_path / "record"
+    first = SessionRecorder(path)
+    with pytest.raises(UsageError) as caught:
+        SessionRecorder(path)
+    assert str(caught.value) == (
+        f"--record {path}: another session is recorded in it; choose another file"
+    )
+    first.begin(Hello("digest", 3), Welcome("digest", "native", 1e4))
+    first.close()
+    assert Record(path).session.seed == 3
+    SessionRecorder(path).close()
+
+
+def test_steps_that_go_back_are_of_several_sessions(tmp_path: Path) -> None:
+    path = tmp_path / "record"
+    recorder = SessionRecorder(path)
+    recorder.begin(Hello("digest", 3), Welcome("digest", "native", 1e4))
+    for step in (1, 2, 2, 1):  # a late board is in one step twice
+        recorder.step(step, 0, b"", b"answer")
+    recorder.close()
+    record = Record(path)
+    with pytest.raises(BackendError, match="step 1 after step 2: several sessions in one file"):
+        list(record.steps())
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_full_disk_is_reported_with_the_record_s_name() -> None:
+    recorder = SessionRecorder(Path("/dev/full"))
+    with pytest.raises(OSError, match="No space left on device: '/dev/full'"):
+        recorder.step(1, 0, b"", b"answer")
+    with pytest.raises(OSError, match="No space left on device"):
+        recorder.close()

@@ -28,7 +28,7 @@ def test_options_reach_the_board(tmp_path: Path) -> None:
     made = link_options(asked, tls, "board")
     assert (made.board, made.real_time, made.hold) == (board, True, 3)
     assert made.certificates == files
-    assert list(record.parent.iterdir()) == []  # a try left nothing
+    assert not record.parent.exists()
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,11 @@ def test_options_reach_the_board(tmp_path: Path) -> None:
             Tls(cert=Path("/c"), key=Path("/k"), ca=Path("/a")),
             "TLS: /c: no such file",
         ),
-        (link(record=Path("/dev/null/x")), Tls(), "--record /dev/null/x: File exists; choose"),
+        (
+            link(record=Path("/dev/null/x")),
+            Tls(),
+            "--record /dev/null/x: /dev/null is no folder; choose",
+        ),
     ],
 )
 def test_what_is_wrong_with_a_link_is_said_before_a_compile(
@@ -78,6 +82,14 @@ def test_a_record_is_not_written_over(tmp_path: Path) -> None:
     path.write_text("precious")
     with pytest.raises(UsageError, match="is there already; choose another file"):
         link_options(link(record=path), Tls(), "board")
+
+
+def test_a_link_to_no_file_is_not_taken_away(tmp_path: Path) -> None:
+    path = tmp_path / "record"
+    path.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(UsageError, match="is there already; choose another file"):
+        link_options(link(record=path), Tls(), "board")
+    assert path.is_symlink()
 
 
 def test_what_is_no_record_is_refused_before_a_compile(tmp_path: Path) -> None:
