@@ -47,7 +47,7 @@ def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterat
     """Make a folder for a run; by default ``runs/<experiment>-<date>-<time>``.
 
     An earlier run in it is kept until `clear` makes room for the new one. No other process writes
-    into it meanwhile; if nothing was written at the end, it is taken away again.
+    into it meanwhile; if it was made here, and nothing was written, it is taken away again.
 
     Raises
     ------
@@ -57,6 +57,7 @@ def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterat
     """
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = out or Path("runs") / f"{experiment}-{stamp}"
+    is_ours = not os.path.exists(folder)
     try:
         # Two runs that start in the same second must not share the folder neither asked for.
         folder.mkdir(parents=True, exist_ok=out is not None)
@@ -70,9 +71,7 @@ def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterat
         try:
             yield folder
         finally:
-            for name in (REQUEST, SO_FAR):
-                (folder / name).unlink(missing_ok=True)
-            _remove_if_empty(folder)
+            _tidy(folder, is_ours)
 
 
 def _check_free(folder: Path, overwrite: bool) -> None:
@@ -125,9 +124,15 @@ def add_counts(folder: Path, counted: Path | None) -> None:
         shutil.copytree(counted, folder / COUNTS)
 
 
-def _remove_if_empty(folder: Path) -> None:
-    if folder.is_dir() and not any(folder.iterdir()):
-        folder.rmdir()
+def _tidy(folder: Path, is_ours: bool) -> None:
+    """Remove the files of viewers, and an empty folder if it is ours."""
+    # What cannot be removed must not hide the error or interrupt that ended the run.
+    for name in (REQUEST, SO_FAR):
+        with contextlib.suppress(OSError):
+            (folder / name).unlink()
+    if is_ours:
+        with contextlib.suppress(OSError):  # it holds a run
+            folder.rmdir()
 
 
 def write_result(folder: Path, result: Mapping[str, object]) -> None:

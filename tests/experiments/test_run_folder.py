@@ -132,6 +132,23 @@ def test_an_empty_folder_is_taken_away_and_a_full_one_stays(tmp_path):
     assert names(tmp_path) == ["full"]
 
 
+def test_a_folder_that_was_there_stays_and_hides_no_interrupt(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(KeyboardInterrupt):
+        interrupt(Path("."), writes=False)
+    assert tmp_path.is_dir()
+
+
+def test_what_cannot_be_removed_hides_no_interrupt(tmp_path, monkeypatch):
+    def busy(path, *_, **__):
+        raise OSError(errno.EBUSY, os.strerror(errno.EBUSY), str(path))
+
+    for name in ("unlink", "rmdir"):
+        monkeypatch.setattr(Path, name, busy)
+    with pytest.raises(KeyboardInterrupt):
+        interrupt(tmp_path / "mount", writes=False)
+
+
 def test_a_folder_that_a_run_writes_into_is_refused_and_left_alone(tmp_path):
     folder = tmp_path / "run"
     with run_folder.opened(folder, "reach"):
