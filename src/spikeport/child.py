@@ -31,7 +31,8 @@ class Child:
 
     def __init__(self, name: str, arguments: Sequence[str]) -> None:
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "spikeport", *arguments],
+            # Without the current folder, where a file may have the name of one of Python's modules.
+            [sys.executable, "-P", "-m", "spikeport", *arguments],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             # An error is the last thing that it says.

@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import pytest
 
@@ -14,6 +15,15 @@ from spikeport.pacing import later
 
 def test_a_child_that_cannot_start_says_why() -> None:
     with pytest.raises(BackendError, match=r"the chip's server did not start: error: .*nonsense"):
+        Child("chip", ["show", "nonsense"])
+
+
+def test_files_of_the_current_folder_are_no_modules_of_a_child(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "platform.py").write_text("raise SystemExit('not this one')")
+    with pytest.raises(BackendError, match="did not start: error: nonsense: no such file"):
         Child("chip", ["show", "nonsense"])
 
 
