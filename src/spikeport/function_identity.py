@@ -3,14 +3,16 @@
 A function has one if its code, and whatever it reaches, can be read: values it closes over, its
 defaults, and names of its module, as deep as they go. Code of spikeport, of the packages that
 `spikeport.cache.surroundings` covers and of modules of Python that only compute is named, and not
-read. A function that may read a file, a clock or random numbers has no identity.
+read; of SciPy and Nengo that is true of the parts that are known to compute alone. A function that
+may read a file, a clock or random numbers has no identity.
 """
 
 import builtins
 import dis
 import functools
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from importlib import import_module
 from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any, TypeAlias
 
@@ -28,21 +30,28 @@ PURE = {
 }
 """Modules of Python with nothing that is another in each process, but for `UNSTABLE`."""
 
-OUTSIDE = ("numpy.random", "scipy.io", "scipy.datasets")
-"""Parts of covered packages that read files, or draw numbers."""
+PARTS = {
+    "scipy": (
+        *("_lib", "constants", "differentiate", "fft", "integrate", "interpolate", "linalg"),
+        *("ndimage", "signal", "sparse", "spatial", "special"),
+    ),
+    "nengo": ("exceptions", "networks", "neurons", "synapses"),
+}
+"""The parts of packages that only compute, where others read files, or draw numbers."""
+
+OUTSIDE = ("numpy.random", "scipy.sparse.linalg", "scipy.linalg.interpolative")
+"""Modules that draw numbers, if only to begin from."""
 
 UNSTABLE = {
     *("open", "input", "exec", "eval", "globals", "environ", "getenv", "time"),
     *("__import__", "compile", "getattr", "hash", "id", "locals", "vars"),
     *("load", "loadtxt", "genfromtxt", "fromfile", "fromregex", "memmap", "open_memmap"),
-    *("loadmat", "loadarff", "whosmat", "mmread", "mminfo", "fread", "io", "datasets"),
+    *("loadmat", "loadarff", "whosmat", "mmread", "mminfo", "fread"),
+    *("clarkson_woodruff_transform", "qmc_quad", "datetime64"),
     *("from_xml_path", "from_binary_path", "from_file", "from_zip", "mj_loadXML", "mj_loadModel"),
     *("random", "rand", "randn", "randint", "uniform", "normal", "default_rng", "rvs", "sample"),
 }
-"""Names of what is another in each process, or depends on files, whatever the code that asks.
-
-``io`` and ``datasets`` are SciPy's, as in ``scipy.io.readsav``.
-"""
+"""Names of what is another in each process, or depends on files, whatever the code that asks."""
 READERS = ("load_", "read_")
 """Beginnings of names of functions that read files, as ``load_npz``."""
 
@@ -56,8 +65,10 @@ ValueIdentity: TypeAlias = Callable[[object], object]
 def is_covered(module: str | None) -> bool:
     """Return whether the surroundings of a result say what a module does."""
     module = module or ""
-    covered = module.partition(".")[0] in COVERED and not module.startswith(OUTSIDE)
-    return covered or module in PURE
+    package, _, part = module.partition(".")
+    if package not in COVERED or module.startswith(OUTSIDE):
+        return module in PURE
+    return package not in PARTS or not part or part.startswith(PARTS[package])
 
 
 def is_unstable(name: str) -> bool:
@@ -78,6 +89,8 @@ class FunctionIdentity:
         self._of_value = of_value
         self._known: dict[int, int] = {}
         self._kept: list[object] = []
+        self._modules: set[str] = set()
+        self._names: set[str] = set()
 
     def of(self, value: object) -> object:
         """Return the identity of a value that a function may reach, as plain data.
@@ -89,7 +102,8 @@ class FunctionIdentity:
         """
         match value:
             case ModuleType():
-                return self._named("module", value.__name__, "")
+                self._check_parts({value.__name__}, set())
+                return "module", value.__name__
             case MethodType():
                 return "method", self.of(value.__self__), self.of(value.__func__)
             case FunctionType():
@@ -116,6 +130,14 @@ class FunctionIdentity:
         if value is not getattr(np, name, None):
             raise TypeError(f"{value!r} has no identity that lasts")
         return "ufunc", name
+
+    def _check_parts(self, modules: set[str], names: set[str]) -> None:
+        """Refuse the parts of modules that functions name, whichever function names which part."""
+        self._modules |= modules
+        self._names |= names
+        for module in sorted(self._modules):
+            for part in _parts(module, self._names):
+                self._named("module", part, "")
 
     def _named(self, kind: str, module: str | None, name: str) -> object:
         if not is_covered(module) or is_unstable(name.rpartition(".")[2]):
@@ -155,14 +177,14 @@ class FunctionIdentity:
         code = value.__code__
         # By the module whose names it uses: a wrapper copies ``__module__`` of what it wraps.
         module = value.__globals__.get("__name__")
-        if is_covered(module):
+        if is_covered(module) or (module or "").partition(".")[0] in COVERED:
             named = self._named("function", module, value.__qualname__)
             return named, _code(code), cells, *rest
-        if unstable := sorted(filter(is_unstable, _names(code))):
+        names = _names(code)
+        if unstable := sorted(filter(is_unstable, names)):
             raise TypeError(f"a function that uses {unstable[0]} has no identity that lasts")
-        for module in _imported(code):
-            self._named("module", module, "")
-        used = {name: self._global(value, name) for name in sorted(_names(code))}
+        self._check_parts(_imported(code), names)
+        used = {name: self._global(value, name) for name in sorted(names)}
         return "function", _code(code), cells, *rest, used
 
     def _cell(self, cell: CellType) -> object:
@@ -175,6 +197,21 @@ class FunctionIdentity:
         if name in function.__globals__:
             return self.of(function.__globals__[name])
         return "builtin" if hasattr(builtins, name) else "attribute"
+
+
+def _parts(module: str, names: set[str]) -> Iterator[str]:
+    """Yield a module, those within it that have one of some names, and where the others are from.
+
+    A module is imported only after it was yielded: who refuses it goes no further.
+    """
+    yield module
+    whole = import_module(module)
+    for name in sorted(names.intersection(dir(whole))):
+        part = getattr(whole, name)
+        if isinstance(part, ModuleType) and part.__name__.startswith(f"{module}."):
+            yield from _parts(part.__name__, names)
+        elif isinstance(part, type | FunctionType):
+            yield part.__module__
 
 
 def _names(code: CodeType) -> set[str]:

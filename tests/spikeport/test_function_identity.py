@@ -10,13 +10,16 @@ from time import perf_counter
 from typing import NamedTuple
 
 import mujoco
+import nengo
 import numpy as np
 import pytest
-import scipy.datasets
-import scipy.io
-import scipy.sparse
+import scipy
+import scipy.sparse.linalg
 from hypothesis import given
 from hypothesis import strategies as st
+from nengo.dists import get_samples
+from nengo.networks.product import dot_product_transform
+from scipy.optimize import dual_annealing
 from scipy.sparse import load_npz
 
 from spikeport.cache import digest_of
@@ -119,6 +122,18 @@ def imports_a_neighbour(x):
     return len(test_cache.__name__) * x
 
 
+def imports_a_part_that_draws(x):
+    from scipy import optimize
+
+    return optimize.dual_annealing(np.sin, [(0, x)]).x
+
+
+def imports_a_part_that_computes(x):
+    from scipy import special
+
+    return special.erf(x)
+
+
 class Mine:
     def method(self, x):
         return x
@@ -157,6 +172,24 @@ def test_a_function_is_read_whatever_it_wraps(monkeypatch):
     assert digest(wrapping) != before
 
 
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda x: scipy.special.erf(x),
+        lambda x: scipy.linalg.expm(x) @ scipy.linalg.inv(x),
+        lambda x: scipy.interpolate.CubicSpline([0, 1], [0, 1])(x),
+        lambda x: scipy.sparse.csr_array(x).toarray(),
+        lambda x: nengo.LIFRate(tau_rc=0.05).rates(x, 1, 1),
+        scipy.linalg.inv,
+        scipy.ndimage.uniform_filter1d,
+        dot_product_transform,
+        imports_a_part_that_computes,
+    ],
+)
+def test_what_of_scipy_and_nengo_only_computes_has_an_identity(function):
+    assert digest(function) == digest(function)
+
+
 def test_containers_count_with_their_class():
     pairs = {1.0: 2.0}
     ones = [pairs, OrderedDict(pairs), Counter(pairs), [1.0], (1.0,), {1.0}, frozenset({1.0})]
@@ -186,6 +219,17 @@ def test_containers_count_with_their_class():
         lambda x: scipy.io.loadmat("w.mat")["w"] @ x,
         lambda x: scipy.io.readsav("w.sav")["w"] @ x,
         lambda x: scipy.datasets.face() * x,
+        lambda x: scipy.stats.qmc.Halton(1).integers(3) * x,
+        lambda x: scipy.stats.bootstrap(([x, 1],), np.mean).standard_error,
+        lambda x: scipy.optimize.dual_annealing(np.sin, [(0, x)]).x,
+        lambda x: scipy.sparse.linalg.eigsh(x)[0],
+        lambda x, package=scipy: package.optimize.dual_annealing(np.sin, [(0, x)]).x,
+        dual_annealing,
+        imports_a_part_that_draws,
+        lambda x: nengo.dists.get_samples(nengo.dists.Uniform(0, 1), 1) * x,
+        lambda x: nengo.Simulator(x),
+        get_samples,
+        lambda x: np.datetime64("now").astype(float) * x,
         lambda x: np.lib.format.read_array("w.npy") * x,
         lambda x: mujoco.MjSpec.from_file("robot.xml").option.timestep * x,
         functools.partial(mujoco.MjModel.from_xml_path, "robot.xml"),
