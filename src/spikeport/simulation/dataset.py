@@ -1,33 +1,53 @@
 """The recordings of a run as labelled time series, for ``probes.nc``."""
 
+import itertools
+import re
 from collections.abc import Mapping
 
 import xarray as xr
 
 from spikeport.simulation.recorded import Recorded
 
+NOT_IN_NAMES = re.compile(r"[/\0]|^\.$")
+"""What NetCDF has for groups, for the end of a name, and for the file itself."""
+OURS = ("time_", "size_")
+"""The beginnings of names of clocks and dimensions, which no probe's name has."""
+
 
 def dataset(recorded: Mapping[str, Recorded], backend: str) -> xr.Dataset:
     """Return a variable for each probe, (run, time, size).
 
     ``run`` is the backend and, where there was one, the run in float Nengo. Probes that sample at
-    other times have a time axis of their own. A slash in a name, which NetCDF has for groups,
-    becomes a bar.
+    other times have a time axis of their own. A slash in a name becomes a bar, and a name that
+    another variable has gets a number.
     """
     variables: dict[str, xr.Variable] = {}
     clocks: dict[bytes, str] = {}
-    for name, one in recorded.items():
+    names = _names(recorded)
+    for probe, one in recorded.items():
         clock = clocks.setdefault(one.times_s.tobytes(), _clock(len(clocks)))
-        name = name.replace("/", "|")
-        name = f"probe {name}" if name.startswith("time_") else name  # names of clocks
         variables[clock] = xr.Variable(clock, one.times_s, {"units": "s"})
         runs = {backend: one.values, "float": one.values_float}
-        for run, values in runs.items():
+        for (run, values), name in zip(runs.items(), names[probe], strict=True):
             if values is not None:
-                kind = {"long_name": name, "run": run, "spikes": int(one.spikes)}
-                label = name if run == backend else f"{name} in float"
-                variables[label] = xr.Variable((clock, f"{name}_i"), values, kind)
+                kind = {"long_name": names[probe][0], "run": run, "spikes": int(one.spikes)}
+                dimensions = clock, f"size_{values.shape[1]}"
+                variables[name] = xr.Variable(dimensions, values, kind)
     return xr.Dataset(variables)
+
+
+def _names(probes: Mapping[str, Recorded]) -> dict[str, tuple[str, str]]:
+    """Return the names of each probe's variables, on the backend and in float: all differ."""
+    names: dict[str, tuple[str, str]] = {}
+    taken = set[str]()
+    for probe in probes:
+        name = NOT_IN_NAMES.sub("|", probe)
+        name = f"probe {name}" if name.startswith(OURS) else name
+        numbered = itertools.chain([name], (f"{name}#{i}" for i in itertools.count(2)))
+        pairs = ((one, f"{one} in float") for one in numbered)
+        names[probe] = next(pair for pair in pairs if taken.isdisjoint(pair))
+        taken.update(names[probe])
+    return names
 
 
 def _clock(number: int) -> str:

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 import xarray as xr
 
 from spikeport.experiments import run_folder
@@ -40,3 +41,27 @@ def test_clocks_that_begin_alike_are_others():
     for name, one in recorded.items():
         np.testing.assert_array_equal(found[found[name].dims[0]], one.times_s)
     assert found["a"].dims[0] == found["d"].dims[0] == "time_s"
+
+
+@pytest.mark.parametrize(
+    ("labels", "names"),
+    [
+        (["v", "v_i", "size_2"], ["v", "v_i", "probe size_2"]),
+        (["a/b", "a|b", "a\0b"], ["a|b", "a|b#2", "a|b#3"]),
+        (["x", "x in float"], ["x", "x in float#2"]),
+        (["x in float", "x"], ["x in float", "x#2"]),
+        ([".", "..", "time_s", "probe time_s"], ["|", "..", "probe time_s", "probe time_s#2"]),
+    ],
+)
+def test_no_probe_takes_the_place_of_another_whatever_they_are_called(labels, names, tmp_path):
+    times_s = 0.001 * np.arange(1, 4)
+    recorded = {
+        label: Recorded(times_s, np.full((3, 2), i), np.full((3, 2), -i), spikes=False)
+        for i, label in enumerate(labels)
+    }
+    run_folder.write_probes(tmp_path, dataset(recorded, "native"))
+    with xr.open_dataset(tmp_path / "probes.nc") as read:
+        assert sorted(read.data_vars) == sorted([*names, *(f"{name} in float" for name in names)])
+        for name, one in zip(names, recorded.values(), strict=True):
+            np.testing.assert_array_equal(read[name], one.values)
+            np.testing.assert_array_equal(read[f"{name} in float"], one.values_float)
