@@ -58,20 +58,23 @@ class Recorded:
             return None
         ours, exact = self._filtered
         # No more than half a recording is cut off: what is left has to show the signal.
-        every_s = self.times_s[1] - self.times_s[0]
-        shifts = range(min(round(LATEST_S / every_s) + 1, len(ours) // 2))
+        shifts = range(min(round(LATEST_S / self._every_s) + 1, len(ours) // 2))
         errors = [_apart(ours[k:], exact[: len(exact) - k]) for k in shifts]
         best = int(np.argmin(errors))
-        return (best * every_s, errors[best]) if best else None
+        return (best * self._every_s, errors[best]) if best else None
+
+    @property
+    def _every_s(self) -> float:
+        """The mean time between two samples: they are uneven where it is no multiple of dt."""
+        return float((self.times_s[-1] - self.times_s[0]) / (len(self.times_s) - 1))
 
     @cached_property
     def _filtered(self) -> tuple[np.ndarray, np.ndarray] | None:
         """The values of both runs, filtered; None where there are none to compare."""
         if self.values_float is None or len(self.times_s) < 2 or not self.values_float.any():
             return None
-        every_s = self.times_s[1] - self.times_s[0]
         ours, exact = (
-            nengo.Lowpass(TAU_S).filt(x.astype(float), dt=every_s, y0=0)
+            nengo.Lowpass(TAU_S).filt(x.astype(float), dt=self._every_s, y0=0)
             for x in (self.values, self.values_float)
         )
         return ours, exact

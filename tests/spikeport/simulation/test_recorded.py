@@ -37,6 +37,17 @@ def test_a_delay_is_named_with_the_error_that_is_left():
     assert Recorded(times_s, exact, exact, False).delayed() is None
 
 
+def test_samples_that_are_not_evenly_apart_have_their_mean_distance():
+    """Sampled every 2.5 ms, in steps of 1 ms."""
+    times_s = 0.001 * np.floor(2.5 * np.arange(1, 401))
+    exact = np.sin(20 * times_s)[:, np.newaxis]
+    late = Recorded(times_s, np.roll(exact, 4, axis=0), exact, False)
+    even = replace(late, times_s=0.0025 * np.arange(1, 401))
+    assert times_s[1] - times_s[0] == pytest.approx(0.003)
+    assert late.delayed()[0] == pytest.approx(0.01, rel=1e-3)
+    assert late.error() == pytest.approx(even.error(), rel=1e-3)
+
+
 def test_an_error_that_is_not_known_is_none(ran):
     one = ran.recorded["stimulus"]
     assert replace(one, values_float=None).error() is None
