@@ -13,6 +13,7 @@ Needs the extra ``nir``.
 import contextlib
 import math
 from collections.abc import Iterator
+from numbers import Real
 from pathlib import Path
 
 from spikeport.errors import UsageError
@@ -51,15 +52,16 @@ def load(path: str | Path, dt: float, parts: int = 2, at_once: float = 1.0) -> N
     MissingExtraError
         h5py is absent.
     """
-    if not (isinstance(dt, float | int) and 0 < dt < math.inf):
+    if not (isinstance(dt, Real) and 0 < dt < math.inf):
         raise UsageError(f"dt={dt}: the time step of a NIR graph is a number of seconds above 0")
     if parts not in (1, 2):
         raise UsageError(f"parts={parts}: a weight has 1 or 2 synapses")
-    if not (isinstance(at_once, float | int) and 0 < at_once <= 1):
+    if not (isinstance(at_once, Real) and 0 < at_once <= 1):
         raise UsageError(f"at_once={at_once}: a share of a neuron's sources is above 0, up to 1")
     path = Path(path)
     with refusing(path):
-        return NirNetwork(folded(flattened(read(path)), float(dt)), parts, at_once, path.stem)
+        graph = folded(flattened(read(path)), float(dt))
+        return NirNetwork(graph, parts, float(at_once), path.stem)
 
 
 @contextlib.contextmanager

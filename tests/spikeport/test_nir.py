@@ -26,6 +26,12 @@ def test_a_time_step_is_a_number_of_seconds(tmp_path, dt):
         spikeport.nir.load(tmp_path / "graph.nir", dt)
 
 
+def test_numbers_of_numpy_are_numbers(tmp_path):
+    path = written(tmp_path, nir_graphs.recurrent())
+    network = spikeport.nir.load(path, np.float32(DT_S), at_once=np.float32(0.5))
+    assert network.label == "graph"
+
+
 def test_a_weight_has_one_or_two_synapses(tmp_path):
     with pytest.raises(UsageError, match="parts=3: a weight has 1 or 2 synapses"):
         spikeport.nir.load(tmp_path / "graph.nir", DT_S, parts=3)
