@@ -21,6 +21,8 @@ PARSED_LETTERS = 4 * 10**6
 """Letters that are parsed, some seconds' worth: a cell is parsed once more for each magic in it."""
 MAGIC = re.compile(r"\s*((?:[\w, ]+=)?\s*[%!]|\?|.*\?\s*$)")
 """A line of IPython: ``%magic``, ``!command``, ``x = !command``, ``?name`` or ``name?``."""
+LINE_END = re.compile(r"\r\n?|\n")
+"""What ends a line of Python; `str.splitlines` knows others, which may stand within a text."""
 PYTHON_INSIDE = ("capture", "prun", "time", "timeit")
 """Magics of a whole cell whose other lines are Python."""
 NO_PYTHON = (SyntaxError, ValueError, RecursionError, MemoryError)
@@ -74,8 +76,8 @@ def read_notebook(path: Path) -> list[Cell]:
 
 
 def _cell(path: Path, number: int, source: str, magics: int) -> Cell:
-    lines, skipped = source.splitlines(), list[str]()
-    if lines and lines[0].lstrip().startswith("%%"):
+    lines, skipped = LINE_END.split(source), list[str]()
+    if lines[0].lstrip().startswith("%%"):
         inside = lines[0].strip("% \t").partition(" ")[0] in PYTHON_INSIDE
         skipped.append(lines[0].strip() + (" and its cell" * (not inside)))
         lines = ["", *lines[1:]] if inside else []

@@ -44,6 +44,7 @@ def test_code_cells_are_numbered_among_all(tmp_path):
         ("%%bash\nls -l", "\n", ["%%bash and its cell"]),
         ("x = (7\n% 4)", "x = (7\n% 4)\n", []),
         ("t = '''\n%d\n'''\n%magic", "t = '''\n%d\n'''\npass\n", ["%magic"]),
+        ("t = 'a\u2028b'\r\n!x \\\r\ny", "t = 'a\u2028b'\npass\n\n", ["!x \\"]),
         ("", "\n", []),
     ],
 )
