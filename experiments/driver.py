@@ -25,6 +25,7 @@ from spikeport.experiments.pictures import (
 )
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.trial import Closed, Rig, Trial
+from spikeport.plots import plain, rendered
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
@@ -253,10 +254,10 @@ def _write(
     run_folder.write_probes(folder, _series(trial, rig, done))
     figure = trial.figure(done, pictures, result)
     if result["link"] is not None:
-        figure.text(0.995, 0.003, link_line(result["link"]), ha="right", va="bottom", size=6)
+        figure.text(0.995, 0.003, plain(link_line(result["link"])), ha="right", va="bottom", size=6)
     if result["robot"] is not None:
         figure.text(0.005, 0.003, robot_line(result["robot"]), va="bottom", size=6)
-    run_folder.write_figure(folder, figure)
+    run_folder.write_figure(folder, rendered(figure))
     if sim.compilation is not None:
         run_folder.write_report(folder, sim.report(), trial.name)
     if rig.loop.over:

@@ -25,7 +25,6 @@ from spikeport.files import write_json
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.figure import Figure
 
 Result = dict[str, Any]
 """The content of ``result.json``, or of an object in it."""
@@ -173,10 +172,10 @@ def write_dataset(path: Path, dataset: "xr.Dataset") -> None:
         temporary.write_bytes(content)
 
 
-def write_figure(folder: Path, figure: "Figure") -> None:
-    """Write ``figure.png``."""
+def write_figure(folder: Path, picture: bytes) -> None:
+    """Write ``figure.png``; its content is made by `spikeport.plots.rendered`."""
     with atomic_path(folder / "figure.png") as temporary:
-        figure.savefig(temporary, dpi=110, format="png")
+        temporary.write_bytes(picture)
 
 
 def write_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from spikeport.experiments.evaluate.interval import Interval
 from spikeport.experiments.evaluate.measures import MEASURES
 from spikeport.experiments.evaluate.table import TableRow
+from spikeport.plots import plain
 
 DRAWN = ("speed_error_m_s", "yaw_rate_error_rad_s", "speed_use", "clearance_m", "impact_bw")
 COLOR, FELL = "#1f6f9a", "#c62828"
@@ -24,10 +25,10 @@ def figure(rows: Sequence[TableRow], title: str) -> Figure:
     axes[0].set_xlim(-0.03, 1.03)
     for axis, name in zip(axes[1:], DRAWN, strict=True):
         _draw(axis, [one.means[name] for one in rows], MEASURES[name].heading, COLOR)
-    axes[0].set_yticks(range(len(rows)), [one.name for one in rows], fontsize=8)
+    axes[0].set_yticks(range(len(rows)), [plain(one.name) for one in rows], fontsize=8)
     # The first row on top, as in the table.
     axes[0].invert_yaxis()
-    figure.suptitle(title)
+    figure.suptitle(plain(title))
     return figure
 
 

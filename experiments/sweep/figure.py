@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import SEED, Sweep
+from spikeport.plots import plain
 
 LOG_RATIO = 30.0
 """The ratio of largest to least value from which on the scale is logarithmic."""
@@ -66,7 +67,7 @@ def _draw_panel(axes: Axes, values: xr.DataArray, over: str, key: Sequence[str])
     for place, color in zip(lines, colors, strict=True):
         _draw_line(axes, values.sel(place), over, color, _text(place, named=False))
     if _is_text(values[over]):
-        axes.set_xticks(range(values.sizes[over]), values[over].values)
+        axes.set_xticks(range(values.sizes[over]), [plain(text) for text in values[over].values])
 
 
 def _draw_line(axes: Axes, values: xr.DataArray, over: str, color: Any, label: str) -> None:
@@ -94,4 +95,4 @@ def _text(place: dict[str, Any], named: bool = True) -> str:
     values = {
         k: f"{v:g}" if isinstance(v, int | float | np.number) else v for k, v in place.items()
     }
-    return ", ".join(f"{k}={v}" if named else str(v) for k, v in values.items())
+    return plain(", ".join(f"{k}={v}" if named else str(v) for k, v in values.items()))

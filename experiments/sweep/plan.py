@@ -92,7 +92,7 @@ class Point(NamedTuple):
     @property
     def name(self) -> str:
         """The name of its file, which ends with a digest if it were too long."""
-        name = ",".join(f"{key}={quote(str(value), safe='')}" for key, value in self.place.items())
+        name = ",".join(f"{key}={_quoted(value)}" for key, value in self.place.items())
         if len(name) <= LONGEST_NAME:
             return name
         return f"{name[:KEPT]}-{digest_of(self.place)[:16]}"
@@ -130,3 +130,8 @@ class Point(NamedTuple):
         of_run = registry.get(self.sweep.experiment).of_run
         deciding = {key: value for key, value in self.settings.items() if key not in of_run}
         return digest_of((self.options.backend, deciding))
+
+
+def _quoted(value: object) -> str:
+    """Return a value as part of a file's name; names of files need not be UTF-8."""
+    return quote(str(value), safe="", errors="surrogateescape")

@@ -5,6 +5,7 @@ from typing import Any
 import pandas as pd
 import xarray as xr
 
+from spikeport.errors import printable
 from spikeport.experiments.run_folder import write_dataset
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Sweep
@@ -34,7 +35,7 @@ def _labels(place: Any) -> dict[str, Any]:
 
 def _label(value: Any) -> Any:
     """Return a value as a coordinate: a number or a text."""
-    return str(value) if isinstance(value, bool | str) else value
+    return printable(str(value)) if isinstance(value, bool | str) else value
 
 
 def _numbers(metrics: dict[str, Any]) -> dict[str, float | None]:

@@ -100,7 +100,7 @@ def _send(
     request: BaseHTTPRequestHandler, text: str | None, kind: str, state: str | None = None
 ) -> None:
     """Send a text; without one, an empty answer."""
-    body = (text or "").encode()
+    body = (text or "").encode(errors="backslashreplace")
     request.send_response(HTTPStatus.NO_CONTENT if text is None else HTTPStatus.OK)
     request.send_header("Content-Type", f"{kind}; charset=utf-8")
     if state is not None:

@@ -19,7 +19,7 @@ EVERYONE = {
         "fault_plan",
     ),
     *("files", "freed_memory", "function_identity", "interrupts"),
-    *("key_values", "neurons", "node_functions", "pacing", "progress", "reading", "table"),
+    *("key_values", "neurons", "node_functions", "pacing", "plots", "progress", "reading", "table"),
 }
 FOLDERS: dict[str, set[str]] = {
     "networks": set(),

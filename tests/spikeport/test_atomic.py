@@ -200,3 +200,8 @@ def test_what_is_no_file_is_not_replaced(tmp_path, link):
     assert str(caught.value) == f"{path}: is not a file that can be replaced; choose another"
     assert pipe.is_fifo()
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_a_text_may_name_files_that_are_not_utf_8(tmp_path):
+    write_text(tmp_path / "page.html", "policy p\udcff.npz")
+    assert (tmp_path / "page.html").read_text() == r"policy p\udcff.npz"

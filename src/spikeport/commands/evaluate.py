@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from spikeport import key_values
-from spikeport.atomic import atomic_path, write_text
+from spikeport.atomic import write_text
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
@@ -19,11 +19,13 @@ from spikeport.commands.sweep import check_workers
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
+from spikeport.experiments.run_folder import write_figure
 from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import SweepFolder, opened
 from spikeport.experiments.sweep.inputs import with_inputs
 from spikeport.files import write_json
 from spikeport.key_values import SettingValue
+from spikeport.plots import rendered
 
 if TYPE_CHECKING:
     from spikeport.experiments.evaluate.plan import EvaluationSweep
@@ -161,8 +163,6 @@ def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:
         return
     title = _title(evaluation)
     write_text(folder.path / "table.md", markdown(rows))
-    with atomic_path(folder.path / "figure.png") as temporary:
-        figure(rows, f"{title}, intervals of 95 %").savefig(temporary, dpi=110, format="png")
     write_json(
         folder.path / "result.json",
         {
@@ -173,6 +173,7 @@ def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:
             "rows": as_json(rows),
         },
     )
+    write_figure(folder.path, rendered(figure(rows, f"{title}, intervals of 95 %")))
     _show(rows, title, folder.path)
 
 

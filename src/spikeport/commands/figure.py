@@ -8,6 +8,7 @@ from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
 from spikeport.find_network import built_in
+from spikeport.plots import rendered
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,8 +105,9 @@ class PaperOverview:
             settings = _replaced({"calibrated": "false"}, asked.settings)
             # Its time is not watched: the cure would be an option that a figure has not.
             network = built_in("humanoid", settings, request.target.chip)
+            picture = rendered(drawing.overview_figure(network))
             run_folder.clear(folder)
-            run_folder.write_figure(folder, drawing.overview_figure(network))
+            run_folder.write_figure(folder, picture)
         print(f"written: {folder}/ (figure.png)")
         return 0
 

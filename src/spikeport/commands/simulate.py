@@ -26,6 +26,7 @@ from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
 from spikeport.find_network import BUILT_IN, find_network
+from spikeport.plots import rendered
 from spikeport.simulation.probes import probing_outputs
 from spikeport.simulation.run import Ran, RunOptions, Watch, run, unwatched
 from spikeport.user_code import FILES, contained
@@ -144,7 +145,7 @@ def _write(
     series: ModuleType,
 ) -> None:
     """Write a folder but for its result: all is made before an earlier run makes room."""
-    picture = drawing.figure(ran.recorded, ran.backend, request.network)
+    picture = rendered(drawing.figure(ran.recorded, ran.backend, request.network))
     probes = series.dataset(ran.recorded, ran.backend)
     run_folder.clear(folder)
     run_folder.write_probes(folder, probes)

@@ -8,7 +8,6 @@ from pathlib import Path
 from rich.console import Console
 
 from spikeport import key_values
-from spikeport.atomic import atomic_path
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
@@ -17,10 +16,12 @@ from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
+from spikeport.experiments.run_folder import write_figure
 from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import opened
 from spikeport.experiments.sweep.inputs import with_inputs
 from spikeport.experiments.sweep.plan import BACKEND, Point, Sweep
+from spikeport.plots import rendered
 
 POINT, TABLE = "spikeport.experiments.sweep.point", "spikeport.experiments.sweep.table"
 ALL_METRICS = "spikeport.experiments.sweep.figure"
@@ -64,8 +65,7 @@ def run(request: SweepRequest) -> int:
         if any(folder.holds(point) for point in sweep.points()):
             table = tables.table(sweep, folder)
             tables.write_table(folder, table)
-            with atomic_path(folder.path / "figure.png") as temporary:
-                drawing.figure(sweep, folder, table).savefig(temporary, dpi=110, format="png")
+            write_figure(folder.path, rendered(drawing.figure(sweep, folder, table)))
     _show(folder.path, len(sweep.points()), failures)
     return int(bool(failures))
 

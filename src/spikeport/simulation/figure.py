@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from spikeport.plots import plain
 from spikeport.simulation.recorded import Recorded
 
 ROWS = 12
@@ -36,11 +37,6 @@ def figure(recorded: Mapping[str, Recorded], backend: str, title: str) -> Figure
     legend = f"colours: {backend}" + ("; grey: float Nengo" * beside) + more
     drawn.suptitle(f"{plain(title)}\n{legend}", fontsize="large")
     return drawn
-
-
-def plain(text: str) -> str:
-    """Return a text that matplotlib does not take for a formula."""
-    return text.replace("$", r"\$")
 
 
 def _in_words(one: Recorded) -> str:

@@ -2,7 +2,8 @@
 
 from spikeport.experiments.sweep import figure as sweep_figure
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder
-from spikeport.experiments.sweep.table import table
+from spikeport.experiments.sweep.table import table, write_table
+from spikeport.plots import rendered
 from tests.helpers.sweeps import finish, result
 
 
@@ -44,3 +45,16 @@ def test_a_title_says_how_long_points_last(sweep_of, tmp_path):
         folder.write(point, PointFiles({**result(point, falls=0), "seconds": point.seconds}, None))
     drawn = sweep_figure.figure(sweep, folder, table(sweep, folder))
     assert drawn.get_suptitle() == "switch on native, 26 or 40 s, seeds: 1"
+
+
+def test_values_are_no_formulas_and_need_not_be_utf_8(sweep_of, tmp_path):
+    policies = ("a$\\frac$.npz", "p\udcff.npz")
+    sweep, folder = sweep_of(varied={"policy": policies}), SweepFolder(tmp_path)
+    for point in sweep.points():
+        finish(folder, point, falls=0)
+    found = table(sweep, folder)
+    write_table(folder, found)
+    drawn = sweep_figure.figure(sweep, folder, found)
+    rendered(drawn)
+    names = [label.get_text() for label in drawn.axes[0].get_xticklabels()]
+    assert names == ["a\\$\\frac\\$.npz", "p\\udcff.npz"]

@@ -35,6 +35,11 @@ def test_a_points_name_is_a_files_name(sweep_of):
     assert point.name == "path=a%2Fb%2Cc.csv,tau_fwd=0.002,seed=0"
 
 
+def test_a_file_of_a_setting_need_not_be_utf_8(sweep_of):
+    (point,) = sweep_of(varied={"policy": ("p\udcff.npz",)}).points()
+    assert point.name == "policy=p%FF.npz,seed=0"
+
+
 @pytest.mark.parametrize("length", [200, 230, 240, 300])
 def test_a_point_of_a_long_value_is_kept_under_a_name_that_file_systems_take(
     sweep_of, tmp_path, length

@@ -35,7 +35,7 @@ class Watched:
     def _view(self):
         # A look at the lock takes it: before the run has it, the run would be refused.
         self._locked.wait(60)
-        live.watch(self.folder, "a <b>run</b>", self._announce)
+        live.watch(self.folder, "a <b>run</b> in d\udcff", self._announce)
 
     def _announce(self, url):
         self.url = url
@@ -80,7 +80,7 @@ def test_a_page_has_what_the_run_has_so_far_and_at_last_all_of_it(watched):
         status, _, page = fetched(watched.url)
         assert status == 200
         assert "connect-src 'self'" in page
-        assert "a &lt;b&gt;run" in page
+        assert "a &lt;b&gt;run&lt;/b&gt; in d\\udcff" in page
         assert until(watched.url, "on")["end_s"] == pytest.approx(0.095)
         watched.end()
         assert until(watched.url, "over")["end_s"] == pytest.approx(0.995)

@@ -146,6 +146,16 @@ def test_what_cannot_be_evaluated_is_refused(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("name", ["a$\\frac$.npz", "p\udcff.npz"])
+def test_a_policy_s_file_may_have_any_name(spikeport, here, tmp_path, name):
+    policy, out = tmp_path / name, tmp_path / "out"
+    walking_policy.load().save(policy)
+    options = ("--row", "push=0.5", "--set", f"policy={policy}", "--out", out)
+    done = spikeport(*WALK, "--episodes", 1, *options)
+    assert done.code == 0
+    assert f"({FILES})\n" in done.out
+
+
 def test_an_evaluation_does_not_go_on_with_another_policy_in_its_file(spikeport, here, tmp_path):
     policy, out = tmp_path / "policy.npz", tmp_path / "out"
     shipped = walking_policy.load()

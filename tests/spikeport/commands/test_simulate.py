@@ -8,6 +8,7 @@ import recount
 import xarray as xr
 
 from spikeport import Simulator
+from spikeport.commands import simulate as simulating
 from spikeport.compile.report.schema import ReportData
 from spikeport.find_network import find_network
 from spikeport.simulation import dataset
@@ -207,3 +208,21 @@ def test_a_node_that_raises_is_named_and_leaves_nothing(spikeport, net_py, tmp_p
     assert "step 5: the network raised ZeroDivisionError: division by zero (" in done.err
     assert re.search(r"net\.py, line \d+\)\n$", done.err)
     assert not out.exists()
+
+
+def test_names_need_not_be_utf_8_and_what_cannot_be_drawn_leaves_the_earlier_run(
+    spikeport, tmp_path, monkeypatch
+):
+    network, out = tmp_path / "ne\udcfft.py", tmp_path / "run"
+    network.write_text(CHAIN)
+    command = ("simulate", network, "--seconds", "0.01", "--out", out, "--overwrite")
+    assert spikeport(*command).code == 0
+    assert names(out) == FILES
+
+    def undrawn(_figure):
+        raise RuntimeError
+
+    monkeypatch.setattr(simulating, "rendered", undrawn)
+    with pytest.raises(RuntimeError):
+        spikeport(*command)
+    assert names(out) == FILES
