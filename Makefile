@@ -53,10 +53,11 @@ nengo-suite: $(STAMP)  ## Nengo's own tests on spikeport.Simulator, with what it
 
 rtl: $(STAMP)  ## the arm reaches for 15 s on soft cores in Verilator, all states compared (3 minutes of CPU time)
 	@mkdir -p build && rm -f build/rtl.socket
-	$(BIN)/spikeport board serve --rtl --listen unix:build/rtl.socket --once --idle 900 & \
-	  while ! [ -S build/rtl.socket ]; do sleep 1; done; \
+	$(BIN)/spikeport board serve --rtl --listen unix:build/rtl.socket --once --idle 900 & server=$$!; \
+	  while ! [ -S build/rtl.socket ]; do sleep 1; kill -0 $$server 2>/dev/null || exit 1; done; \
 	  $(BIN)/spikeport run reach --seconds 15 --backend board --board unix:build/rtl.socket \
-	    --out runs/rtl --overwrite; wait
+	    --out runs/rtl --overwrite || { code=$$?; kill $$server 2>/dev/null; exit $$code; }; \
+	  wait $$server
 
 # The host's link: uart, or fifo on a ULX3S with an FT232H. See docs/softcore.md.
 LINK ?= uart
