@@ -17,9 +17,13 @@ NETWORKS = "network_seed=0,1,2,3,4"
 PATHS = "path=line,s-curve,figure-eight,loop"
 SIZES = (200, 500, 1000, 2000, 8000)
 SECONDS = (4, 6, 8, 12, 20)
-QUIET = "walk --set policy=build/quiet/h1_walk.npz --set path=loop --seconds 20"
-"""Walks of a policy whose hidden units never had noise: ``spikeport train walk --seed 2 --threads 1
---steps 14745600 --no-hidden-noise --out build/quiet`` makes it in 43 minutes of CPU time or so."""
+QUIET_POLICY = "build/quiet/h1_walk.npz"
+"""A policy whose hidden units never had noise."""
+TRAINING = (
+    "spikeport train walk --seed 2 --threads 1 --steps 14745600 --no-hidden-noise --out build/quiet"
+)
+"""Makes that policy in 43 minutes of CPU time or so, at commit f82d95d."""
+QUIET = f"walk --set policy={QUIET_POLICY} --set path=loop --seconds 20"
 
 RUNS = {
     **{

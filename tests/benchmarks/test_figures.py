@@ -7,6 +7,7 @@ import pytest
 from stated import (
     RUNS,
     STATED,
+    TRAINING,
     Stated,
     joined,
     span,
@@ -67,7 +68,7 @@ def test_a_figure_that_differs_is_shown_beside_the_likest_line(root, capsys):
 
 def test_what_was_not_run_is_named(root, capsys):
     assert checked(root, capsys, row, {}) == (
-        0,
+        1,
         ["not run: walk (row, walks.md)", "0 of 1 statements have results; 0 sentences differ"],
     )
 
@@ -110,6 +111,15 @@ def test_a_run_that_is_done_is_not_repeated(tmp_path, monkeypatch):
     assert (figures.run(runs), figures.run(["reach"])) == (1, 0)
     assert [line[:2] for line in asked] == [["run", "reach"], ["run", "draw"]]
     assert figures.read_results(tmp_path / "kept") == {"reach": [{"metrics": {"reaches": 54}}]}
+
+
+def test_a_policy_that_is_not_there_has_the_command_that_makes_it(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(figures, "ROOT", tmp_path)
+    monkeypatch.setattr(figures, "FOLDERS", tmp_path)
+    monkeypatch.setattr(figures, "RESULTS", tmp_path)
+    monkeypatch.setattr(figures.subprocess, "run", pytest.fail)
+    assert figures.run(["quiet_exact"]) == 1
+    assert capsys.readouterr().out.endswith(f"by: {TRAINING}\n")
 
 
 def test_statements_rest_on_runs_that_there_are():
