@@ -4,7 +4,9 @@ A viewer leaves an empty file in the run's folder. The run, which looks for it b
 writes its time series beside it and takes it away. A run that nobody watches writes nothing.
 """
 
+import contextlib
 import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -23,10 +25,15 @@ POLL_S = 0.05
 def answer(folder: Path, series: Callable[[], "xr.Dataset"]) -> None:
     """Write a run's time series so far, if a viewer has asked for them."""
     request = folder / REQUEST
-    if request.exists():
+    if not request.exists():
+        return
+    try:
         write_dataset(folder / SO_FAR, series())
-        # Last: a viewer reads the series once its request is gone.
-        request.unlink(missing_ok=True)
+    except (OSError, UsageError) as error:  # such as a full disk, which a run need not end of
+        warnings.warn(f"the run goes on, but a viewer gets nothing new: {error}", stacklevel=1)
+    # Last: a viewer reads the series once its request is gone.
+    with contextlib.suppress(OSError):
+        request.unlink()
 
 
 def ask(folder: Path, wait_s: float) -> bool:

@@ -1,11 +1,13 @@
 """A run answers its viewers, and leaves none of their files."""
 
+import errno
 import threading
 
 import pytest
 import xarray as xr
 
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.errors import UsageError
 from spikeport.experiments import run_folder, watching
 from spikeport.reading.hdf5 import read_dataset
 
@@ -37,6 +39,18 @@ def test_a_viewer_gets_the_series_so_far_while_a_run_goes_on(tmp_path):
         run_folder.write_result(folder, {})
     assert not watching.goes_on(folder)
     assert [path.name for path in folder.iterdir()] == ["result.json"]
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "full"), UsageError("read-only")])
+def test_a_viewer_whose_answer_cannot_be_written_ends_no_run(tmp_path, monkeypatch, error):
+    def unwritten(_path, _found):
+        raise error
+
+    monkeypatch.setattr(watching, "write_dataset", unwritten)
+    watching.ask(tmp_path, wait_s=0)
+    with pytest.warns(UserWarning, match="a viewer gets nothing new: .*(full|read-only)"):
+        watching.answer(tmp_path, lambda: series(7))
+    assert not any(tmp_path.iterdir())
 
 
 def test_a_run_that_took_its_folder_away_is_over(tmp_path):
