@@ -25,9 +25,9 @@ class Row(NamedTuple):
     Attributes
     ----------
     name : str
-        Its title.
+        Its title, by which a live page finds the row again.
     unit : str
-        The unit of its values.
+        The unit of its values, and how many of them are drawn if not all.
     times_s : (n,) array
         The times of its values or spikes, in s.
     values : (n, lines) or (n,) array
@@ -137,5 +137,6 @@ def _thinned_spikes(title: str, times_s: np.ndarray, neurons: np.ndarray) -> Row
     # Spikes are in the order of time, so every n-th is spread over all neurons.
     step = max(1, -(-len(times_s) // MOST_SPIKES))
     name = "spikes" if title in ("", "spike") else f"spikes of {title}"
+    # Not in the name: as a run grows, fewer of its spikes are drawn.
     thinned = "" if step == 1 else f", one of {step} drawn"
-    return Row(name + thinned, "neuron", times_s[::step], neurons[::step], [])
+    return Row(name, f"neuron{thinned}", times_s[::step], neurons[::step], [])

@@ -13,8 +13,9 @@ from spikeport.simulation.recorded import Recorded
 
 def test_errors_gates_and_spikes_come_first(series):
     found = rows(series)
-    names = ["error of the hand", "gates", "spikes of gpi, one of 2 drawn", "hand", "target"]
+    names = ["error of the hand", "gates", "spikes of gpi", "hand", "target"]
     assert [row.name for row in found] == names
+    assert found[2].unit == "neuron, one of 2 drawn"
     assert found[1].labels == ["walk", "</script>"]
     np.testing.assert_allclose(found[0].values, 0.05)
 
