@@ -12,6 +12,7 @@ from typing import Any
 import nengo
 import numpy as np
 from nengo.base import NengoObject
+from nengo.builder.connection import BuiltConnection
 from nengo.builder.ensemble import BuiltEnsemble
 
 from spikeport.backends.chip import Chip, Joinable, Joined
@@ -23,6 +24,7 @@ from spikeport.backends.sampling import recorded
 from spikeport.backends.tape import Flattener, PooledSignals
 from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.rewrite import Built, Rewrite
+from spikeport.compile.ground.scope import target_rows
 from spikeport.compile.image.tables import offsets, part
 from spikeport.compile.loihi.solver import CHIP, FLOAT, ParameterSolver
 from spikeport.compile.pipeline import Compilation
@@ -149,19 +151,42 @@ class HostLoop:
 
     def built(self, obj: NengoObject) -> Built:
         """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""
+        if isinstance(obj, nengo.Ensemble):
+            return self._built_ensemble(obj)
+        if isinstance(obj, nengo.Connection) and obj.solver.weights:
+            return self._built_full(obj)
         if obj in self.compilation.built:
             return self.compilation.built[obj]
-        if isinstance(obj, nengo.Connection):
-            model = self.compilation.model
-            if obj.solver.weights and obj in model.params:
-                # As in Nengo, these have the encoders, too, but nengo-loihi's units of a spike.
-                spike = getattr(obj.pre_obj.neuron_type, "amplitude", 1) / model.dt
-                full = model.params[obj]
-                return full._replace(weights=full.weights / spike)
-            if obj in model.toplevel.all_connections and obj not in model.host.params:
-                return self._solvers[model.split.on_chip(base(obj.pre_obj))].built(obj)
+        model = self.compilation.model
+        if obj in model.toplevel.all_connections and obj not in model.host.params:
+            return self._solvers[model.split.on_chip(base(obj.pre_obj))].built(obj)
+        return self._either(obj)
+
+    def _either(self, obj: NengoObject) -> Built:
         params = self._params
         return params[obj] if obj in params else self._host.model.params[obj]
+
+    def _built_ensemble(self, ensemble: nengo.Ensemble) -> BuiltEnsemble:
+        for params in (self.compilation.built, self._params):
+            if ensemble in params:
+                # nengo-loihi leaves the radius out of the encoders that it scales.
+                found = params[ensemble]
+                return found._replace(scaled_encoders=found.scaled_encoders / ensemble.radius)
+        return self._host.model.params[ensemble]
+
+    def _built_full(self, connection: nengo.Connection) -> BuiltConnection:
+        """Return a connection whose weights have the encoders of its target, as in Nengo."""
+        found, model = self.compilation.built.get(connection), self.compilation.model
+        target = base(connection.post_obj)
+        if found is not None:  # passes took encoders and decoders apart
+            encoders = self._built_ensemble(target).scaled_encoders
+            return found._replace(weights=encoders[:, target_rows(connection)] @ found.weights)
+        if connection not in model.params:
+            return self._either(connection)
+        # nengo-loihi has a unit of its own for spikes, and leaves the radius out.
+        spike = getattr(connection.pre_obj.neuron_type, "amplitude", 1) / model.dt
+        full = model.params[connection]
+        return full._replace(weights=full.weights / spike / target.radius)
 
     @functools.cached_property
     def _solvers(self) -> dict[bool, ParameterSolver]:
