@@ -56,6 +56,17 @@ def test_spikes_of_the_host_may_have_weights_that_are_all_zero() -> None:
     assert not np.any(compile_network(network, pipeline="").image.synapses.weight)
 
 
+def test_values_of_the_host_reach_neurons_on_the_chip() -> None:
+    with nengo.Network(seed=5) as network:
+        spikeport.add_params(network)
+        host, post = nengo.Ensemble(10, 1), nengo.Ensemble(9, 1)
+        network.config[host].on_chip = False
+        wire = nengo.Connection(host, post.neurons, transform=np.ones((9, 1)))
+        network.config[wire].decode_path = "direct"
+    (entry,) = compile_network(network, pipeline="").image.manifest.blocks
+    assert entry.kind == "ensemble"
+
+
 def test_a_function_that_is_zero_compiles_with_a_hint() -> None:
     with nengo.Network(seed=5) as network:
         a, b = (nengo.Ensemble(20, 1, label=label) for label in "ab")
