@@ -135,7 +135,7 @@ class _Identity:
             case np.dtype():
                 return "dtype", repr(value)
             case ObjView():
-                return "view", self._plain(value.obj), self._plain(value.slice)
+                return "view", self._plain(value.obj), self._value(value.slice)
             case Neurons():
                 return "neurons", self._plain(value.ensemble)
             case LearningRule():

@@ -74,6 +74,14 @@ def test_functions_that_are_shared_count_as_such():
     assert calling(np.sin, np.sin, f) == calling(g, g, h)
 
 
+def test_slices_by_lists_count():
+    def sliced(part):
+        return digest(made(lambda net: nengo.Connection(net.a[part], net.b.neurons[:2])))
+
+    parts = [[1, 0], [0, 1], slice(None), slice(None, None, -1)]
+    assert len({sliced(part) for part in parts}) == len(parts)
+
+
 @pytest.mark.parametrize("make", [made, plain])
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 def test_a_compile_changes_nothing(pipeline, make):
