@@ -20,6 +20,14 @@ class OutOfTime(BaseException):
     """The end of a user's code; no Exception, since that code may catch those."""
 
 
+class Ended(SystemExit):
+    """The end of a command by a signal."""
+
+
+FROM_OUTSIDE = (KeyboardInterrupt, OutOfTime, Ended)
+"""What ends a user's code but is not raised by it."""
+
+
 @contextlib.contextmanager
 def watched(spec: str, limit_s: float | None = None) -> Iterator[None]:
     """Name code on standard error that takes more than `NOTICE_S`, and end it at its limit.

@@ -9,7 +9,7 @@ from typing import Any
 import nengo
 
 from spikeport import cache, key_values, user_code
-from spikeport.build_timer import OutOfTime, watched
+from spikeport.build_timer import FROM_OUTSIDE, watched
 from spikeport.candidates import makers_in, networks_in
 from spikeport.errors import NetworkError, SpikeportError, UsageError, in_words, unknown
 from spikeport.experiments import registry
@@ -135,7 +135,7 @@ def _made(make: Callable[..., object], spec: str, pairs: list[str]) -> nengo.Net
         raise UsageError(f"{spec}: {error}; give its arguments with --set KEY=VALUE") from None
     try:
         network = make(**arguments)
-    except (SpikeportError, KeyboardInterrupt, OutOfTime):
+    except (SpikeportError, *FROM_OUTSIDE):
         raise
     except BaseException as error:  # a user's code may exit, too, which must not look like success
         raise NetworkError(f"{spec}: raised {in_words(error)}") from error

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
-from spikeport.build_timer import OutOfTime
+from spikeport.build_timer import FROM_OUTSIDE
 from spikeport.errors import NetworkError, SpikeportError, UsageError, in_words, printable
 from spikeport.reading.archive import open_file
 from spikeport.reading.mismatch import MismatchError
@@ -97,7 +97,7 @@ def _named(what: str, cure: str = "") -> Iterator[None]:
     """Name the code whose error a block raises, and a cure."""
     try:
         yield
-    except (SpikeportError, KeyboardInterrupt, OutOfTime):
+    except (SpikeportError, *FROM_OUTSIDE):
         raise
     except BaseException as error:
         # SystemExit as well: scripts may end themselves when they are run.
@@ -120,7 +120,7 @@ def contained(spec: str) -> Iterator[None]:
         yield
     except Warning as warning:
         raise NetworkError(f"{spec}: its code makes an error of a warning: {warning}") from warning
-    except (Exception, KeyboardInterrupt, OutOfTime):
+    except (Exception, *FROM_OUTSIDE):
         raise
     except BaseException as error:
         raise NetworkError(f"{spec}: its code raised {in_words(error)}") from error

@@ -2,12 +2,13 @@
 
 import contextlib
 import signal
-import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import NoReturn
+
+from spikeport.build_timer import Ended
 
 SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
 """A request to end, the end of the terminal, and Ctrl-\\ in it."""
@@ -31,7 +32,7 @@ def ended_in_order(serves: bool = False) -> Iterator[None]:
     def end(number: int, _frame: FrameType | None) -> NoReturn:
         # A second signal does not interrupt the closing.
         signal.signal(number, signal.SIG_IGN)
-        sys.exit(0 if serves else 128 + number)
+        raise Ended(0 if serves else 128 + number)
 
     with _handled(OF_SERVERS if serves else SIGNALS, end):
         yield
@@ -57,9 +58,15 @@ def _handled(
 ) -> Iterator[None]:
     # Python lets the main thread alone handle signals.
     ours = threading.current_thread() is threading.main_thread()
-    before = {one: signal.signal(one, handler) for one in signals} if ours else {}
+    before = {one: signal.signal(one, handler) for one in _heard(signals)} if ours else {}
     try:
         yield
     finally:
         for one, earlier in before.items():
             signal.signal(one, earlier)
+
+
+def _heard(signals: Iterable[signal.Signals]) -> list[signal.Signals]:
+    """Return the signals without the end of the terminal where `nohup` has it ignored."""
+    is_kept = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
+    return [one for one in signals if not (is_kept and one == signal.SIGHUP)]

@@ -15,6 +15,7 @@ from rich.table import Table
 from spikeport.backends import registry as backends
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands import nir
+from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_counts, check_target
@@ -62,6 +63,7 @@ def simulate(request: SimulateRequest) -> None:
     # Before the work: a package that is absent ends a run here, not when it has its results.
     drawing, series = (registry.imported(what, module, "runs") for module in (FIGURE, DATASET))
     with (
+        ended_in_order(),
         run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder,
         run_folder.counting(request.counts) as counts,
     ):

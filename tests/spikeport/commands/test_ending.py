@@ -45,3 +45,12 @@ def test_handlers_are_as_before_once_it_is_over() -> None:
     with ended_in_order():
         assert [signal.getsignal(one) for one in SIGNALS] != before
     assert [signal.getsignal(one) for one in SIGNALS] == before
+
+
+def test_what_ignores_the_end_of_its_terminal_goes_on() -> None:
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ended_in_order():
+            os.kill(os.getpid(), signal.SIGHUP)
+    finally:
+        signal.signal(signal.SIGHUP, before)

@@ -2,6 +2,8 @@
 
 import json
 import re
+import signal
+import tempfile
 
 import pytest
 import recount
@@ -226,3 +228,28 @@ def test_names_need_not_be_utf_8_and_what_cannot_be_drawn_leaves_the_earlier_run
     with pytest.raises(RuntimeError):
         spikeport(*command)
     assert names(out) == FILES
+
+
+ENDED = """
+import os, signal
+import nengo
+
+def end(t):
+    if t > 0.005:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+{begin}
+with nengo.Network() as model:
+    nengo.Probe(nengo.Ensemble(20, 1))
+    nengo.Node(end)
+"""
+
+
+@pytest.mark.parametrize("begin", ["", "end(1.0)"])
+def test_a_request_to_end_leaves_nothing_half_done(spikeport, tmp_path, monkeypatch, begin):
+    network, out = tmp_path / "net.py", tmp_path / "run"
+    network.write_text(ENDED.format(begin=begin))
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    done = spikeport("simulate", network, "--seconds", "0.1", "--out", out, "--counts")
+    assert done.code == 128 + signal.SIGTERM
+    assert names(tmp_path) == ["net.py"]
