@@ -1,8 +1,9 @@
 """Connections that replace passthrough nodes, with what nengo-loihi leaves out of them.
 
 It gives them the default solver. It pairs two lists of indices entry by entry, where every entry of
-one meets every entry of the other. And it asks Nengo for matrices between ends of which one has an
-entry twice, which Nengo refuses; they become matrices between whole ends here,
+one meets every entry of the other, and refuses a factor for each value. And it asks Nengo for
+matrices between ends of which one has an entry twice, which Nengo refuses; they become matrices
+between whole ends here,
 
     W' = S W R^T,   S[rows[i], i] += 1,   R[sources[j], j] += 1
 """
@@ -40,7 +41,7 @@ def merged_in_full() -> Iterator[None]:
         if not any(isinstance(part, slice) for part in slices):
             into, out = slices
             slices = np.ix_(out, into)[::-1]
-        return merge(cluster, node, sizes, transforms, slices)
+        return merge(cluster, node, sizes, [*map(_as_matrix, transforms)], slices)
 
     with (
         TURN,
@@ -81,6 +82,14 @@ def _whole(connection: nengo.Connection, entries: np.ndarray) -> nengo.Connectio
         label=connection.label,
         add_to_container=False,
     )
+
+
+def _as_matrix(transform: nengo.transforms.Transform) -> nengo.transforms.Transform:
+    """Return a transform with a matrix in place of a factor for each value."""
+    factors = _factors(transform)
+    if factors is None or factors.ndim != 1:
+        return transform
+    return nengo.Dense((factors.size, factors.size), init=np.diag(factors))
 
 
 def _factors(transform: nengo.transforms.Transform) -> np.ndarray | None:

@@ -24,6 +24,19 @@ def compared(network: nengo.Network, probe: nengo.Probe, pipeline: str) -> list[
 
 
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_a_factor_for_each_value_is_one(pipeline: str) -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(200, 2), nengo.Ensemble(200, 2)
+        array = nengo.networks.EnsembleArray(100, 2)
+        nengo.Connection(nengo.Node([0.8, -0.6]), a)
+        nengo.Connection(a, array.input, transform=[0.5, 1.5])
+        nengo.Connection(array.output[[1, 0]], b, transform=[1.0, -0.5])
+        probe = nengo.Probe(b, synapse=0.02)
+    found, wanted = compared(network, probe, pipeline)
+    assert found == pytest.approx(wanted, abs=0.15)
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 @pytest.mark.parametrize("decoder", [0.0, 0.0002, 0.0004])
 def test_a_solver_is_kept(decoder: float, pipeline: str) -> None:
     with nengo.Network(seed=1) as network:
