@@ -53,6 +53,7 @@ CURES = {
         "solve for decoders: full weights lead from one ensemble on the chip to another only"
     ),
     "Mergeable transforms must be": FUNCTION,
+    "assert isinstance(syn1, Lowpass)": FUNCTION,
     "object selection has repeated indices": FUNCTION,
 }
 """Cures of refusals, by some of a refusal's words."""

@@ -130,6 +130,12 @@ def through_node(function: Callable[..., object] | None) -> None:
     nengo.Connection(node, nengo.Ensemble(10, 1))
 
 
+def filtered_twice(function: Callable[..., object] | None) -> None:
+    a, node = nengo.Ensemble(10, 1), nengo.Node(function, size_in=1)
+    nengo.Connection(a, node, synapse=nengo.Alpha(0.01))
+    nengo.Connection(node, nengo.Ensemble(10, 1), synapse=0.01)
+
+
 def probed_from_host(end: bool) -> None:
     a = nengo.Ensemble(10, 1)
     connection = nengo.Connection(nengo.Node(0.5), a)
@@ -196,6 +202,11 @@ CASES = [
     Case("assert isinstance(conn.post_obj", partial(solved, True), partial(solved, False)),
     Case(
         "Mergeable transforms", partial(through_node, None), partial(through_node, lambda t, x: x)
+    ),
+    Case(
+        "assert isinstance(syn1",
+        partial(filtered_twice, None),
+        partial(filtered_twice, lambda t, x: x),
     ),
     Case(
         "object selection has repeated",
