@@ -25,9 +25,9 @@ from typing import Any
 
 import markdown_table
 from peak_memory import peak_bytes
+from versions import EXPERIMENTS, HERE, site
 
 HEADS = ("network", "before, CPU s", "now, CPU s", "times", "before, MB", "now, MB")
-HERE = Path(__file__).parents[1] / "src"
 RUNS = {"arm": "reach", "humanoid": "switch"}
 """Experiments whose networks are compiled, with decoders as they are solved."""
 
@@ -112,8 +112,6 @@ def measure(name: str) -> dict[str, float]:
 
 def _of_a_run(experiment: str) -> dict[str, float]:
     """Begin a run, up to its first step."""
-    from versions import EXPERIMENTS
-
     from spikeport.cli import main as command
     from spikeport.simulator import Simulator
 
@@ -146,7 +144,7 @@ def _found(begin: float, before: float) -> dict[str, float]:
 
 def compare(name: str, old_site: str, repeats: int) -> tuple[str, ...]:
     """Return a row of the table: medians of both versions, in turn."""
-    found = [[_in_process(site, name) for site in (old_site, str(HERE))] for _ in range(repeats)]
+    found = [[_in_process(folder, name) for folder in (old_site, HERE)] for _ in range(repeats)]
     cpu_s, mb = (
         [statistics.median(one[key] for one in version) for version in zip(*found, strict=True)]
         for key in ("cpu_s", "mb")
@@ -155,15 +153,17 @@ def compare(name: str, old_site: str, repeats: int) -> tuple[str, ...]:
     return name, *(f"{one:.1f}" for one in cpu_s), times_faster, *(f"{one:,.0f}" for one in mb)
 
 
-def _in_process(site: str, name: str) -> dict[str, float]:
-    command = [sys.executable, "-W", "ignore", __file__, "--serve", name]
+def _in_process(folder: str, name: str) -> dict[str, float]:
+    command = [sys.executable, "-W", "ignore", __file__, folder, "--serve", name]
     done = subprocess.run(
         command,
-        env={**os.environ, "PYTHONPATH": site},
+        env={**os.environ, "PYTHONPATH": folder},
         stdout=subprocess.PIPE,
         text=True,
-        check=True,
+        check=False,
     )
+    if done.returncode:
+        sys.exit(f"{folder}: {name} ended with code {done.returncode}, as said above")
     found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
     return found
 
@@ -172,7 +172,7 @@ def main() -> None:
     """Compare the versions, or compile in one of them."""
     names = ["import", *RUNS, *NETWORKS]
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("old_site", nargs="?", help="folder in which the other version lies")
+    parser.add_argument("old_site", type=site, help="folder in which the other version lies")
     parser.add_argument("--network", action="append", choices=names)
     parser.add_argument("--times", type=int, default=1)
     parser.add_argument("--serve", choices=names, help=argparse.SUPPRESS)

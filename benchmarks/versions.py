@@ -27,28 +27,41 @@ EXPERIMENTS = {
 """Options of the runs; n_neurons is named, since its default is not the same in all versions."""
 BLOCK = 200
 """Steps that a version runs before it is the other's turn."""
+HERE = str(Path(__file__).parents[1] / "src")
+
+
+def site(folder: str) -> str:
+    """Return a folder if a version lies in it: else this one would be compared with itself."""
+    if not Path(folder, "spikeport", "__init__.py").is_file():
+        cure = f"pip install --no-deps --target {folder} of a checkout puts one there"
+        raise argparse.ArgumentTypeError(f"{folder}: no spikeport lies in it; {cure}")
+    return folder
 
 
 class Version:
     """A process that runs an experiment with the package in a folder, block by block."""
 
-    def __init__(self, site: str, experiment: str) -> None:
+    def __init__(self, folder: str, experiment: str) -> None:
+        self._folder = folder
         self._process = subprocess.Popen(
-            [sys.executable, "-W", "ignore", __file__, "--serve", experiment],
-            env={**os.environ, "PYTHONPATH": site},
+            [sys.executable, "-W", "ignore", __file__, folder, "--serve", experiment],
+            env={**os.environ, "PYTHONPATH": folder},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
         )
 
     def block(self) -> float:
-        """Return the CPU time of a step, in us, over the next block; NaN when the run is over."""
+        """Return the CPU time of a step, in us, over the next block; end if the run has ended."""
         assert self._process.stdin is not None
         assert self._process.stdout is not None
         with contextlib.suppress(BrokenPipeError):
             self._process.stdin.write("\n")
             self._process.stdin.flush()
-        return float(self._process.stdout.readline() or "nan")
+        answer = self._process.stdout.readline()
+        if not answer:
+            sys.exit(f"{self._folder}: its run has ended: as said above, or --blocks are too many")
+        return float(answer)
 
     def close(self) -> None:
         """End the process."""
@@ -96,8 +109,7 @@ def run_experiment(name: str, turns: Turns) -> None:
 
 def compare(experiment: str, old_site: str, blocks: int) -> str:
     """Return a line with both versions' medians and tenth percentiles, and the ratios."""
-    here = str(Path(__file__).parents[1] / "src")
-    versions = Version(old_site, experiment), Version(here, experiment)
+    versions = Version(old_site, experiment), Version(HERE, experiment)
     for version in versions:  # compiled and warm before anything counts
         version.block()
     found = [[v.block() for v in versions] for _ in range(blocks)]
@@ -115,7 +127,7 @@ def compare(experiment: str, old_site: str, blocks: int) -> str:
 def main() -> None:
     """Compare the versions, or be one of them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("old_site", nargs="?", help="folder in which the other version lies")
+    parser.add_argument("old_site", type=site, help="folder in which the other version lies")
     parser.add_argument("--experiment", action="append", choices=EXPERIMENTS)
     parser.add_argument("--blocks", type=int, default=30)
     parser.add_argument("--serve", choices=EXPERIMENTS, help=argparse.SUPPRESS)
