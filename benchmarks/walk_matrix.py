@@ -3,9 +3,10 @@
     OPENBLAS_NUM_THREADS=1 python benchmarks/walk_matrix.py [--n-neurons N]... [--path PATH]...
         [--seed N]... [--backend BACKEND] [--set KEY=VALUE]... [--seconds S]
 
-Each is held against the exact policy with the exact follower on the same path, in worst and in
-mean. Every run that is done stays in ``build/walk_runs``, in a folder for each policy, and is not
-repeated: delete it to measure anew. Some processes can share the seeds.
+Each is held against the exact policy with the exact follower on the same path, by the same settings
+of path, policy and robot, in worst and in mean. Every run that is done stays in
+``build/walk_runs``, in a folder for each policy, and is not repeated: delete it to measure anew.
+Some processes can share the seeds.
 """
 
 import argparse
@@ -19,14 +20,16 @@ from saved_runs import CALIBRATION, Clock, saved_results
 from spikeport.experiments.driver import Ready, on_chip, perform, prepare
 from spikeport.experiments.options import BACKENDS, Options
 from spikeport.experiments.policy.readout import policy_digest, policy_layers
-from spikeport.experiments.policy.settings import load_policy
+from spikeport.experiments.policy.settings import CONVERSION
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import SHAPES
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import EXPERIMENT, WalkTrial
 from spikeport.key_values import parse
 
-RESULTS = Path("build/walk_runs") / policy_digest(policy_layers(load_policy()))
+RESULTS = Path("build/walk_runs")
+OF_NEURONS = (*CONVERSION, "calibrated", "follower", "gait", "silence", "silence_at")
+"""Settings of which a walk without neurons has none."""
 SIZES = (20, 10)
 SEEDS = range(5)
 WORST = (
@@ -66,11 +69,13 @@ def walks(
 ) -> dict[str, list[dict[str, Any]]]:
     """Return the figures of all seeds, by path."""
     kind = "-".join(f"{key}{value}" for key, value in settings.items())
+    policy = WalkSettings(**settings).walking_policy()
+    folder = RESULTS / policy_digest(policy_layers(policy))
     found: dict[str, list[dict[str, Any]]] = {path: [] for path in paths}
     for seed in seeds:
         trials = {path: trial(path, seed, backend, seconds, **settings) for path in paths}
         name = f"{backend}-{seconds:g}s-{kind}-{seed}"
-        for run in saved_results(RESULTS, name, trials, prepare, result):
+        for run in saved_results(folder, name, trials, prepare, result):
             found[run["path"]].append(run)
     return found
 
@@ -100,8 +105,9 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=EXPERIMENT.seconds)
     chosen = parser.parse_args()
     paths, seeds = chosen.path or list(SHAPES), chosen.seed or list(SEEDS)
-    exact = walks(paths, seeds, "analytic", chosen.seconds)
     asked = parse(chosen.pairs, WalkSettings, "the walk")
+    shared = {key: value for key, value in asked.items() if key not in OF_NEURONS}
+    exact = walks(paths, seeds, "analytic", chosen.seconds, **shared)
     for n_neurons in chosen.n_neurons or SIZES:
         found = walks(paths, seeds, chosen.backend, chosen.seconds, n_neurons=n_neurons, **asked)
         for path, runs in found.items():
