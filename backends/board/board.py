@@ -6,7 +6,7 @@ It knows nothing of sockets and clocks, so that tests can step it by hand.
 import secrets
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -19,7 +19,7 @@ from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.chip import Chip
 from spikeport.backends.step_log import MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import SpikeportError, printable
+from spikeport.errors import BackendError, SpikeportError, in_words, printable
 
 IMAGE_BYTES = 256 << 20
 """Size of the largest image's file that a board takes."""
@@ -87,8 +87,6 @@ class Board:
             return self._answer(frame)
         except (BodyError, SpikeportError) as error:
             return [self._refusal(frame, str(error))]
-        except OSError as error:  # of a chip that needs files or processes
-            return [self._refusal(frame, f"the board's machine: {reason_of(error)}")]
 
     def _refusal(self, frame: Frame, reason: str) -> Frame:
         """End the session, and return the reason for the host."""
@@ -154,10 +152,12 @@ class Board:
         # Warmed on a chip of its own, since the session's chip has to begin at rest. Lines that it
         # prints about its steps are not the session's.
         self._say(f"board: warm-up and check of the machine: {WARM_STEPS} steps without spikes")
-        steps_per_s = _warm(self._machine.load(image, hello.seed))
+        with _of_machine():
+            steps_per_s = _warm(self._machine.load(image, hello.seed))
+            chip = self._machine.load(image, hello.seed)
         # Not guessable, and never 0, which stands for no session.
         number = secrets.randbelow(2**32 - 1) + 1
-        self.session = Session(number, self._machine.load(image, hello.seed), Codec(image))
+        self.session = Session(number, chip, Codec(image))
         body = Welcome(image.digest, self._machine.name, steps_per_s).pack()
         return Frame(Kind.WELCOME, number, body=body)
 
@@ -171,7 +171,8 @@ class Board:
             raise BodyError(f"step {frame.step} after step {session.at}: some are missing")
         spikes, errors = session.codec.unpack_step(frame.body, frame.flags)
         begin = time.perf_counter_ns()
-        held = session.chip.step(spikes, errors)
+        with _of_machine():
+            held = session.chip.step(spikes, errors)
         # The field has 32 bits, which are 71 minutes.
         lasted_us = min((time.perf_counter_ns() - begin) // 1000, 2**32 - 1)
         body = session.codec.pack_state(held, session.chip.log.last)
@@ -198,6 +199,19 @@ class Board:
         activity = session.chip.activity()
         messages = MessageCounts(activity.messages, activity.messages_host)
         return session.codec.pack_totals(Totals(messages, activity.readout_spikes))
+
+
+@contextmanager
+def _of_machine() -> Iterator[None]:
+    """Name the machine in errors that are none of ours: of its files, programs or packages."""
+    try:
+        yield
+    except SpikeportError:
+        raise
+    except OSError as error:
+        raise BackendError(f"the board's machine: {reason_of(error)}") from error
+    except Exception as error:  # which must not end a board that serves others, too
+        raise BackendError(f"the board's machine: {in_words(error)}") from error
 
 
 def pieces(kind: Kind, data: bytes, session: int) -> Iterator[Frame]:

@@ -122,14 +122,23 @@ def sources() -> list[Path]:
     return sorted(FOLDER.glob("*.v"))
 
 
-def require_verilator() -> None:
-    """Look for what builds the core; MissingExtraError if a program is not installed."""
+def require_verilator() -> str:
+    """Look for what builds the core, and return Verilator's version.
+
+    Raises
+    ------
+    MissingExtraError
+        If Verilator, g++ or make is not installed.
+    BackendError
+        If Verilator does not start.
+    """
     for program in PROGRAMS:
         if shutil.which(program) is None:
             raise MissingExtraError(
                 f"no {program} is installed here, which builds the soft core; "
                 "install it with: apt-get install verilator g++ make"
             )
+    return _said(["verilator", "--version"])
 
 
 @functools.cache
@@ -138,13 +147,10 @@ def library(build: Design) -> ctypes.CDLL:
 
     Raises
     ------
-    MissingExtraError
-        If Verilator, g++ or make is not installed.
-    BackendError
-        If it cannot be built; has the first line of the reason.
+    MissingExtraError, BackendError
+        See `require_verilator`; or if it cannot be built, with the first line of the reason.
     """
-    require_verilator()
-    version = subprocess.run(["verilator", "--version"], capture_output=True, check=True).stdout
+    version = require_verilator()
     files = {path.name: path.read_bytes() for path in build.files}
     # Everything that the library depends on: a change of the Verilog builds it anew.
     inputs = (version, files, build.options, build.include)
@@ -161,15 +167,23 @@ def _built(build: Design) -> np.ndarray:
     with tempfile.TemporaryDirectory(prefix="spikeport-softcore-") as folder:
         for name, text in build.include.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
-        options = ["--cc", "--exe", "--build", "-O3", "-Wno-WIDTH", f"-I{folder}"]
-        flags = ["-CFLAGS", "-fPIC -O2", "-LDFLAGS", "-shared", "--Mdir", folder]
+        # Beside each other, by their names alone: make knows no paths with spaces.
+        names = [shutil.copy(path, Path(folder) / path.name).name for path in build.files]
+        options = ["--cc", "--exe", "--build", "-O3", "-Wno-WIDTH"]
+        flags = ["-CFLAGS", "-fPIC -O2", "-LDFLAGS", "-shared", "--Mdir", "."]
         command = ["verilator", *options, *flags, "--top-module", build.top, *build.options]
-        command += [*map(str, build.files), "-o", "softcore.so"]
-        try:
-            subprocess.run(command, capture_output=True, text=True, check=True, timeout=BUILD_S)
-        except subprocess.CalledProcessError as error:
-            first = next(iter(error.stderr.splitlines()), f"exit code {error.returncode}")
-            raise BackendError(f"the soft core is not built: {first}") from None
-        except subprocess.TimeoutExpired:
-            raise BackendError(f"the soft core is not built within {BUILD_S:,.0f} s") from None
+        _said([*command, *names, "-o", "softcore.so"], folder)
         return np.fromfile(Path(folder) / "softcore.so", dtype=np.uint8)
+
+
+def _said(command: list[str], folder: str | None = None) -> str:
+    """Run a program to its end, and return what it said; BackendError if it fails."""
+    try:
+        return subprocess.run(
+            command, cwd=folder, capture_output=True, text=True, check=True, timeout=BUILD_S
+        ).stdout
+    except subprocess.CalledProcessError as error:
+        first = next(iter(error.stderr.splitlines()), f"exit code {error.returncode}")
+        raise BackendError(f"the soft core is not built: {first}") from None
+    except subprocess.TimeoutExpired:
+        raise BackendError(f"the soft core is not built within {BUILD_S:,.0f} s") from None

@@ -139,12 +139,33 @@ def test_an_image_that_nobody_asked_for_ends_the_session(board: Board) -> None:
         chip.step(np.zeros(0, dtype=int), {})
 
 
-def test_a_machine_without_room_for_its_files_ends_the_session_and_not_the_board() -> None:
-    def full(_image: ChipImage, _seed: int) -> CountingChip:
-        raise OSError(errno.ENOSPC, "No space left on device")
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), "No space left on device"),
+        (KeyError("of another's package"), 'KeyError: "of another\'s package"'),
+    ],
+)
+def test_a_machine_that_fails_ends_the_session_and_not_the_board(
+    error: Exception, reason: str
+) -> None:
+    def broken(_image: ChipImage, _seed: int) -> CountingChip:
+        raise error
 
-    board = Board(Machine("full", full))
+    board = Board(Machine("broken", broken))
     greeting = Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack())
     found = answers(board, greeting, *pieces(Kind.IMAGE, IMAGE.to_bytes(), 0))
-    assert refusal(found[-1]) == "the board's machine: No space left on device"
+    assert refusal(found[-1]).startswith(f"the board's machine: {reason}")
     assert answers(board, greeting)[-1].kind == Kind.REFUSAL
+
+
+def test_a_chip_that_fails_in_a_step_ends_the_session_and_not_the_board(
+    board: Board, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def broken(*_: object) -> None:
+        raise RuntimeError("lost")
+
+    assert board.session is not None
+    monkeypatch.setattr(board.session.chip, "step", broken)
+    assert refusal(step(board, 1)).startswith("the board's machine: RuntimeError: lost")
+    assert board.session is None

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from spikeport.backends.softcore.verilated import Build, require_verilator, sources
-from spikeport.errors import MissingExtraError
+from spikeport.backends.softcore import verilated
+from spikeport.backends.softcore.verilated import PROGRAMS, Build, require_verilator, sources
+from spikeport.errors import BackendError, MissingExtraError
 
 
 def test_without_verilator_it_says_what_to_install(
@@ -14,6 +15,32 @@ def test_without_verilator_it_says_what_to_install(
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(MissingExtraError, match=r"no verilator .*: apt-get install verilator"):
         require_verilator()
+
+
+def test_a_verilator_that_does_not_start_is_an_error_of_the_backend(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    for program in PROGRAMS:
+        (tmp_path / program).write_text("#!/bin/sh\necho no perl >&2; exit 2\n")
+        (tmp_path / program).chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(BackendError, match="the soft core is not built: no perl"):
+        require_verilator()
+
+
+def test_verilator_is_given_no_path_which_might_have_a_space(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    commands: list[list[str]] = []
+
+    def build(command: list[str], folder: str) -> None:
+        commands.append(command)
+        assert all((Path(folder) / path.name).is_file() for path in sources())
+        (Path(folder) / "softcore.so").write_bytes(b"library")
+
+    monkeypatch.setattr(verilated, "_said", build)
+    assert verilated._built(Build(2)).tobytes() == b"library"
+    assert not any("/" in argument for argument in commands[0])
 
 
 def test_the_number_of_a_core_has_as_many_bits_as_it_needs() -> None:
