@@ -248,12 +248,23 @@ def listening(
         raise UsageError(
             f"{address}: cannot be listened on ({reason_of(error)}); choose another"
         ) from None
-    try:
+    with listener, _taken_away(address.path):
         yield listener, context
+
+
+@contextlib.contextmanager
+def _taken_away(path: Path | None) -> Iterator[None]:
+    """Take the file of a Unix socket away at the end, unless it is another server's by then."""
+    if path is None:
+        yield
+        return
+    ours = path.stat()
+    try:
+        yield
     finally:
-        listener.close()
-        if address.path is not None:
-            address.path.unlink(missing_ok=True)
+        with contextlib.suppress(FileNotFoundError):
+            if os.path.samestat(ours, path.stat()):
+                path.unlink()
 
 
 def _bound(address: Address) -> socket.socket:

@@ -106,6 +106,15 @@ def test_the_socket_of_a_killed_server_is_replaced(tmp_path: Path) -> None:
         pass
 
 
+def test_the_socket_of_another_server_stays(tmp_path: Path) -> None:
+    address = Address.parse(f"unix:{tmp_path / 'board'}")
+    with listening(address):
+        (tmp_path / "board").unlink()
+        with socket.socket(socket.AF_UNIX) as other:
+            other.bind(str(tmp_path / "board"))
+    assert (tmp_path / "board").is_socket()
+
+
 def test_a_file_that_is_no_socket_stays(tmp_path: Path) -> None:
     address = Address.parse(f"unix:{tmp_path / 'board'}")
     (tmp_path / "board").write_text("precious")  # since the address was read
