@@ -58,13 +58,14 @@ def in_numpy() -> Times:
     policy = load()
     law = OperationalSpaceLaw(ArmDynamics())
     rng = np.random.RandomState(0)
-    observation, q = rng.randn(policy.weights[0].shape[1]), np.array([[0.1, -0.2, 0.3, 0.4]])
+    observation, q = rng.randn(policy.weights[0].shape[1]), np.array([0.1, -0.2, 0.3, 0.4])
+    dq, error = 0.1 * rng.randn(4), 0.1 * rng.randn(3)
     reference, state = rng.randn(4), rng.randn(5)
     microseconds = cpu_us(
         {
             "policy": lambda: policy(observation),
             "path follower": lambda: exact_command(policy.gains, reference, state),
-            "arm's law": lambda: law.terms(q),
+            "arm's law": lambda: law.torque(q, dq, error),
         },
         ROUNDS,
     )
