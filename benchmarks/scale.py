@@ -5,7 +5,8 @@
 A network of n neurons is a chain of groups of 512, each neuron of which has weights to 32 random
 ones of the next group and fires by its bias. It is compiled in a process of its own, and the image
 runs in another, so that each peak of memory is of one of them alone. Rows that are in the file
-of results already stay, but for the sizes that are asked for: by default all, with ``--n 0`` none.
+of results already stay, but for the sizes that are asked for: by default all, with ``--n 0`` none;
+each has the machine that it was measured on.
 The last two columns are wall time of one thread, and of a thread for each processor, in turn.
 """
 
@@ -31,6 +32,7 @@ from peak_memory import peak_bytes
 from speed import machine
 from timing import cpu_us, wall_us
 
+from spikeport.atomic import write_text
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.native.shards import available
 from spikeport.compile.image.chip_image import ChipImage
@@ -124,11 +126,12 @@ def _divided(image: ChipImage, chip: NativeChip) -> dict[str, float]:
     return {**found, "threads": available()}
 
 
-def measure(n: int, rounds: int) -> dict[str, float]:
+def measure(n: int, rounds: int) -> dict[str, Any]:
     """Compile and run a network, each in a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
         chip, image = board(Path(folder)), Path(folder) / "image.npz"
-        return {**_apart(compiled, n, chip, image), **_apart(run, image, rounds)}
+        both = {**_apart(compiled, n, chip, image), **_apart(run, image, rounds)}
+    return {**both, "machine": machine()}
 
 
 def _apart(function: Callable[..., dict[str, float]], *arguments: object) -> dict[str, float]:
@@ -136,12 +139,12 @@ def _apart(function: Callable[..., dict[str, float]], *arguments: object) -> dic
         return process.submit(function, *arguments).result()
 
 
-def table(sizes: dict[str, dict[str, float]]) -> str:
+def table(sizes: dict[str, dict[str, Any]]) -> str:
     """Return the figures of all sizes."""
     return markdown_table.table(HEADS, [_row(one) for one in sizes.values()])
 
 
-def _row(one: dict[str, float]) -> tuple[str, ...]:
+def _row(one: dict[str, Any]) -> tuple[str, ...]:
     per_synapse = [one[key] / one["synapses"] for key in MEMORY]
     return (
         f"{one['neurons']:,}",
@@ -159,7 +162,7 @@ def _row(one: dict[str, float]) -> tuple[str, ...]:
     )
 
 
-def draw(sizes: dict[str, dict[str, float]], path: Path) -> None:
+def draw(sizes: dict[str, dict[str, Any]], path: Path) -> None:
     """Draw compile time, memory and step time over the number of neurons."""
     figure = Figure(figsize=(11, 3.4), layout="constrained")
     neurons = [one["neurons"] for one in sizes.values()]
@@ -180,14 +183,13 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=RESULTS)
     parser.add_argument("--figure", type=Path)
     arguments = parser.parse_args()
-    results: dict[str, Any] = {"machine": machine(), "sizes": {}}
-    if arguments.out.exists():
-        results["sizes"] = json.loads(arguments.out.read_text(encoding="utf-8"))["sizes"]
+    there = arguments.out.exists()
+    sizes = json.loads(arguments.out.read_text(encoding="utf-8")) if there else {}
     for n in filter(None, SIZES if arguments.n is None else arguments.n):
-        results["sizes"][str(n)] = measure(n, arguments.rounds)
-        print(n, results["sizes"][str(n)], flush=True)
-        arguments.out.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
-    sizes = dict(sorted(results["sizes"].items(), key=lambda size: int(size[0])))
+        sizes[str(n)] = measure(n, arguments.rounds)
+        print(n, sizes[str(n)], flush=True)
+        sizes = dict(sorted(sizes.items(), key=lambda size: int(size[0])))
+        write_text(arguments.out, json.dumps(sizes, indent=2) + "\n")
     print(table(sizes))
     if arguments.figure is not None:
         draw(sizes, arguments.figure)
