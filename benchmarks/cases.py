@@ -1,9 +1,18 @@
 """The networks whose speed is measured, and those that several benchmarks build."""
 
 import itertools
+from collections.abc import Callable
+from typing import NamedTuple
 
 import nengo
 import numpy as np
+
+
+class Case(NamedTuple):
+    """A network, and the title of its row."""
+
+    title: str
+    make: Callable[[], nengo.Network]
 
 
 def chain(n: int, n_neurons: int, seed: int | None = None) -> nengo.Network:
@@ -18,7 +27,7 @@ def chain(n: int, n_neurons: int, seed: int | None = None) -> nengo.Network:
 
 
 def arm_like() -> nengo.Network:
-    """Return 8,000 LIF neurons, closed loop."""
+    """Return two ensembles of 4,000 LIF neurons in a loop with the host."""
     with nengo.Network(seed=0) as network:
         state = nengo.Node(lambda t, x: np.append(0.5 * np.sin(5 * t) - 0.1 * x, 0.3), size_in=4)
         torque = nengo.Node(lambda _t, x: x, size_in=4)
@@ -37,7 +46,7 @@ def arm_like() -> nengo.Network:
 
 
 def layers() -> nengo.Network:
-    """Return 3 layers of 2,560 LIF neurons, 13.6 million weights."""
+    """Return three layers of LIF neurons, each wired to all of the next, by random weights."""
     n, n_inputs, n_outputs, rng = 2560, 96, 12, np.random.RandomState(0)
     with nengo.Network(seed=0) as network:
         observation = nengo.Node(lambda t: np.sin(5 * t + np.arange(n_inputs)))
@@ -54,7 +63,7 @@ def layers() -> nengo.Network:
 
 
 def basal_ganglia() -> nengo.Network:
-    """Return basal ganglia and thalamus, 3 actions."""
+    """Return basal ganglia and thalamus, which choose one of three actions."""
     with nengo.Network(seed=0) as network:
         utility = nengo.Node(lambda t: [0.8, 0.4, 0.4] if t % 1 < 0.5 else [0.4, 0.8, 0.4])
         ganglia, thalamus = nengo.networks.BasalGanglia(3), nengo.networks.Thalamus(3)
@@ -128,5 +137,9 @@ def critic() -> nengo.Network:
     return network
 
 
-NETWORKS = {make.__name__: make for make in (arm_like, layers, basal_ganglia)}
+NETWORKS = {
+    "arm_like": Case("8,000 LIF neurons, closed loop", arm_like),
+    "layers": Case("3 layers of 2,560 LIF neurons, 13.6 million weights", layers),
+    "basal_ganglia": Case("Basal ganglia and thalamus, 3 actions", basal_ganglia),
+}
 LEARNING = {make.__name__: make for make in (channel, adaptive, critic)}

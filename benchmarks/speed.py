@@ -22,7 +22,7 @@ from unittest import mock
 import nengo
 import nengo_loihi
 import numpy as np
-from cases import NETWORKS
+from cases import NETWORKS, Case
 from timing import cpu_us, read_bytes_per_s
 
 import spikeport
@@ -45,16 +45,16 @@ class Emulator(NengoLoihiChip):
         pass
 
 
-def measure(make: Callable[[], nengo.Network], rounds: int) -> dict[str, Any]:
+def measure(case: Case, rounds: int) -> dict[str, Any]:
     """Return the figures of one network."""
-    network = make()
+    network = case.make()
     with timed_extraction() as extract_s, spikeport.Simulator(network) as sim:
         image = sim.compilation.image
         begin = time.process_time()
         native = NativeChip(image, seed=0)
         open_s = time.process_time() - begin
         return {
-            "title": make.__doc__,
+            "title": case.title,
             "compartments": image.n_compartments,
             "weights": len(image.synapses.weight),
             "extract_s": extract_s[0],
@@ -175,6 +175,8 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
+    if arguments.network and arguments.out == RESULTS:
+        parser.error(f"--network: {RESULTS} has all networks; choose another file with --out")
     results: dict[str, Any] = {"machine": machine()}
     chosen = arguments.network or NETWORKS
     results["networks"] = {name: measure(NETWORKS[name], arguments.rounds) for name in chosen}

@@ -37,9 +37,9 @@ def table(results: dict[str, Any]) -> str:
     networks = results["networks"].values()
     times, traffic = HEADS
     lines = [
-        _table(times, [[n["title"].rstrip("."), *_times(n)] for n in networks]),
+        _table(times, [[n["title"], *_times(n)] for n in networks]),
         "",
-        _table(traffic, [[n["title"].rstrip("."), *_traffic(n)] for n in networks]),
+        _table(traffic, [[n["title"], *_traffic(n)] for n in networks]),
         "",
         _note(results),
     ]

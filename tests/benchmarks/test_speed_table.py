@@ -1,5 +1,9 @@
 """The table of the benchmark's results."""
 
+import json
+
+import table as benchmark
+from cases import NETWORKS
 from markdown_table import BEGIN, END, insert
 from table import table
 
@@ -7,7 +11,7 @@ RESULTS = {
     "machine": {"processor": "a processor", "python": "3.11.7", "numpy": "2.4.6"},
     "networks": {
         "small": {
-            "title": "Two neurons.",
+            "title": "Two neurons",
             "weights": 1234,
             "extract_s": 0.51,
             "open_s": 1.02,
@@ -52,3 +56,10 @@ def test_what_was_not_measured_is_a_dash() -> None:
     old = {key: value for key, value in network.items() if not key.endswith("bytes")}
     lines = table({**RESULTS, "networks": {"small": old}}).splitlines()
     assert lines[6].endswith("| 1,000 million | - | - |")
+
+
+def test_titles_are_those_of_the_networks() -> None:
+    kept = json.loads(benchmark.RESULTS.read_text(encoding="utf-8"))["networks"]
+    assert {name: one["title"] for name, one in kept.items()} == {
+        name: case.title for name, case in NETWORKS.items()
+    }
