@@ -192,9 +192,8 @@ def table(results: dict[str, Any]) -> str:
     for case in results["cases"].values():
         rows = list(_rows(case))
         parts += [f"**{case['title']}**", "", markdown_table.table(HEADS, rows), ""]
-    left_out = {name: why for case in results["cases"].values() for name, why in _failed(case)}
-    missing = {**results["absent"], **left_out}
-    parts += [f"Not run: {name} ({why})." for name, why in missing.items()]
+    failed = (one for case in results["cases"].values() for one in _failed(case))
+    parts += [f"Not run: {what} ({why})." for what, why in (*results["absent"].items(), *failed)]
     host = results["machine"]
     return "\n".join([*parts, f"{host['processor']}, one thread; Python {host['python']}."])
 
@@ -204,22 +203,22 @@ def _rows(case: dict[str, Any]) -> Iterator[list[str]]:
     ran = {name: one for name, one in case["contestants"].items() if "failed" not in one}
     for one in sorted(ran.values(), key=lambda one: one["cpu_s"]):
         same = {"each": "equal, neuron by neuron", "sum": "equal in sum"}.get(one["same"], "others")
-        emulator, native = (ran[name]["cpu_s"] / one["cpu_s"] for name in ("nengo-loihi", "native"))
+        times = {name: other["cpu_s"] / one["cpu_s"] for name, other in ran.items()}
         yield [
             one["version"],
             f"{one['cpu_s'] / STEPS * 1e6:,.0f}",
             f"{case['events'] / one['cpu_s'] / 1e6:,.1f}",
-            f"{emulator:.3g}x",
-            f"{native:.2g}x",
+            f"{times['nengo-loihi']:.3g}x" if "nengo-loihi" in times else "-",
+            f"{times['native']:.2g}x",
             f"{one['spikes']:,}, {same}",
         ]
 
 
 def _failed(case: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the contestants that failed, each with the reason."""
+    """Yield the contestants that failed, each with the network and the reason."""
     for name, one in case["contestants"].items():
         if "failed" in one:
-            yield name, one["failed"]
+            yield f"{name}, {case['title']}", one["failed"]
 
 
 def main() -> None:
@@ -231,6 +230,8 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=RESULTS)
     parser.add_argument("--into", type=Path)
     arguments = parser.parse_args()
+    if (arguments.case or arguments.peer) and arguments.out == RESULTS:
+        parser.error(f"--case, --peer: {RESULTS} has all of them; choose another file with --out")
     there = {peer: python_of(arguments.folder, peer) for peer in arguments.peer or PEERS}
     pythons = {peer: python for peer, python in there.items() if python.exists()}
     results = {

@@ -40,4 +40,12 @@ def test_the_fastest_comes_first_with_its_ratios_and_whether_spikes_are_equal() 
 def test_who_did_not_run_is_named_with_the_reason() -> None:
     lines = table(RESULTS).splitlines()
     assert "Not run: nest (no wheel for this Python)." in lines
-    assert "Not run: brian2 (no compiler)." in lines
+    assert "Not run: brian2, Two neurons (no compiler)." in lines
+
+
+def test_without_nengo_loihi_there_are_no_ratios_to_it() -> None:
+    small = RESULTS["cases"]["small"]
+    others = {**small["contestants"], "nengo-loihi": {"failed": "no memory"}}
+    lines = table({**RESULTS, "cases": {"small": {**small, "contestants": others}}}).splitlines()
+    assert "| Nengo 4 | 1,000 | 10.0 | - | 0.1x | 31, others |" in lines
+    assert "Not run: nengo-loihi, Two neurons (no memory)." in lines
