@@ -18,6 +18,7 @@ from pathlib import Path
 import markdown_table
 import numpy as np
 
+from spikeport.atomic import write_text
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import (
     HOLD_S,
@@ -117,8 +118,7 @@ def result(case: Case, seed: int) -> dict[str, float]:
     """Return the errors of a case; what was done before is read."""
     file = RESULTS / f"{case.name}-{seed}.json"
     if not file.exists():
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(json.dumps(measure(case, seed), indent=2), encoding="utf-8")
+        write_text(file, json.dumps(measure(case, seed), indent=2))
     found: dict[str, float] = json.loads(file.read_text(encoding="utf-8"))
     return found
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from spikeport.atomic import write_text
+
 CALIBRATION = "nahuku-fit"
 """The chip whose energies are estimated."""
 
@@ -42,8 +44,7 @@ def saved_results(
         file = folder / f"{name}-{key}.json"
         if not file.exists():
             rig = rig or prepare(trial)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            file.write_text(json.dumps(perform(trial, rig), indent=2), encoding="utf-8")
+            write_text(file, json.dumps(perform(trial, rig), indent=2))
         yield json.loads(file.read_text(encoding="utf-8"))
     if rig is not None:
         rig.sim.close()

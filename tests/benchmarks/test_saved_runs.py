@@ -1,7 +1,10 @@
 import json
 from types import SimpleNamespace
 
+import pytest
 import saved_runs
+
+from spikeport import atomic
 
 
 class Rig:
@@ -45,6 +48,17 @@ def test_what_was_done_is_not_done_again(tmp_path):
     assert found == [{"value": 22}, {"value": 24}]
     assert rig.performed == [12]
     assert results(tmp_path, [1, 2])[1] == []
+
+
+def test_a_result_that_is_not_written_whole_is_none(tmp_path, monkeypatch):
+    def cut(_descriptor):
+        raise OSError("power cut")
+
+    monkeypatch.setattr(atomic.os, "fsync", cut)
+    with pytest.raises(OSError, match="name-1.json"):
+        results(tmp_path, [1])
+    monkeypatch.undo()
+    assert results(tmp_path, [1])[0] == [{"value": 22}]
 
 
 def test_the_clock_gives_simulated_over_cpu_time():
