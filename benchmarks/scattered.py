@@ -1,6 +1,7 @@
 """CPU time of a chip with random wiring, with its short runs as lists of targets and as runs.
 
-    OPENBLAS_NUM_THREADS=1 python benchmarks/scattered.py [--neurons N] [--drive X] [--rounds N]
+    PYTHONPATH=. OPENBLAS_NUM_THREADS=1 python benchmarks/scattered.py [--neurons N] [--drive X]
+        [--rounds N]
 
 Every neuron is wired to 47 random others, and fires by its bias, which ``--drive`` multiplies. Both
 chips run in turn, in one process.
@@ -26,15 +27,15 @@ def image(n: int, drive: int = 1) -> ChipImage:
     """Return n neurons that drive themselves, a thousand a core."""
     rng = np.random.RandomState(0)
     targets = [np.sort(rng.choice(n, FAN_OUT, replace=False)) for _ in range(n)]
+    parts = [np.arange(first, min(first + PER_CORE, n)) for first in range(0, n, PER_CORE)]
     blocks, groups, routes = [], [], []
-    for core, first in enumerate(range(0, n, PER_CORE)):
-        bias = drive * rng.randint(2**10, 2**13, PER_CORE)
-        blocks.append(Block(PER_CORE, core, bias=bias, vth=2**16, decay_v=128))
-        near = [of[(of >= first) & (of < first + PER_CORE)] - first for of in targets]
+    for core, part in enumerate(parts):
+        bias = drive * rng.randint(2**10, 2**13, len(part))
+        blocks.append(Block(len(part), core, bias=bias, vth=2**16, decay_v=128))
+        near = [of[(of >= part[0]) & (of <= part[-1])] - part[0] for of in targets]
         weights = [64 * rng.randint(-60, 60, (1, len(of))) for of in near]
         groups.append(Group(weights, indices=[of[np.newaxis] for of in near], block=core))
-    for source, first in enumerate(range(0, n, PER_CORE)):
-        axons = np.arange(first, first + PER_CORE)
+    for source, axons in enumerate(parts):
         routes += [Route(axons, group=core, block=source) for core in range(len(blocks))]
     return Parts(blocks, groups, [], routes).image()
 
