@@ -157,13 +157,17 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     ):
         interface, attendant = Interface(bus, service), Attendant(bus, robot, terminal, say)
         deadlines = Deadlines(1 / service.robot.rate_hz, SystemClock())
+
+        def report() -> None:
+            say(f"robot: {json.dumps({**robot.summary(), 'overruns': deadlines.overruns})}")
+
         clock = "lock-step" if service.lock_step else f"{service.robot.rate_hz:g} Hz"
         try:  # who reads the first line may end the process before the next statement
             say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
             if service.lock_step:
                 lock_step = LockStep(robot, service.faults, service.truth)
                 try:
-                    serve_lock_step(lock_step, interface, attendant)
+                    serve_lock_step(lock_step, interface, attendant, report)
                 finally:
                     for line in lock_step.never_reached():
                         say(f"robot: {line}")
@@ -171,14 +175,16 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
                 with undisturbed(service.priority):
                     serve_real_time(robot, interface, attendant, service.truth, deadlines)
         finally:
-            say(f"robot: {json.dumps({**robot.summary(), 'overruns': deadlines.overruns})}")
+            report()
 
 
-def serve_lock_step(robot: LockStep, interface: Interface, attendant: Attendant) -> None:
+def serve_lock_step(
+    robot: LockStep, interface: Interface, attendant: Attendant, report: Callable[[], None]
+) -> None:
     """Publish a state, wait for its answer, step; until the controller is gone.
 
-    For the next controller, if there may be one, the robot begins anew: its run depends on its
-    seeds alone, too.
+    For the next controller, if there may be one, the robot begins anew, after ``report``: its run
+    depends on its seeds alone, too.
     """
     while True:
         if not robot.silent:
@@ -194,6 +200,7 @@ def serve_lock_step(robot: LockStep, interface: Interface, attendant: Attendant)
         if interface.is_over(writers):
             return
         if robot.robot.is_left(writers):
+            report()
             robot.restart()
 
 

@@ -78,8 +78,8 @@ def test_a_robot_in_lock_step_steps_once_for_each_answer() -> None:
     assert robot["refused"]["second_writer"] == 9
 
 
-def one_after_the_other() -> list[dict[str, object]]:
-    """Let two controllers use one robot, and return what each observed last."""
+def one_after_the_other() -> dict[str, object]:
+    """Let two controllers use one robot; return what each observed last, and the reports."""
     from spikeport.robot.link.bus import Bus
     from spikeport.robot.link.messages import TRUTHS
     from spikeport.robot.link.over_dds import LockStepRobot
@@ -93,15 +93,21 @@ def one_after_the_other() -> list[dict[str, object]]:
             seen = robot.exchange(seen, DAMPING)
         found.append({"tick": seen.tick, "q": seen.sensors.q.tolist()})
         robot.close()  # and the next one comes at once
+    assert process.stdout is not None
+    reports = [json.loads(process.stdout.readline().removeprefix("robot: ")) for _ in found]
     process.terminate()
     process.communicate(timeout=30)
-    return found
+    return {"observed": found, "reports": reports}
 
 
 def test_a_robot_in_lock_step_begins_anew_for_each_controller() -> None:
-    one, other = in_namespace(one_after_the_other)
+    found = in_namespace(one_after_the_other)
+    one, other = found["observed"]
     assert one == other
     assert one["tick"] == 30
+    first, second = found["reports"]
+    assert first["steps"] == second["steps"] == 5
+    assert first["motion"] == second["motion"]
 
 
 def in_real_time() -> dict[str, object]:
@@ -262,5 +268,6 @@ def test_a_controller_that_leaves_between_two_looks_leaves_its_run_as_it_is() ->
     robot = Mock(silent=True)
     robot.robot.is_left = lambda writers: 7 not in writers
     interface = Interface(Mock(reader=lambda topic: LeavingWriters()), Mock(once=True))
-    serve_lock_step(robot, interface, Mock())
+    serve_lock_step(robot, interface, Mock(), report := Mock())
     robot.restart.assert_not_called()
+    report.assert_not_called()
