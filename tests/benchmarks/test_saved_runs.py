@@ -55,7 +55,7 @@ def test_a_result_that_is_not_written_whole_is_none(tmp_path, monkeypatch):
         raise OSError("power cut")
 
     monkeypatch.setattr(atomic.os, "fsync", cut)
-    with pytest.raises(OSError, match="name-1.json"):
+    with pytest.raises(OSError, match=r"name-1\.json"):
         results(tmp_path, [1])
     monkeypatch.undo()
     assert results(tmp_path, [1])[0] == [{"value": 22}]
