@@ -137,7 +137,7 @@ def _checked_rates(request: CompileRequest) -> Rates | None:
     if stated is not None and request.loss_s is not None:
         raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
     _check_run(request.loss_s)
-    nir.check_loss(request.network, request.loss_s)
+    nir.check_loss(request.network, request.loss_s, request.spikes)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
     return stated
 

@@ -48,12 +48,16 @@ def test_other_networks_have_no_use_for_them(spikeport):
 
 def test_a_loss_of_a_graph_is_measured_otherwise(spikeport, tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
-    done = spikeport("compile", path, "--dt", "0.001", "--loss", "0.1")
-    assert (done.code, done.out) == (2, "")
-    assert done.err == (
-        f"error: --loss: {path} has no probe to measure at; give --spikes FILE.npz, or "
-        "--spikes random, which compares all of its neurons with NIR's equations\n"
-    )
+    for spikes_given, instead in (
+        ([], "give --spikes FILE.npz or --spikes random in its place, which"),
+        (["--spikes", "random"], "leave it out: --spikes"),
+    ):
+        done = spikeport("compile", path, "--dt", "0.001", "--loss", "0.1", *spikes_given)
+        assert (done.code, done.out) == (2, "")
+        assert done.err == (
+            f"error: --loss: {path} has no probe to measure at; {instead} compares all of its "
+            "neurons with NIR's equations\n"
+        )
 
 
 def test_simulate_plays_spikes_and_says_what_differs(spikeport, tmp_path):
