@@ -7,6 +7,10 @@ DENSE = "use a dense transform: transform.sample(rng).toarray()"
 OFF_CHIP = "leave its on_chip unset: targets and error sources of learning stay on the host"
 CLOSER = "bring its weights, gains and biases closer together"
 FUNCTION = "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
+EVEN = (
+    "give all neurons that a convolution ends at the same gain and bias: "
+    "gain=nengo.dists.Choice([gain]), bias=nengo.dists.Choice([bias])"
+)
 CURES = {
     "Learning rule presynaptic object must be an Ensemble": (
         "learn from the ensemble in place of its neurons, as in nengo.Connection(ensemble, target, "
@@ -17,7 +21,7 @@ CURES = {
     "of error connection": OFF_CHIP,
     "Conv2D transforms not supported for off-chip": (
         "put an ensemble on the host between them, one neuron for each value, and convolve from "
-        "its neurons"
+        f"its neurons; {EVEN}"
     ),
     "'Sparse' transforms": DENSE,
     "Applying a sparse transform to a decoded connection": DENSE,
@@ -25,10 +29,7 @@ CURES = {
         "read the neurons into a node, as in nengo.Node(lambda t, x: x, size_in=...), and convolve "
         "from that"
     ),
-    "must have the same gain": (
-        "give all of its neurons the same gain and bias: gain=nengo.dists.Choice([gain]), "
-        "bias=nengo.dists.Choice([bias])"
-    ),
+    "must have the same gain": EVEN,
     "nengo-loihi only supports 2D convolution": (
         "convolve in two dimensions, one of them of size 1"
     ),
