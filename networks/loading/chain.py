@@ -151,7 +151,8 @@ class BoundedEvaluation:
         """
         if kind not in self._operations:
             raise MismatchError(CHAIN, f"operation {kind}")
-        self._spend([x.shape for x in inputs if isinstance(x, np.ndarray | Chain)])
+        values = (*inputs, *options.values())
+        self._spend([x.shape for x in values if isinstance(x, np.ndarray | Chain)])
         try:
             with np.errstate(all="ignore"):  # what is not finite is refused in the end
                 made = self._operations[kind](*inputs, **options)
@@ -216,3 +217,16 @@ def gelu(x: Chain, approximate: object) -> Chain:
     if not isinstance(approximate, str):
         raise TypeError(type(approximate).__name__)
     return x.activated("gelu" if approximate == "none" else f"gelu ({approximate})")
+
+
+def batch_normalised(
+    x: Chain,
+    weight: np.ndarray | None,
+    bias: np.ndarray | None,
+    mean: np.ndarray,
+    variance: np.ndarray,
+    epsilon: float,
+) -> Chain:
+    """Return a chain normalised with the mean and variance that training has left."""
+    scale = (1.0 if weight is None else weight) / np.sqrt(variance + epsilon)
+    return (x - mean) * scale + (0.0 if bias is None else bias)

@@ -13,7 +13,14 @@ from pathlib import Path
 import numpy as np
 
 from spikeport.networks.loading import onnx_tensor
-from spikeport.networks.loading.chain import BoundedEvaluation, Chain, Operations, gelu, only
+from spikeport.networks.loading.chain import (
+    BoundedEvaluation,
+    Chain,
+    Operations,
+    batch_normalised,
+    gelu,
+    only,
+)
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.wire import Message, WireError
 from spikeport.reading.archive import read_bytes
@@ -60,6 +67,21 @@ def _elu(x: Chain, alpha: float = 1.0) -> Chain:
     return x.activated("elu")
 
 
+def _batch_norm(
+    x: Chain,
+    scale: np.ndarray,
+    B: np.ndarray,
+    mean: np.ndarray,
+    var: np.ndarray,
+    epsilon: float = 1e-5,
+    momentum: float = 0.9,
+    training_mode: int = 0,
+) -> Chain:
+    if training_mode:
+        raise MismatchError("BatchNormalization as after training", "one in training_mode")
+    return batch_normalised(x, scale, B, mean, var, epsilon)
+
+
 OPERATIONS: Operations = {
     "Identity": lambda x: x,
     "Gemm": _gemm,
@@ -73,6 +95,7 @@ OPERATIONS: Operations = {
     "Relu": lambda x: x.activated("relu"),
     "Tanh": lambda x: x.activated("tanh"),
     "Gelu": lambda x, approximate=b"none": gelu(x, approximate.decode()),
+    "BatchNormalization": _batch_norm,
     "Swish": lambda x: x.activated("silu"),
 }
 

@@ -13,7 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from spikeport.networks.loading.chain import BoundedEvaluation, Chain, Operations, gelu, only
+from spikeport.networks.loading.chain import (
+    BoundedEvaluation,
+    Chain,
+    Operations,
+    batch_normalised,
+    gelu,
+    only,
+)
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.pickles import Known, Module, ModuleClass
 from spikeport.networks.loading.script import Interpreter, Program
@@ -48,6 +55,17 @@ def _scaled(operation: Callable[..., object]) -> Callable[..., object]:
     return lambda a, b, alpha=1: operation(_number(a), _number(alpha) * _number(b))
 
 
+def _comparison(operation: Callable[..., bool]) -> Callable[..., bool]:
+    """Return a comparison of plain numbers alone: one of observations has many answers."""
+
+    def compare(a: object, b: object) -> bool:
+        if not (isinstance(a, int | float) and isinstance(b, int | float)):
+            raise TypeError(type(a).__name__)
+        return operation(a, b)
+
+    return compare
+
+
 def _elu(x: Chain, *parameters: float) -> Chain:
     if any(parameter != 1 for parameter in parameters):
         raise MismatchError("ELU with alpha 1", ", ".join(f"{p:g}" for p in parameters))
@@ -56,6 +74,33 @@ def _elu(x: Chain, *parameters: float) -> Chain:
 
 def _addmm(bias: object, x: object, W: object, beta: object = 1.0, alpha: object = 1.0) -> object:
     return _number(beta) * _number(bias) + _number(alpha) * (_number(x) @ _number(W))
+
+
+def _evaluated(training: object) -> None:
+    # A script reads `training` of its module, which is False here; a trace has what it was.
+    if training is not False:
+        found = "dropout or batch normalisation of one in training"
+        raise MismatchError("a policy in use", found, cure="call eval() before the trace")
+
+
+def _dropout(x: Chain, p: float, train: object) -> Chain:
+    _evaluated(train)
+    return replace(x)  # another object: see aten::clone
+
+
+def _batch_norm(
+    x: Chain,
+    weight: np.ndarray | None,
+    bias: np.ndarray | None,
+    mean: np.ndarray,
+    variance: np.ndarray,
+    training: object,
+    _momentum: float,
+    eps: float,
+    _cudnn_enabled: bool,
+) -> Chain:
+    _evaluated(training)
+    return batch_normalised(x, weight, bias, mean, variance, eps)
 
 
 def _ones(sizes: list[int], **_: object) -> np.ndarray:
@@ -94,6 +139,13 @@ OPERATIONS: Operations = {
     "aten::sqrt": lambda x: np.sqrt(_array(x)),
     "aten::ones": _ones,
     "aten::zeros": lambda sizes, **options: 0.0 * _ones(sizes, **options),
+    "aten::dropout": _dropout,
+    "aten::batch_norm": _batch_norm,
+    # What a script checks before it normalises or drops out: observations are rows of a batch.
+    "aten::dim": lambda x: 2 if isinstance(x, Chain) else _array(x).ndim,
+    "aten::lt": _comparison(operator.lt),
+    "aten::gt": _comparison(operator.gt),
+    "aten::ne": _comparison(operator.ne),
     # Gradients, copies and devices do not bear on values.
     "aten::detach": lambda x: x,
     # Another object, which may be used after its original was changed in place.

@@ -62,6 +62,30 @@ def sequential() -> Callable[..., nn.Sequential]:
 
 
 @pytest.fixture
+def normalised(sequential) -> Callable[[], nn.Sequential]:
+    """Return a module with batch normalisation before and after an activation, and dropout."""
+
+    def make() -> nn.Sequential:
+        first, activation, *others = sequential()
+        module = nn.Sequential(
+            first,
+            nn.BatchNorm1d(SIZES[1]),
+            activation,
+            nn.Dropout(0.5),
+            nn.BatchNorm1d(SIZES[1], affine=False),
+            *others,
+        )
+        for part in module:
+            if isinstance(part, nn.BatchNorm1d):
+                part.running_mean, part.running_var = torch.randn(SIZES[1]), torch.rand(SIZES[1])
+        nn.init.normal_(module[1].weight)
+        nn.init.normal_(module[1].bias)
+        return module.eval()
+
+    return make
+
+
+@pytest.fixture
 def actor() -> MLPModel:
     """Return rsl-rl's actor, with a normalizer from some observations."""
     torch.manual_seed(1)

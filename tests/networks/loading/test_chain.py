@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spikeport.networks.loading.chain import Chain
+from spikeport.networks.loading.chain import BoundedEvaluation, Chain
 from spikeport.reading.mismatch import MismatchError
 
 W = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]])
@@ -58,3 +58,11 @@ def test_what_is_no_chain_of_layers_is_refused(make, message: str) -> None:
 def test_two_chains_have_no_sum() -> None:
     with pytest.raises(TypeError):
         Chain() + Chain()
+
+
+def test_an_operation_by_names_is_as_bounded_as_one_by_places() -> None:
+    evaluation = BoundedEvaluation({"add": lambda a, other: a + other})
+    row, column = np.ones(10**5), np.ones((10**5, 1))
+    for inputs, options in (((row, column), {}), ((row,), {"other": column})):
+        with pytest.raises(MismatchError, match="at most [0-9,]+ (numbers|mult)"):
+            evaluation.apply("add", *inputs, **options)

@@ -131,6 +131,13 @@ def test_what_rsl_rl_exports_is_read(path, actor, agrees):
     agrees(load_mlp(path), module)
 
 
+def test_batch_normalisation_is_folded(path, normalised, agrees):
+    module = normalised()
+    torch.onnx.export(module, (torch.zeros(1, 5),), path)
+    assert "BatchNormalization" in {node.op_type for node in onnx.load(path).graph.node}
+    agrees(load_mlp(path), module)
+
+
 CHAIN = "expected a chain of dense layers and activations, found operation"
 
 
@@ -147,6 +154,10 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         (
             [("Gemm", ("x", "W"), {"transA": 1, "transB": 1})],
             "expected observations in rows, found Gemm with transA",
+        ),
+        (
+            [HIDDEN, ("BatchNormalization", ("x", "B", "B", "B", "B"), {"training_mode": 1}), LAST],
+            "expected BatchNormalization as after training, found one in training_mode",
         ),
         (
             [("Add", ("B", "B"), {})],

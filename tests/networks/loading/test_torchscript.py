@@ -4,7 +4,10 @@ import pytest
 import torch
 from torch import nn
 
+from spikeport.errors import UsageError
+from spikeport.networks.loading.chain import Chain
 from spikeport.networks.loading.files import load_mlp
+from spikeport.networks.loading.torchscript import OPERATIONS
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
 ACTIVATIONS = {"elu": nn.ELU, "relu": nn.ReLU, "tanh": nn.Tanh, "silu": nn.SiLU, "gelu": nn.GELU}
@@ -35,6 +38,47 @@ def test_a_frozen_module_is_read(path, sequential, agrees):
     module = sequential()
     torch.jit.freeze(torch.jit.script(module)).save(path)
     agrees(load_mlp(path), module)
+
+
+SAVED = {
+    "scripted": torch.jit.script,
+    "traced": lambda module: torch.jit.trace(module, torch.zeros(SHAPE)),
+    "frozen": lambda module: torch.jit.freeze(torch.jit.script(module)),
+}
+
+
+@pytest.mark.parametrize("form", SAVED)
+def test_batch_normalisation_is_folded_and_dropout_is_left_out(path, normalised, agrees, form):
+    module = normalised()
+    SAVED[form](module).save(path)
+    agrees(load_mlp(path), module)
+
+
+@pytest.mark.parametrize("inplace", [False, True])
+def test_dropout_in_place_is_left_out_too(path, sequential, agrees, inplace):
+    module = sequential(lambda: nn.Sequential(nn.ELU(), nn.Dropout(inplace=inplace)))
+    torch.jit.script(module).save(path)
+    agrees(load_mlp(path), module)
+
+
+def test_a_trace_of_dropout_in_training_is_refused_until_it_is_in_use(path):
+    module = nn.Sequential(nn.Linear(5, 3), nn.ELU(), nn.Dropout(), nn.Linear(3, 2))
+    torch.jit.trace(module, torch.zeros(SHAPE), check_trace=False).save(path)
+    with pytest.raises(UsageError) as refused:
+        load_mlp(path)
+    assert str(refused.value).endswith(
+        "expected a policy in use, found dropout or batch normalisation of one in training; call "
+        "eval() before the trace"
+    )
+    torch.jit.trace(module.eval(), torch.zeros(SHAPE)).save(path)
+    load_mlp(path)
+
+
+@pytest.mark.parametrize("name", ["aten::lt", "aten::gt", "aten::ne"])
+def test_a_comparison_of_observations_is_no_number_s(name):
+    assert OPERATIONS[name](1, 1) is False
+    with pytest.raises(TypeError):
+        OPERATIONS[name](Chain(), 0)
 
 
 def test_what_rsl_rl_exports_is_read_with_its_normalisation(path, actor, agrees):
