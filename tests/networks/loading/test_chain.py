@@ -64,5 +64,5 @@ def test_an_operation_by_names_is_as_bounded_as_one_by_places() -> None:
     evaluation = BoundedEvaluation({"add": lambda a, other: a + other})
     row, column = np.ones(10**5), np.ones((10**5, 1))
     for inputs, options in (((row, column), {}), ((row,), {"other": column})):
-        with pytest.raises(MismatchError, match="at most [0-9,]+ (numbers|mult)"):
+        with pytest.raises(MismatchError, match=r"at most [0-9,]+ (numbers|mult)"):
             evaluation.apply("add", *inputs, **options)
