@@ -92,7 +92,8 @@ class Board:
         """End the session, and return the reason for the host."""
         number = 0 if self.session is None else self.session.number
         self.end()
-        return Frame(Kind.REFUSAL, number, frame.step, printable(reason).encode())
+        body = printable(reason, kept="\n").encode()  # a reason may be several rows
+        return Frame(Kind.REFUSAL, number, frame.step, body)
 
     def _answer(self, frame: Frame) -> Sequence[Frame]:
         if frame.version != VERSION:

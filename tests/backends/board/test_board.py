@@ -159,6 +159,17 @@ def test_a_machine_that_fails_ends_the_session_and_not_the_board(
     assert answers(board, greeting)[-1].kind == Kind.REFUSAL
 
 
+def test_a_reason_of_several_rows_stays_so() -> None:
+    def broken(_image: ChipImage, _seed: int) -> CountingChip:
+        raise BackendError("the chip cannot hold it:\n  a: \x07")
+
+    greeting = Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack())
+    found = answers(
+        Board(Machine("broken", broken)), greeting, *pieces(Kind.IMAGE, IMAGE.to_bytes(), 0)
+    )
+    assert refusal(found[-1]) == "the chip cannot hold it:\n  a: \\x07"
+
+
 def test_a_chip_that_fails_in_a_step_ends_the_session_and_not_the_board(
     board: Board, monkeypatch: pytest.MonkeyPatch
 ) -> None:
