@@ -135,6 +135,11 @@ def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked,
             (*WALK, "--episodes", "100000", "--row", "push=1"),
             "an evaluation of 200,000 episodes, limit 100,000; cure: fewer --row or --episodes",
         ),
+        (
+            (*WALK, "--seed", "4294967295", "--episodes", "2"),
+            "--seed 4294967295: the last of 2 episodes has seed 4294967296, limit 4294967295; "
+            "cure: a smaller --seed",
+        ),
     ],
 )
 def test_what_cannot_be_evaluated_is_refused(
