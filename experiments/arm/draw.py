@@ -1,7 +1,6 @@
 """Digit drawing: the right arm draws a digit in the air (paper, sec. 4.1 and Fig. 4)."""
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -24,6 +23,8 @@ from spikeport.experiments.run_folder import Result
 
 CHECKED_POINTS = 25
 """Points along each stroke that must be reachable, at most three cm apart on the default sheet."""
+FARTHEST_M = 100.0
+"""The largest place or size: farther than any arm reaches, and one that can be computed with."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,11 +50,17 @@ class DrawSettings(ArmSettings):
         if self.digit not in DIGITS:
             raise unknown("digit", str(self.digit), map(str, DIGITS))
         for key in ("width_m", "height_m"):
-            if not 0 < getattr(self, key) < math.inf:
-                raise UsageError(f"{key}={getattr(self, key):g}: a size must be above 0 and finite")
+            if not 0 < getattr(self, key) <= FARTHEST_M:
+                raise UsageError(
+                    f"{key}={getattr(self, key):g}: a size must be above 0 and at most "
+                    f"{FARTHEST_M:g} m"
+                )
         for key in ("x_m", "y_m", "z_m"):
-            if not math.isfinite(getattr(self, key)):
-                raise UsageError(f"{key}={getattr(self, key):g}: a place must be finite")
+            if not abs(getattr(self, key)) <= FARTHEST_M:
+                raise UsageError(
+                    f"{key}={getattr(self, key):g}: a place must be from -{FARTHEST_M:g} to "
+                    f"{FARTHEST_M:g} m"
+                )
         if self.recognise:
             digit_reader.require()
 

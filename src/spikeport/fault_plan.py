@@ -9,9 +9,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from spikeport.constants import LONGEST_RUN
 from spikeport.errors import UsageError
 from spikeport.pacing import in_steps
 
+MOST_MS = 10**6
+"""The longest time of a fault: beyond some 10^12, no system can wait for it."""
 _PATTERN = re.compile(
     r"(?P<kind>[a-z-]+)(=(?P<ms>[0-9.]+))?(@(?P<step>[0-9]+)|:(?P<share>[0-9.]+))"
 )
@@ -51,15 +54,17 @@ class Faults(NamedTuple):
         if found is None or found["kind"] not in self.kinds:
             raise self._refused(text)
         try:
-            delay_s, share = float(found["ms"] or 0) / 1000, float(found["share"] or 0)
+            # The step as well: Python makes no integer of thousands of digits.
+            ms, share, step = (float(found[name] or 0) for name in ("ms", "share", "step"))
         except ValueError:
             raise self._refused(text) from None
-        step = int(found["step"] or 0)
         if (found["kind"] in self.timed) != (found["ms"] is not None) or share > 1:
             raise self._refused(text)
-        if found["step"] is not None and step < 1:
-            raise UsageError(f"{self.option} {text!r}: steps count from 1")
-        return Fault(found["kind"], step, share, delay_s, text)
+        if found["step"] is not None and not 1 <= step <= LONGEST_RUN:
+            raise UsageError(f"{self.option} {text!r}: steps count from 1 to {LONGEST_RUN:,}")
+        if ms > MOST_MS:
+            raise UsageError(f"{self.option} {text!r}: the time is at most {MOST_MS:,} ms")
+        return Fault(found["kind"], int(step), share, ms / 1000, text)
 
     def _refused(self, text: str) -> UsageError:
         timed = ", ".join(f"{kind}=MS@STEP" for kind in self.timed)

@@ -39,9 +39,17 @@ def test_several_faults_at_a_step_all_happen() -> None:
     assert [fault.kind for fault in plan.drawn(3)] == ["loss", "flip"]
 
 
-def test_steps_count_from_one() -> None:
-    with pytest.raises(UsageError, match="--fault 'loss@0': steps count from 1"):
-        FAULTS.parse("loss@0")
+@pytest.mark.parametrize("step", ["0", "1000000001", "9" * 5000])
+def test_steps_count_from_one_to_the_last_of_the_longest_run(step: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        FAULTS.parse(f"loss@{step}")
+    assert str(caught.value) == f"--fault 'loss@{step}': steps count from 1 to 1,000,000,000"
+
+
+@pytest.mark.parametrize("ms", ["1000001", "9" * 5000])
+def test_a_time_is_one_that_can_be_waited_for(ms: str) -> None:
+    with pytest.raises(UsageError, match=r"@3': the time is at most 1,000,000 ms$"):
+        FAULTS.parse(f"slow={ms}@3")
 
 
 def test_shares_are_drawn_from_the_generator() -> None:
@@ -54,9 +62,9 @@ def test_shares_are_drawn_from_the_generator() -> None:
 
 
 def test_faults_beyond_the_run_are_named() -> None:
-    plan = [FAULTS.parse(text) for text in ("loss@5", "slow=2.5@6", "flip:0.1", f"loss@{10**30}")]
+    plan = [FAULTS.parse(text) for text in ("loss@5", "slow=2.5@6", "flip:0.1", f"loss@{10**9}")]
     assert unreached(plan, 5) == [
         "fault slow=2.5@6 was never reached: the run has 5 steps",
-        f"fault loss@{10**30} was never reached: the run has 5 steps",
+        f"fault loss@{10**9} was never reached: the run has 5 steps",
     ]
     assert unreached(plan, 0) == []

@@ -256,7 +256,9 @@ class BoardService:
     once: Annotated[bool, typer.Option("--once", help="End after one session.")] = False
     idle: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="End after this time without a host.", min=0.1),
+        typer.Option(
+            metavar="SECONDS", help="End after this time without a host.", min=0.1, max=10**6
+        ),
     ] = None
     allow_remote: Annotated[
         bool, typer.Option("--allow-remote", help="Listen for other machines, over TLS.")
@@ -333,7 +335,9 @@ class RobotService:
     )
     idle: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="End after this time without a controller.", min=0.1),
+        typer.Option(
+            metavar="SECONDS", help="End after this time without a controller.", min=0.1, max=10**6
+        ),
     ] = None
 
 

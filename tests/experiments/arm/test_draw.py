@@ -100,9 +100,10 @@ def test_a_drawing_without_a_reader_has_no_reading(tmp_path, monkeypatch):
     ("wrong", "message"),
     [
         ({"digit": 10}, "unknown digit '10'; choose from: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9"),
-        ({"width_m": 0.0}, "width_m=0: a size must be above 0 and finite"),
-        ({"height_m": float("nan")}, "height_m=nan: a size must be above 0 and finite"),
-        ({"x_m": float("inf")}, "x_m=inf: a place must be finite"),
+        ({"width_m": 0.0}, "width_m=0: a size must be above 0 and at most 100 m"),
+        ({"height_m": float("nan")}, "height_m=nan: a size must be above 0 and at most 100 m"),
+        ({"height_m": 1e300}, "height_m=1e+300: a size must be above 0 and at most 100 m"),
+        ({"x_m": float("inf")}, "x_m=inf: a place must be from -100 to 100 m"),
         ({"preset": "fat"}, "unknown preset 'fat'; choose from: lean, paper"),
     ],
 )

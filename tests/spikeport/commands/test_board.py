@@ -5,7 +5,9 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -99,6 +101,15 @@ def test_an_image_that_cannot_be_kept_is_refused_and_the_board_goes_on(
     assert not kept.exists()
     BoardChip(small_image(), 0, FakeLine(served, FakeClock())).close()
     assert kept.is_file()
+
+
+@pytest.mark.parametrize("seconds", ["inf", "1e300"])
+def test_a_time_that_no_system_waits_is_refused(
+    spikeport: Callable[..., Any], tmp_path: Path, seconds: str
+) -> None:
+    done = spikeport("board", "serve", "--listen", f"unix:{tmp_path / 's'}", "--idle", seconds)
+    assert done.code == 2
+    assert "Invalid value for '--idle'" in done.err
 
 
 def test_an_image_is_not_kept_in_place_of_another_file(tmp_path: Path) -> None:
