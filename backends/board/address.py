@@ -88,7 +88,7 @@ class Address:
         host, _, port = text.removeprefix("tcp://").rpartition(":")
         if text.startswith("tcp://") and host and port.isdecimal():
             # An IPv6 address stands in brackets.
-            return cls(text, host.strip("[]"), _port(text, port))
+            return cls(text, _host(text, host.strip("[]")), _port(text, port))
         raise UsageError(f"address {text!r}: write {FORMS}")
 
     @property
@@ -103,6 +103,18 @@ class Address:
 
     def __str__(self) -> str:
         return self.text
+
+
+def _host(text: str, host: str) -> str:
+    """Return the host of an address; UsageError if no name is written so."""
+    try:
+        host.encode("idna")  # as sockets do
+    except UnicodeError:
+        raise UsageError(
+            f"address {text!r}: {host!r} is no name of a host, whose parts between dots have 1 to "
+            "63 letters; choose another"
+        ) from None
+    return host
 
 
 def _port(text: str, digits: str) -> int:

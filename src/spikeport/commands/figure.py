@@ -7,6 +7,7 @@ from spikeport.commands import run, sweep
 from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
+from spikeport.experiments.sweep.plan import BACKEND
 from spikeport.find_network import built_in
 from spikeport.plots import rendered
 
@@ -67,6 +68,7 @@ class PaperSweep:
                 f"figure '{request.figure}' is a sweep, which goes on with what is in --out; "
                 "leave out --video, --overwrite and --counts"
             )
+        self._check_varied(request)
         return sweep.run(
             sweep.SweepRequest(
                 experiment=self.experiment,
@@ -81,6 +83,17 @@ class PaperSweep:
                 figure=self.figure,
             )
         )
+
+    def _check_varied(self, request: FigureRequest) -> None:
+        """Refuse a value of what the figure varies."""
+        given = {key: f"--set {key}" for key in _keys(request.options.settings)}
+        if request.target.backend != Target.backend:
+            given[BACKEND] = f"--{BACKEND}"
+        for key in _keys(self.vary):
+            if key in given:
+                raise UsageError(
+                    f"{given[key]}: figure '{request.figure}' varies it; cure: leave it out"
+                )
 
 
 @dataclass(frozen=True)
@@ -119,8 +132,13 @@ def _of_chip(request: FigureRequest) -> Target:
 
 def _replaced(papers: Mapping[str, str], own: Sequence[str]) -> list[str]:
     """Return the paper's settings, but for those that are set, and these."""
-    keys = {pair.partition("=")[0] for pair in own}
+    keys = _keys(own)
     return [*(f"{key}={value}" for key, value in papers.items() if key not in keys), *own]
+
+
+def _keys(pairs: Sequence[str]) -> list[str]:
+    """Return the keys of ``KEY=VALUE`` texts."""
+    return [pair.partition("=")[0] for pair in pairs]
 
 
 WALK_S = 40.0

@@ -27,6 +27,12 @@ def test_a_port_that_is_too_large_is_named() -> None:
             Address.parse(f"tcp://a:{port}")
 
 
+@pytest.mark.parametrize("host", ["a..b", "a" * 70, "\udcff"])
+def test_a_host_that_no_name_is_written_as_is_refused(host: str) -> None:
+    with pytest.raises(UsageError, match="is no name of a host, whose parts between dots have"):
+        Address.parse(f"tcp://{host}:80")
+
+
 def test_a_path_of_no_socket_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("precious")
     for path, kind in ((tmp_path, "folder"), (tmp_path / "file", "file")):

@@ -110,6 +110,22 @@ def test_a_sweep_has_no_video_and_overwrites_nothing(spikeport, asked, option):
 
 
 @pytest.mark.parametrize(
+    ("option", "name"),
+    [
+        (("--set", "n_neurons=6"), "--set n_neurons"),
+        (("--backend", "native-threads"), "--backend"),
+    ],
+)
+def test_what_a_figure_varies_has_no_one_value(spikeport, asked, option, name):
+    assert spikeport("figure", "5b", *option) == (
+        2,
+        "",
+        f"error: {name}: figure '5b' varies it; cure: leave it out\n",
+    )
+    assert asked == []
+
+
+@pytest.mark.parametrize(
     "option",
     [
         ("--video",),
