@@ -168,11 +168,12 @@ def _built(build: Design) -> np.ndarray:
         for name, text in build.include.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
         # Beside each other, by their names alone: make knows no paths with spaces.
-        names = [shutil.copy(path, Path(folder) / path.name).name for path in build.files]
+        for path in build.files:
+            shutil.copy(path, folder)
         options = ["--cc", "--exe", "--build", "-O3", "-Wno-WIDTH"]
         flags = ["-CFLAGS", "-fPIC -O2", "-LDFLAGS", "-shared", "--Mdir", "."]
         command = ["verilator", *options, *flags, "--top-module", build.top, *build.options]
-        _said([*command, *names, "-o", "softcore.so"], folder)
+        _said([*command, *(path.name for path in build.files), "-o", "softcore.so"], folder)
         return np.fromfile(Path(folder) / "softcore.so", dtype=np.uint8)
 
 
