@@ -49,6 +49,16 @@ def operator(node: Node, shape: Shape, dt_s: float) -> Operator:
     return found
 
 
+def _check_weights(node: Node, n: int) -> None:
+    if n > ENTRIES:
+        raise MismatchError(
+            f"at most {ENTRIES:,} weights in node {node.name}",
+            f"{n:,}",
+            cure="give it fewer inputs or outputs, or, where each output is a multiple of one "
+            "input, make it a Scale, which has a weight for each",
+        )
+
+
 def _identity(shape: Shape, scale: np.ndarray | None = None) -> sparse.csr_matrix:
     n = math.prod(shape)
     return sparse.diags_array(np.ones(n) if scale is None else scale).tocsr()
@@ -71,8 +81,7 @@ def _affine(node: Node, shape: Shape, dt_s: float) -> Operator:
         bias = np.ravel(node.numbers("bias"))
         if bias.size != len(weight):
             raise MismatchError(f"{len(weight)} biases in node {node.name}", f"{bias.size}")
-    if n_rows * weight.size > ENTRIES:
-        raise MismatchError(f"at most {ENTRIES:,} weights in node {node.name}", f"{n_rows} rows")
+    _check_weights(node, n_rows * weight.size)
     matrix = sparse.kron(sparse.eye_array(n_rows), sparse.csr_matrix(weight), format="csr")
     return Operator(sparse.csr_matrix(matrix), np.tile(bias, n_rows), (*rows, len(weight)))
 
@@ -150,8 +159,7 @@ def _batch(node: Node, shape: Shape, n_axes: int) -> tuple[Shape, Shape]:
 def _pooling(node: Node, shape: Shape, dt_s: float) -> Operator:
     batch, shape = _batch(node, shape, 2)
     kernel, stride = (_each(node, name, 2) for name in ("kernel_size", "stride"))
-    if math.prod(kernel) * math.prod(shape) > ENTRIES:
-        raise MismatchError(f"at most {ENTRIES:,} weights in node {node.name}", f"kernel {kernel}")
+    _check_weights(node, shape[0] * math.prod(kernel))  # before they are made
     padding = [(n, n) for n in _each(node, "padding", 2, least=0)]
     value = 1.0 / math.prod(kernel) if node.kind == "AvgPool2d" else 1.0
     weight = np.full((shape[0], 1, *kernel), value)
@@ -172,11 +180,9 @@ def _convolved(
     kernel, extent = weight.shape[2:], shape[1:]
     steps = zip(extent, padding, dilation, kernel, stride, strict=True)
     space = tuple((n + a + b - d * (k - 1) - 1) // s + 1 for n, (a, b), d, k, s in steps)
-    if min(space) < 1 or weight.size * math.prod(space) > ENTRIES:
-        raise MismatchError(
-            f"from 1 to {ENTRIES:,} weights in node {node.name}",
-            f"kernel {kernel} over {extent} into {space}",
-        )
+    if min(space) < 1:
+        raise MismatchError(f"a kernel within {extent} in node {node.name}", f"{kernel}")
+    _check_weights(node, weight.size * math.prod(space))
     places = [
         np.arange(m)[:, np.newaxis] * s + np.arange(k) * d - a
         for m, k, s, d, (a, _) in zip(space, kernel, stride, dilation, padding, strict=True)

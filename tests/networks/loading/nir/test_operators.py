@@ -108,6 +108,7 @@ def test_other_nodes_are_what_they_say():
 
 CONV = {"weight": np.ones((2, 1, 3, 3)), "bias": np.zeros(2), "stride": 1, "dilation": 1}
 WHOLE = {**CONV, "padding": 0, "groups": 1}
+MOST_WEIGHTS = "expected at most 8,388,608 weights in node n, found "
 
 
 @pytest.mark.parametrize(
@@ -127,15 +128,29 @@ WHOLE = {**CONV, "padding": 0, "groups": 1}
         (node("Conv2d", **WHOLE), (1, 9), "expected channels and 2 axes of space into node n, fo"),
         (node("Conv2d", **WHOLE), (2, 1, 9, 9), "expected channels and 2 axes of space into nod"),
         (node("Conv2d", **WHOLE), (2, 9, 9), "expected 2 channels in node n, found 1 groups of 1"),
-        (node("Conv2d", **WHOLE), (1, 2, 9), "expected from 1 to 8,388,608 weights in node n, fo"),
-        (node("Conv2d", **WHOLE), (1, 2000, 2000), "expected from 1 to 8,388,608 weights in nod"),
+        (node("Conv2d", **WHOLE), (1, 2, 9), "expected a kernel within (2, 9) in node n, found (3"),
+        (node("Conv2d", **WHOLE), (1, 2000, 2000), f"{MOST_WEIGHTS}71,856,072"),
+        (node("Linear", weight=np.ones((3000, 3000))), (3000,), f"{MOST_WEIGHTS}9,000,000"),
+        (node("Linear", weight=np.ones((300, 300))), (100, 300), f"{MOST_WEIGHTS}9,000,000"),
         (node("Conv2d", **{**WHOLE, "stride": 0}), (1, 9, 9), "expected stride from 1 in node n,"),
         (node("Conv2d", **CONV, groups=1, padding="all"), (1, 9, 9), "expected padding same or v"),
         (node("SumPool2d", kernel_size=2, stride=2, padding=0), (9,), "expected channels and"),
-        (node("SumPool2d", kernel_size=2**20, stride=1, padding=0), (1, 9, 9), "expected at most"),
+        (node("SumPool2d", kernel_size=2**12, stride=1, padding=0), (1, 9, 9), f"{MOST_WEIGHTS}16"),
     ],
 )  # fmt: skip
 def test_shapes_that_do_not_fit_are_refused(made, shape, message):
     with pytest.raises(MismatchError) as caught:
         operator(made, shape, DT_S)
     assert str(caught.value).startswith(message)
+
+
+def test_a_diagonal_that_is_too_large_is_one_as_a_scale():
+    with pytest.raises(MismatchError) as caught:
+        operator(node("Linear", weight=np.eye(3000)), (3000,), DT_S)
+    assert "make it a Scale" in str(caught.value.cure)
+    assert operator(node("Scale", scale=np.ones(3000)), (3000,), DT_S).matrix.nnz == 3000
+
+
+def test_a_pool_over_all_places_is_small():
+    pool = node("AvgPool2d", kernel_size=64, stride=64, padding=0)
+    assert operator(pool, (1, 64, 64), DT_S).matrix.nnz == 64 * 64
