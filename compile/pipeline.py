@@ -254,7 +254,7 @@ def _compiled(job: Job) -> Compilation:
             *image_hints(unplaced, blocks.errors, blocks.rounded_away),
         ),
         on_host=_on_host(network, names),
-        host=host_traffic(image),
+        host=host_traffic(image, target),
     )
     return Compilation(image, report, lambda: blocks, rewrite.stand_ins, rewrite.built)
 

@@ -4,7 +4,7 @@ Published times are those of whole steps in which host and chip exchange spikes 
 their number; none is known per spike. They are never added to what a chip takes by itself.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -33,8 +33,8 @@ class HostTraffic:
         Sources that send spikes as they come, whose rates nobody knows before a run.
     values_back, spikes_back : int
         Currents and voltages that are read in every step, and compartments whose spikes are.
-    words_back : int
-        Words in which they are sent: see `spikeport.compile.image.host_traffic`.
+    words_back : tuple of int
+        Words in which each chip sends them: see `spikeport.compile.image.host_traffic`.
     errors : int
         Values of learning errors that are sent in every step.
     """
@@ -45,7 +45,7 @@ class HostTraffic:
     unknown_sources: int
     values_back: int
     spikes_back: int
-    words_back: int
+    words_back: tuple[int, ...]
     errors: int
 
 
@@ -65,7 +65,7 @@ class HostIoReport:
     most_spikes : int or None
         The most in a step of a run.
     values_back, spikes_back, words_back, errors : int
-        As in `HostTraffic`.
+        As in `HostTraffic`, with the words of all chips.
     bytes_back : int or None
         Bytes of the packets that hold the words; None: the chip has no public packet.
     dt_s : float
@@ -154,7 +154,7 @@ def host_io(
         most_spikes=int(sent.most) if sent is not None and counted else None,
         values_back=traffic.values_back,
         spikes_back=traffic.spikes_back,
-        words_back=traffic.words_back,
+        words_back=sum(traffic.words_back),
         bytes_back=_bytes(traffic.words_back, chip),
         errors=traffic.errors,
         dt_s=traffic.dt_s,
@@ -164,14 +164,15 @@ def host_io(
     )
 
 
-def _bytes(words: int, chip: ChipModel) -> int | None:
-    """Return the bytes of whole packets that hold some words; None if they are not public."""
+def _bytes(words: Sequence[int], chip: ChipModel) -> int | None:
+    """Return the bytes of whole packets that hold each chip's words; None if not public."""
     published = chip.host_io
     if published is None or published.packet is None or published.word is None:
         return None
     # A packet is read whole, however few of its words are in use.
     packet = published.packet.count
-    return -(-words // packet) * packet * published.word.count // BITS_PER_BYTE
+    n_packets = sum(-(-n_words // packet) for n_words in words)
+    return n_packets * packet * published.word.count // BITS_PER_BYTE
 
 
 def _judged(traffic: HostTraffic, chip: ChipModel) -> tuple[Verdict, str]:

@@ -1,37 +1,41 @@
 """The traffic of an image with its host: spikes and learning errors in, values and spikes back.
 
-Outputs are packed as nengo-loihi's snips do it: a word for the number of the step, a word
-for each current and voltage, and a word for 32 spikes of compartments at even distances.
+Outputs are packed as nengo-loihi's snips do it. Each chip sends a word for the number of the step,
+also where nothing on it is read, a word for each current and voltage that is, and a word for 32
+spikes of compartments at even distances.
 
-Source: nengo-loihi 1.1.0, hardware/interface.py, ``ChipSnips.prepare_for_probe``.
+Source: nengo-loihi 1.1.0, hardware/interface.py, ``Snips.__init__`` and
+``ChipSnips.prepare_for_probe``.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding
 from spikeport.compile.image.tables import offsets, part
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.host_io import HostTraffic
+from spikeport.hardware_models.topology import chip_of, chips_used
 
+SPIKED = "spiked"
+"""The state of a compartment that is a bit; the others are values."""
 SPIKES_A_WORD = 32
 
 
-def host_traffic(image: ChipImage) -> HostTraffic:
-    """Return what crosses between host and chip in each step."""
+def host_traffic(image: ChipImage, chip: ChipModel) -> HostTraffic:
+    """Return what crosses between host and chips in each step."""
     entries, dt_s = image.manifest.inputs, image.manifest.dt_s
     read = list(_segments(image))
-    spikes = [segment for key, segment in read if key == "spiked"]
-    values = sum(len(segment) for key, segment in read if key != "spiked")
     return HostTraffic(
         dt_s=dt_s,
         sources=image.n_inputs,
         spikes=sum(e.size * mean_rate_hz(e.encoding, dt_s) for e in entries) * dt_s,
         unknown_sources=sum(e.size for e in entries if e.encoding.kind == "spikes"),
-        values_back=values,
-        spikes_back=sum(map(len, spikes)),
-        words_back=1 + values + sum(map(_words, spikes)) if read else 0,
+        values_back=sum(len(segment) for key, segment in read if key != SPIKED),
+        spikes_back=sum(len(segment) for key, segment in read if key == SPIKED),
+        words_back=_words_back(image, chip, read),
         errors=_errors(image),
     )
 
@@ -60,6 +64,19 @@ def _segments(image: ChipImage) -> Iterator[tuple[str, np.ndarray]]:
         starts = offsets(entry.segments)
         for segment in range(len(entry.segments)):
             yield entry.key, mine[part(starts, segment)]
+
+
+def _words_back(
+    image: ChipImage, chip: ChipModel, read: Sequence[tuple[str, np.ndarray]]
+) -> tuple[int, ...]:
+    """Return the words that each chip sends; none if nothing crosses, and nobody need wait."""
+    if not (read or image.n_inputs or _errors(image)):
+        return ()
+    numbers, words = chip_of(image.n_cores, chip), [1] * chips_used(image.n_cores, chip)
+    for key, compartments in read:
+        core = image.blocks.core[image.compartment_block[compartments[0]]]
+        words[numbers[core]] += _words(compartments) if key == SPIKED else len(compartments)
+    return tuple(words)
 
 
 def _words(compartments: np.ndarray) -> int:

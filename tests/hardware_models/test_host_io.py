@@ -18,7 +18,7 @@ TRAFFIC = HostTraffic(
     unknown_sources=1,
     values_back=60,
     spikes_back=40,
-    words_back=63,
+    words_back=(63,),
     errors=2,
 )
 
@@ -67,12 +67,14 @@ def test_without_a_figure_nothing_is_shown(name):
 
 
 def test_what_talks_to_no_host_needs_no_figure():
-    alone = HostTraffic(0.001, 0, 0.0, 0, 0, 0, 0, 0)
+    alone = HostTraffic(0.001, 0, 0.0, 0, 0, 0, (), 0)
     found = host_io(alone, chip_with(**step(8, 1.1)))
     assert (found.verdict, found.reason) == ("shown", "nothing crosses between host and chip")
 
 
-@pytest.mark.parametrize(("words", "n_bytes"), [(63, 256), (64, 256), (65, 512), (0, 0)])
+@pytest.mark.parametrize(
+    ("words", "n_bytes"), [((63,), 256), ((64,), 256), ((65,), 512), ((1, 3), 512), ((), 0)]
+)
 def test_words_come_back_in_whole_packets(words, n_bytes):
     traffic = dataclasses.replace(TRAFFIC, words_back=words)
     assert host_io(traffic, chips.get("loihi")).bytes_back == n_bytes

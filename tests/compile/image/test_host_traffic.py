@@ -8,10 +8,12 @@ from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.host_traffic import host_traffic, mean_rate_hz
 from spikeport.compile.image.manifest import Encoding
 from spikeport.compile.pipeline import compile_network
+from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.host_io import HostTraffic
 from spikeport.simulator import Simulator
 
 DT_S = 0.001
+LOIHI = chips.get("loihi")
 
 
 def network(n: int = 40, dimensions: int = 3) -> nengo.Network:
@@ -27,7 +29,7 @@ def test_values_take_a_word_each_and_spikes_a_bit():
         nengo.Probe(net.neurons, synapse=0.01)  # 3 values, on and off
         nengo.Probe(net.neurons.neurons[:65])  # 65 spikes: 3 words
         nengo.Probe(net.neurons.neurons[:4], attr="voltage")
-    found = host_traffic(compile_network(net).image)
+    found = host_traffic(compile_network(net).image, LOIHI)
     assert found == HostTraffic(
         dt_s=DT_S,
         sources=6,
@@ -35,7 +37,7 @@ def test_values_take_a_word_each_and_spikes_a_bit():
         unknown_sources=0,
         values_back=6 + 4,
         spikes_back=65,
-        words_back=1 + 6 + 4 + 3,
+        words_back=(1 + 6 + 4 + 3,),
         errors=0,
     )
 
@@ -43,7 +45,25 @@ def test_values_take_a_word_each_and_spikes_a_bit():
 def test_spikes_at_uneven_distances_take_a_word_each():
     with (net := network()):
         nengo.Probe(net.neurons.neurons[[0, 1, 5]])
-    assert host_traffic(compile_network(net).image).words_back == 1 + 3
+    assert host_traffic(compile_network(net).image, LOIHI).words_back == (1 + 3,)
+
+
+def test_each_chip_sends_the_number_of_the_step_even_if_nothing_on_it_is_read():
+    with (net := network(n=800)):
+        follower = nengo.Ensemble(800, 3)
+        nengo.Connection(net.neurons, follower)
+        nengo.Probe(follower.neurons[:10], attr="voltage")
+    cores = LOIHI.limits.cores.model_copy(update={"value": 1.0})
+    small = LOIHI.model_copy(update={"limits": LOIHI.limits.model_copy(update={"cores": cores})})
+    image = compile_network(net).image
+    assert image.n_cores == 2
+    assert sorted(host_traffic(image, small).words_back) == [1, 1 + 10]
+
+
+def test_what_does_not_talk_to_the_host_sends_nothing():
+    with nengo.Network() as net:
+        nengo.Ensemble(10, 1)
+    assert host_traffic(compile_network(net).image, LOIHI).words_back == ()
 
 
 def test_errors_of_learning_are_sent_by_dimension():
@@ -51,7 +71,7 @@ def test_errors_of_learning_are_sent_by_dimension():
         out = nengo.Node(size_in=2)
         learned = nengo.Connection(net.neurons, out, learning_rule_type=nengo.PES())
         nengo.Connection(out, learned.learning_rule)
-    assert host_traffic(compile_network(net).image).errors == 2
+    assert host_traffic(compile_network(net).image, LOIHI).errors == 2
 
 
 def test_neurons_on_the_host_have_rates_that_nobody_knows_before_a_run():
@@ -61,7 +81,7 @@ def test_neurons_on_the_host_have_rates_that_nobody_knows_before_a_run():
         net.config[nengo.Ensemble].set_param("on_chip", nengo.params.BoolParam("on_chip", True))
         net.config[host].on_chip = False
     image = compile_network(net).image
-    found = host_traffic(image)
+    found = host_traffic(image, LOIHI)
     assert (found.sources, found.spikes, found.unknown_sources) == (5, 0.0, 5)
     assert expected_activity(image, Rates(100.0)).from_host.total == pytest.approx(0.5)
     assert expected_activity(image, Rates(100.0, {"host": 200.0})).from_host.total == 1.0

@@ -40,7 +40,7 @@ def printed(table: Table) -> str:
     return captured.get()
 
 
-TRAFFIC = HostTraffic(0.001, 576, 288.0, 0, 84, 436, 104, 0)
+TRAFFIC = HostTraffic(0.001, 576, 288.0, 0, 84, 436, (104,), 0)
 
 
 def rows(found: HostIoReport) -> str:
