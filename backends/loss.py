@@ -190,7 +190,7 @@ def _parts(
 
 
 def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, float]:
-    """Return the share of windows in which an input's busiest source spiked in every step."""
+    """Return the share of windows in which the busiest source of a value spiked in every step."""
     ends = offsets(image.inputs.size)
     n_windows = len(spikes) // WINDOW
     table = np.zeros((n_windows * WINDOW, ends[-1]))
@@ -201,6 +201,7 @@ def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, floa
     return {
         _input_name(image, i): float(shares[a:b].max(initial=0.0))
         for i, (a, b) in enumerate(itertools.pairwise(ends))
+        if image.manifest.inputs[i].encoding.kind != "spikes"  # they are of no value that is cut
     }
 
 

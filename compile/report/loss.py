@@ -59,7 +59,7 @@ class Loss:
     readout_spikes : int
         Spikes of read-outs, each of which is a value lost.
     saturated_inputs : mapping of str to float
-        For each input, the share of time that its busiest source spiked in every step.
+        For each input of values, the share of time that its busiest source spiked in every step.
     """
 
     n_steps: int

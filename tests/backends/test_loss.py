@@ -161,6 +161,18 @@ def test_inputs_that_spike_in_every_step_are_saturated() -> None:
     assert [hint.id for hint in loss.hints if hint.id == "SP408"] == ["SP408"]
 
 
+def test_neurons_on_the_host_that_spike_in_every_step_send_no_value() -> None:
+    with nengo.Network(seed=1) as network:
+        network.config[nengo.Ensemble].set_param("on_chip", nengo.params.BoolParam("on_chip", True))
+        rectified = nengo.SpikingRectifiedLinear()
+        host = nengo.Ensemble(3, 1, neuron_type=rectified, gain=np.ones(3), bias=np.full(3, 1000.0))
+        network.config[host].on_chip = False
+        ensemble = nengo.Ensemble(3, 1, label="a")
+        nengo.Connection(host.neurons, ensemble.neurons, transform=0.001 * np.eye(3))
+        nengo.Probe(ensemble)
+    assert measured_of(network, 0.2).loss.saturated_inputs == {}
+
+
 def test_a_run_of_any_length_has_energy_and_times(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps of more than 10 s are folded: see `spikeport.backends.step_log`."""
     network = feedforward()
