@@ -54,7 +54,7 @@ from spikeport.compile.rewriting.slices import whole_targets
 from spikeport.constants import DT_S
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
-from spikeport.hardware_models.limits import CoreUse
+from spikeport.hardware_models.limits import CoreUse, n_cores
 from spikeport.progress import Progress, Stages, silent
 
 if TYPE_CHECKING:
@@ -182,7 +182,8 @@ def _advised(job: Job) -> Compilation:
     except RefusedError as error:
         if not isinstance(error, NothingOnChipError):
             cores = functools.partial(_cores_rewritten, job)
-            error.advice = advice(job.network, error, cores, _can_be_rewritten(job))
+            room = job.chip.limits.most("compartments") * n_cores(job.chip)
+            error.advice = advice(job.network, error, cores, _can_be_rewritten(job), room)
         raise
 
 

@@ -1,17 +1,20 @@
 """A last line of a refusal: the way out for a network that is refused as it is written."""
 
+import math
 from collections.abc import Callable
 
 import nengo
 
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.offload import Offload, problems
+from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
 
 COMPACT = "compact"
 """The passes that rewrite a network to take fewer cores."""
+TRY_COMPACT = f"more: try -p {COMPACT}, which rewrites it, and may take fewer cores"
 OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
 ON_ONE_CORE, MEMORY = "SP012", "SP501"
 """The rules that no pass mends, though none of the network: on weights that learn, which is checked
@@ -25,6 +28,7 @@ def advice(
     error: RefusedError,
     cores_rewritten: Callable[[], int],
     can_be_rewritten: bool = True,
+    room: float = math.inf,
 ) -> str:
     """Return what rewriting makes of a network, or the way out where no pass over it can help.
 
@@ -39,19 +43,26 @@ def advice(
         `RefusedError`.
     can_be_rewritten : bool
         False if passes rewrote the network that was refused, or refuse the settings of its build.
+    room : float
+        The most neurons that the chip holds.
     """
     if error.everywhere:
         return ""
     names = Names(network)
-    # A chip or the whole network has no ensembles to move.
-    movable = bool(Offload(network, cores_rewritten).possible(error))
+    ensembles = set(Scope(network, names).ensembles)
+    # A chip or the whole network has no ensembles to move; of one, nothing would be left there.
+    moves = Offload(network, cores_rewritten).possible(error)
+    movable = bool(moves) and len(moves[0]) < len(ensembles)
     # Rules that no pass mends come first: rewriting would not help.
     unmended = {one.id for one in problems(error)} & {ON_ONE_CORE, MEMORY}
     if not can_be_rewritten or unmended or lint(network, names, rewritten=False):
         return OFFLOAD * movable
-    n_neurons = sum(ensemble.n_neurons for ensemble in Scope(network, names).ensembles)
+    n_neurons = sum(ensemble.n_neurons for ensemble in ensembles)
+    if n_neurons > room:  # no pass takes neurons away
+        return OFFLOAD * movable
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
-        return f"more: try -p {COMPACT}, which rewrites it to take fewer cores"
+        # Most of what nengo-loihi's builder refuses is refused in a rewritten network, too.
+        return TRY_COMPACT if isinstance(error, DoesNotFitError) else OFFLOAD * movable
     try:
         n_cores = cores_rewritten()
     except RefusedError:

@@ -45,8 +45,14 @@ def test_what_does_not_is_said_too() -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(20, 1, neuron_type=nengo.LIF(tau_rc=8.3))
         nengo.Connection(a, a)
+    # Without its only ensemble, nothing would be left on the chip.
+    assert refusal(network).advice == "more: -p compact does not compile it either"
+    assert refusal(network, "compact").advice == ""
+    with network:
+        nengo.Ensemble(20, 1)
     assert refusal(network).advice == "more: -p compact does not compile it either; try --offload"
     assert refusal(network, "compact").advice == OFFLOAD
+    assert compile_network(network, offload=True).image.n_cores == 1
 
 
 def test_a_synapse_that_the_chip_has_not_is_offloaded_from_a_rewritten_network() -> None:
@@ -105,6 +111,7 @@ def test_what_learns_on_several_cores_is_no_better_rewritten() -> None:
             pre, post, learning_rule_type=nengo.PES(), solver=NoSolver(np.zeros((4100, 1)))
         )
         nengo.Connection(post, learned.learning_rule)
+        nengo.Ensemble(20, 1)
     error = refusal(network)
     assert "SP012" in str(error)
     assert error.advice == advice(network, error, pytest.fail, can_be_rewritten=False) == OFFLOAD
@@ -115,13 +122,10 @@ def test_what_is_too_large_for_the_chip_has_no_ensemble_to_be_moved(tmp_path: Pa
     with nengo.Network(seed=1) as network:
         for _ in range(4):
             nengo.Ensemble(20, 1)
-    for passes, line in (
-        ("as_written", "more: -p compact does not compile it either"),
-        (COMPACT, ""),
-    ):
+    for passes in ("as_written", COMPACT):
         error = refusal(network, passes, chip=chip)
         assert "SP201 cores" in str(error)
-        assert error.advice == line
+        assert error.advice == ""  # no pass takes neurons away
         with pytest.raises(RefusedError, match="SP201 cores"):
             compile_network(network, chip, pipeline=passes, offload=True)
 
@@ -140,6 +144,18 @@ def test_a_trial_warns_of_nothing() -> None:
     assert caught == []
 
 
+def test_a_large_network_that_is_refused_for_no_limit_is_sent_to_the_host(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("spikeport.compile.check.advice.MOST_NEURONS", 10)
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(20, 1, neuron_type=nengo.LIF(tau_rc=8.3))
+        nengo.Connection(a, a)
+        nengo.Ensemble(20, 1)
+    assert refusal(network).advice == OFFLOAD
+    assert compile_network(network, offload=True).image.n_cores == 1
+
+
 def test_a_large_network_is_refused_before_it_is_built_and_not_tried() -> None:
     with nengo.Network(seed=1) as network:
         node, n = nengo.Node(size_in=400), 400
@@ -154,5 +170,5 @@ def test_a_large_network_is_refused_before_it_is_built_and_not_tried() -> None:
         "  loihi: SP201 cores: at least 3,126, limit 128; cure: use fewer or smaller ensembles or "
         "fewer decoded connections, or 25 such boards\n"
         "more: spikeport compile --explain SP201\n"
-        "more: try -p compact, which rewrites it to take fewer cores"
+        "more: try -p compact, which rewrites it, and may take fewer cores"
     )

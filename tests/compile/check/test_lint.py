@@ -316,6 +316,7 @@ def test_the_error_lists_all_breaches_row_by_row() -> None:
     with nengo.Network(seed=1) as network:
         noise()
         probed_connection()
+        nengo.Ensemble(10, 1)
     with pytest.raises(DoesNotFitError) as raised:
         compile_network(network)
     assert raised.value.violations == tuple(lint(network, Names(network)))

@@ -98,7 +98,6 @@ def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_p
         "  loihi: SP201 cores: at least 196, limit 128; cure: use fewer or smaller ensembles or "
         "fewer decoded connections, or 2 such boards\n"
         "more: spikeport compile --explain SP201\n"
-        "more: try -p compact, which rewrites it to take fewer cores\n"
     )
     assert names(tmp_path) == ["net.py"]
 
