@@ -23,7 +23,7 @@ NOISE = (nengo.processes.WhiteNoise, nengo.processes.FilteredNoise, nengo.proces
 
 
 def error_against_float(
-    network: nengo.Network, loop: HostLoop, n_steps: int, seed: int
+    network: nengo.Network, copy: nengo.Network, loop: HostLoop, n_steps: int, seed: int
 ) -> float | None:
     """Run a network in float Nengo, and compare it with a run of its image.
 
@@ -31,6 +31,8 @@ def error_against_float(
     ----------
     network : nengo.Network
         The network as the user wrote it.
+    copy : nengo.Network
+        A copy of it from before the run (`spikeport.fresh_copy`), which runs in float Nengo.
     loop : HostLoop
         The network as it was compiled, after the run.
     n_steps, seed : int
@@ -47,14 +49,19 @@ def error_against_float(
     BackendError
         If a function of the network fails.
     """
-    probes = [probe for probe in network.all_probes if _is_value(probe)]
+    # Copies of probes by probes, in the order in which both were made.
+    probes = {
+        probe: twin
+        for probe, twin in zip(network.all_probes, copy.all_probes, strict=True)
+        if _is_value(probe)
+    }
     if not probes or any(_is_random(node) for node in network.all_nodes):
         return None
     dt_s = loop.compilation.image.manifest.dt_s
-    wanted = _float_run(network, n_steps, dt_s, seed)
+    wanted = _float_run(copy, n_steps, dt_s, seed)
     steps = [probe.sample_every or dt_s for probe in probes]
     ours = _joined([loop.data(probe) for probe in probes], steps)
-    exact = _joined([wanted[probe] for probe in probes], steps)
+    exact = _joined([wanted[twin] for twin in probes.values()], steps)
     return error(ours, exact) if exact.size else None
 
 

@@ -29,6 +29,7 @@ from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.numbers import Numbers, restored, wanted
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.loss import Loss, LossPart
+from spikeport.fresh_copy import fresh_copy
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress
 
@@ -78,7 +79,7 @@ def measure(
     Parameters
     ----------
     network : nengo.Network
-        The network as the user wrote it, which runs in float Nengo.
+        The network as the user wrote it; a copy of it runs in float Nengo.
     compilation : Compilation
         The compiled network.
     seconds : float
@@ -134,13 +135,14 @@ def _run(
 ) -> tuple[list[np.ndarray], Activity, float | None]:
     """Run on the image; return the host's spikes, the counts, and the error against float Nengo."""
     n_steps = max(1, round(seconds / compilation.image.manifest.dt_s))
+    copy = fresh_copy(network)
     chip = NativeChip(compilation.image, seed, LogOptions(compilation.report.chip))
     recorder = Recorder(chip)
     loop = attempt("before step 1", lambda: HostLoop(compilation, recorder, seed))
     with contextlib.closing(loop):
         for step in range(n_steps):
             attempt(f"step {step + 1}", loop.step)
-        found = error_against_float(network, loop, n_steps, seed)
+        found = error_against_float(network, copy, loop, n_steps, seed)
         return recorder.spikes, loop.activity(), found
 
 

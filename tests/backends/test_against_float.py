@@ -20,7 +20,7 @@ def found(network: nengo.Network, **options: object) -> float | None:
     loop = HostLoop(compilation, NativeChip(compilation.image, seed=0), seed=0)
     for _ in range(N_STEPS):
         loop.step()
-    return error_against_float(network, loop, N_STEPS, seed=0)
+    return error_against_float(network, network, loop, N_STEPS, seed=0)
 
 
 def channel(source: object, **options: object) -> nengo.Network:
@@ -50,7 +50,7 @@ def test_a_change_of_what_is_computed_shows() -> None:
     loop = HostLoop(compilation, NativeChip(compilation.image, seed=0), seed=0)
     for _ in range(N_STEPS):
         loop.step()
-    assert error_against_float(network, loop, N_STEPS, seed=0) == pytest.approx(2, abs=0.2)
+    assert error_against_float(network, network, loop, N_STEPS, seed=0) == pytest.approx(2, abs=0.2)
 
 
 def test_random_input_needs_a_seed() -> None:

@@ -1,5 +1,6 @@
 """Float blocks against nengo-loihi's own, and what rounding is found to cost."""
 
+import threading
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -239,11 +240,18 @@ def test_the_chip_is_freed_after_an_error(monkeypatch: pytest.MonkeyPatch) -> No
 
 
 def test_an_error_in_the_float_run_alone_is_told_with_its_step() -> None:
-    """The first run takes ten steps, and the node answers no more than twelve times."""
-    answers = iter(np.zeros(12))
-    network = network_with(lambda _t: next(answers))
-    raised = refusal(network, "running the network")
+    """The first run takes ten steps, and the node answers no more than twelve times in both."""
+    answers, lock = iter(np.zeros(12)), threading.Lock()  # which keeps them from being copied
+    network = network_with(lambda _t: next(answers) if lock else 0.0)
+    with pytest.warns(UserWarning, match="functions cannot be copied"):
+        raised = refusal(network, "running the network")
     assert raised.startswith("float Nengo: step 3: the network raised StopIteration: ")
+
+
+def test_the_float_run_begins_where_the_run_on_the_chip_did() -> None:
+    """A node that answers ten times is asked ten times in each run."""
+    answers = iter(np.zeros(11))
+    assert measured_of(network_with(lambda _t: next(answers)), 0.01).loss.network_error is not None
 
 
 class Once(nengo.Process):

@@ -18,7 +18,7 @@ EVERYONE = {
         "constants",
         "fault_plan",
     ),
-    *("files", "freed_memory", "function_identity", "interrupts"),
+    *("files", "freed_memory", "fresh_copy", "function_identity", "interrupts"),
     *("key_values", "neurons", "node_functions", "pacing", "plots", "progress", "reading", "table"),
 }
 FOLDERS: dict[str, set[str]] = {

@@ -18,6 +18,7 @@ from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.report.report import Report
+from spikeport.fresh_copy import fresh_copy
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress, silent
 from spikeport.simulation.probes import probes_by_name, records_spikes
@@ -94,8 +95,8 @@ def run(
 ) -> Ran:
     """Run a network on a backend and, where that is asked for, in float Nengo afterwards.
 
-    Float Nengo runs a copy, so that objects which nodes call (an environment) begin anew. Functions
-    are not copied: what they close over is, in the second run, as the first left it.
+    Float Nengo runs a copy, so that objects and functions which nodes call (an environment) begin
+    anew, see `spikeport.fresh_copy`.
 
     Raises
     ------
@@ -106,7 +107,7 @@ def run(
     """
     backend = registry.get(options.backend).name
     probes = probes_by_name(network)
-    beside = _twin(network) if options.beside_float and backend != FLOAT else None
+    beside = fresh_copy(network) if options.beside_float and backend != FLOAT else None
     with _opened(network, options, backend, progress) as sim:
 
         def advanced(what: str, share: float | None) -> None:
@@ -145,15 +146,6 @@ def _values(sim: Simulator, probe: nengo.Probe) -> np.ndarray:
     """Return what a probe recorded, (n, size); weights row by row."""
     found: np.ndarray = sim.data[probe]
     return found.reshape(len(found), math.prod(found.shape[1:]))
-
-
-def _twin(network: nengo.Network) -> nengo.Network:
-    """Return a copy of a network, or, where an object of a user's cannot be copied, itself."""
-    # Building it a second time gives other weights wherever a user's random numbers have no seed.
-    try:
-        return network.copy(add_to_container=False)
-    except Exception:  # whatever copying a user's object raises
-        return network
 
 
 def _opened(

@@ -1,0 +1,107 @@
+"""A copy of a network whose functions begin anew, for a second run beside a first.
+
+`nengo.Network.copy` copies the objects that nodes call, but shares functions, and so the variables
+that these change: a plant's state in one of them would go on where the first run left it.
+"""
+
+import contextlib
+import io
+import pickle
+import sys
+import sysconfig
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from types import BuiltinFunctionType, ModuleType
+
+import cloudpickle
+import nengo
+
+LIBRARIES = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
+"""Folders of modules that are no user's: their functions are shared."""
+
+
+def fresh_copy(network: nengo.Network) -> nengo.Network:
+    """Return a copy of a network, and of the variables of a user's functions that it calls.
+
+    It is not made anew, since weights would be others wherever a user's random numbers have no
+    seed. A network without functions is returned itself. Where variables cannot be copied, as with
+    a lock or an open file among them, functions are shared, which a warning says.
+    """
+    if not _calls(network):
+        return network
+    try:
+        with _by_value(_own_modules()), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Nengo's: they were shown as the network was made
+            return _copied(network)
+    except Exception as error:  # whatever copying a user's object raises
+        warnings.warn(
+            f"the network's functions cannot be copied ({error}): in float Nengo they begin where "
+            "the run before left their variables; cure: keep a state in a nengo.Process, which "
+            "begins anew in each run",
+            stacklevel=2,
+        )
+        return _with_shared_functions(network)
+
+
+def _calls(network: nengo.Network) -> bool:
+    """Return whether a network calls anything in its steps, but for processes."""
+    called = [node.output for node in network.all_nodes]
+    called += [connection.function for connection in network.all_connections]
+    return any(callable(one) and not isinstance(one, nengo.Process) for one in called)
+
+
+def _copied(network: nengo.Network) -> nengo.Network:
+    file = io.BytesIO()
+    pickler, unpickler = _Pickler(file), pickle.Unpickler(file)
+    pickler.dump(network)
+    file.seek(0)
+    unpickler.persistent_load = pickler.code.__getitem__  # type: ignore[method-assign]
+    copy: nengo.Network = unpickler.load()
+    return copy
+
+
+class _Pickler(cloudpickle.Pickler):
+    """A pickler that shares code which numba compiled: it cannot be copied, and has no state."""
+
+    def __init__(self, file: io.BytesIO) -> None:
+        super().__init__(file)
+        self.code: list[object] = []
+
+    def persistent_id(self, one: object) -> int | None:
+        """Return the number of an object that is shared; None to copy it."""
+        if type(one) is not BuiltinFunctionType or type(one.__self__).__module__ != "_dynfunc":
+            return None
+        self.code.append(one)
+        return len(self.code) - 1
+
+
+def _with_shared_functions(network: nengo.Network) -> nengo.Network:
+    with contextlib.suppress(Exception):
+        return network.copy(add_to_container=False)
+    return network
+
+
+def _own_modules() -> set[ModuleType]:
+    """Return the modules of the user, whose functions have variables of his."""
+    found = set()
+    for name, module in list(sys.modules.items()):
+        file = getattr(module, "__file__", None)
+        library = file is None or any(Path(file).is_relative_to(one) for one in LIBRARIES)
+        if not library and name.partition(".")[0] not in ("__main__", "spikeport"):
+            found.add(module)
+    return found
+
+
+@contextlib.contextmanager
+def _by_value(modules: set[ModuleType]) -> Iterator[None]:
+    """Copy functions of modules with their variables, within the context, in place of names."""
+    known = cloudpickle.list_registry_pickle_by_value()
+    added = [one for one in modules if one.__name__ not in known and one.__name__ in sys.modules]
+    for module in added:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        yield
+    finally:
+        for module in added:
+            cloudpickle.unregister_pickle_by_value(module)

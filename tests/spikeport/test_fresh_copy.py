@@ -1,0 +1,139 @@
+"""Copies of networks run as the networks did, and each changes variables of its own."""
+
+import importlib
+import threading
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from types import ModuleType
+
+import nengo
+import numpy as np
+import pytest
+
+from spikeport.compiled import compiled, make_ready
+from spikeport.fresh_copy import fresh_copy
+
+CALLS = [0]
+
+
+def counts(_t: float) -> float:
+    """Count in a variable of this module."""
+    CALLS[0] += 1
+    return CALLS[0]
+
+
+class Counter:
+    """An object with a state, which a function calls."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def step(self, _t: float) -> float:
+        self.calls += 1
+        return self.calls
+
+
+def closing_over() -> Callable[[float], float]:
+    calls, counter = [0], Counter()
+
+    def function(t: float) -> float:
+        calls[0] += 1
+        return calls[0] + counter.step(t)
+
+    return function
+
+
+def network_of(function: Callable[[float], float]) -> nengo.Network:
+    with nengo.Network(seed=1) as network:
+        nengo.Probe(nengo.Node(function, size_out=1))
+    return network
+
+
+def recorded(network: nengo.Network) -> list[float]:
+    with nengo.Simulator(network, progress_bar=False) as sim:
+        sim.run_steps(5)
+    return sim.data[network.probes[0]][:, 0].tolist()
+
+
+@pytest.fixture
+def neighbour(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """Return a module that lies beside a script."""
+    lines = [
+        "calls = 0",
+        "def counts(t):",
+        "    global calls",
+        "    calls += 1",
+        "    return calls",
+    ]
+    (tmp_path / "counting_neighbour.py").write_text("\n".join(lines))
+    monkeypatch.syspath_prepend(tmp_path)
+    return importlib.import_module("counting_neighbour")
+
+
+@pytest.mark.parametrize("function", [counts, Counter().step, closing_over()])
+def test_a_copy_begins_where_the_network_did(function: Callable[[float], float]) -> None:
+    begins_anew(function)
+
+
+def test_so_do_functions_of_a_neighbour(neighbour: ModuleType) -> None:
+    begins_anew(neighbour.counts)
+    begins_anew(lambda t: neighbour.counts(t))
+
+
+def begins_anew(function: Callable[[float], float]) -> None:
+    """Assert that copies of a network record what the network does after them."""
+    network = network_of(function)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        copy, other = fresh_copy(network), fresh_copy(network)
+    found = recorded(network)
+    assert np.ptp(found) > 0
+    assert recorded(copy) == recorded(other) == found
+    assert recorded(network) != found
+
+
+def test_functions_of_a_copy_still_share_variables() -> None:
+    calls = [0]
+
+    def up(_t: float) -> float:
+        calls[0] += 1
+        return calls[0]
+
+    network = network_of(up)
+    with network:
+        nengo.Probe(nengo.Node(lambda _t: calls[0], size_out=1))
+    copy = fresh_copy(network)
+    with nengo.Simulator(copy, progress_bar=False) as sim:
+        sim.run_steps(5)
+    first, second = (sim.data[probe][-1, 0] for probe in copy.probes)
+    assert abs(first - second) <= 1  # whichever is called first
+    assert calls == [0]
+
+
+def test_code_that_numba_compiled_is_shared() -> None:
+    @compiled
+    def double(x: float) -> float:
+        return 2 * x
+
+    ready = make_ready(double, 1.0)
+    assert recorded(fresh_copy(network_of(lambda _t: ready(4.0)))) == [8.0] * 5
+
+
+def test_a_network_that_calls_nothing_is_no_copy() -> None:
+    with nengo.Network() as network:
+        nengo.Connection(nengo.Node(nengo.processes.WhiteNoise()), nengo.Ensemble(5, 1))
+    assert fresh_copy(network) is network
+
+
+def test_where_there_can_be_no_copy_a_warning_says_so() -> None:
+    lock, counter = threading.Lock(), Counter()
+
+    def function(t: float) -> float:
+        with lock:
+            return counter.step(t)
+
+    with pytest.warns(UserWarning, match=r"cannot pickle '_thread.lock' .*; cure: keep a state"):
+        copy = fresh_copy(network_of(function))
+    recorded(copy)
+    assert counter.calls == 5
