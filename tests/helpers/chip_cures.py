@@ -90,6 +90,14 @@ def read(sizes: Sequence[int]) -> None:
         nengo.Connection(nengo.Ensemble(size, 1), target, function=lambda x: x / len(sizes))
 
 
+def send(sizes: Sequence[int]) -> None:
+    """Return a node on the host, and ensembles that read its values in parts."""
+    node, first = nengo.Node(np.zeros(sum(sizes))), 0
+    for size in sizes:
+        nengo.Connection(node[first : first + size], nengo.Ensemble(8, size))
+        first += size
+
+
 def decode(on_host: bool) -> None:
     a, b = nengo.Ensemble(30, 1), nengo.Ensemble(8, 1)
     if on_host:
@@ -187,8 +195,8 @@ CASES = [
     Case(
         "SP102",
         "split the source ensemble into {parts} that decode into the same target",
-        on(partial(read, [30]), **INS),
-        (on(partial(read, [15, 15]), **INS),),
+        lambda: on(partial(read, [30]), **INS)() & on(partial(send, [15]), **INS)(),
+        (on(partial(read, [15, 15]), **INS), on(partial(send, [8, 7]), **INS)),
     ),
     Case(
         "SP102",
@@ -255,7 +263,7 @@ CASES = [
     ),
     Case(
         "SP201",
-        "use fewer or smaller ensembles or fewer decoded connections, or {parts} such boards",
+        "use fewer or smaller ensembles or fewer decoded connections, or {parts} times",
         lambda: (
             on(partial(ensembles, [9] * 3), cores=2)()
             & on(partial(ensembles, [9] * 2, connected=True), cores=2)()

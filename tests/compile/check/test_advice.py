@@ -168,7 +168,8 @@ def test_a_large_network_is_refused_before_it_is_built_and_not_tried() -> None:
     assert str(refusal(network)) == (
         "the network does not fit chip 'loihi':\n"
         "  loihi: SP201 cores: at least 3,126, limit 128; cure: use fewer or smaller ensembles or "
-        "fewer decoded connections, or 25 such boards\n"
+        "fewer decoded connections, or 25 times the chips, by [limits.chips] of a chip file "
+        "(docs/adding.md)\n"
         "more: spikeport compile --explain SP201\n"
         "more: try -p compact, which rewrites it, and may take fewer cores"
     )

@@ -35,7 +35,8 @@ def test_eight_thousand_decoded_neurons_do_not_fit() -> None:
     # The two compartments of the read-out were split, which leaves each with all 8,000 axons.
     cure = (
         "split the source ensemble into 2 that decode into the same target, "
-        "each with the targets divided by 2"
+        "each with the targets divided by 2, or, if the source is on the host, let the target read "
+        "fewer of its values"
     )
     assert error.violations == (
         Violation("SP102", "in-axons", "big -> read-out[1/2]", "8,000", "4,096", cure),
@@ -71,7 +72,8 @@ def test_more_blocks_than_cores_do_not_fit() -> None:
             "loihi",
             "130",
             "128",
-            "use fewer or smaller ensembles or fewer decoded connections, or 2 such boards",
+            "use fewer or smaller ensembles or fewer decoded connections, or 2 times the chips, by "
+            "[limits.chips] of a chip file (docs/adding.md)",
         ),
     )
 
@@ -147,7 +149,7 @@ def test_a_network_with_more_compartments_than_the_chip_has_is_refused_unbuilt()
     assert verify_size(128 * 1024, chip) == []
     (violation,) = verify_size(128 * 1024 + 1, chip)
     assert violation[:5] == ("SP201", "cores", "loihi", "at least 129", "128")
-    assert violation.cure.endswith("or 2 such boards")
+    assert "or 2 times the chips" in violation.cure
 
 
 def test_a_chip_without_learning_refuses_what_learns() -> None:

@@ -96,7 +96,8 @@ def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_p
     assert done.err == (
         "error: the network does not fit chip 'loihi':\n"
         "  loihi: SP201 cores: at least 196, limit 128; cure: use fewer or smaller ensembles or "
-        "fewer decoded connections, or 2 such boards\n"
+        "fewer decoded connections, or 2 times the chips, by [limits.chips] of a chip file "
+        "(docs/adding.md)\n"
         "more: spikeport compile --explain SP201\n"
     )
     assert names(tmp_path) == ["net.py"]
