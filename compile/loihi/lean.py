@@ -21,7 +21,7 @@ def lean(model: Model, connection: nengo.Connection) -> Iterator[None]:
     target = model.objs[connection.post_obj]["in"]
     n_before = len(target.synapses)
     yield
-    # Objects on the host are in here by no name, and asking by index would put them in.
+    # An object of the host has no entry, and an index would make one.
     source = model.objs.get(connection.pre_obj, {}).get("out")
     for synapse in target.synapses[n_before:]:
         _drop_zeros(synapse)
