@@ -12,6 +12,7 @@ from spikeport.atomic import check_output
 from spikeport.commands.destinations import Destinations
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
+from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.passes.parse import parse
 from spikeport.errors import UsageError
 from spikeport.experiments.policy.conversion import Conversion, convert
@@ -57,7 +58,11 @@ def run(request: ConvertRequest) -> None:
         observations = _observations(request, walker, mlp)
         options = PolicyOptions(request.n_neurons, request.tau_fwd, activation=mlp.activation)
         conversion = Conversion(mlp, options, observations.values, request.seed)
-        converted = convert(conversion, request.chip, request.passes, progress)
+        try:
+            converted = convert(conversion, request.chip, request.passes, progress)
+        except DoesNotFitError as error:
+            error.advice = _smaller(request.n_neurons)
+            raise
     findings = Findings(converted.compilation.report, converted.activity)
     request.to.write_image(converted.compilation.image)
     request.to.write_report(findings.to_dict(), str(request.file))
@@ -89,6 +94,13 @@ def _check(request: ConvertRequest) -> None:
         check_output("--out", request.to.out / POLICY, *reads)
     chips.get(request.chip)
     parse(request.passes)
+
+
+def _smaller(n_neurons: int) -> str:
+    """Return what the owner of a policy, who has no ensembles to change, may try."""
+    if n_neurons == 2:
+        return "more: only a policy of fewer units is smaller than with -n 2"
+    return f"more: try -n {n_neurons // 4 * 2}, fewer neurons for each unit than {n_neurons}"
 
 
 def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:

@@ -12,6 +12,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.report.schema import ReportData
 from spikeport.hardware_models import chip as chips
 from spikeport.networks import walking_policy
+from tests.helpers.chip_files import chip_file
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
 MADE = "; see docs/convert.md, 'What it refuses'"
@@ -55,6 +56,18 @@ def test_inputs_that_nobody_recorded_are_named(spikeport, tiny):
     done = spikeport("convert", tiny, "-n", "2")
     assert "observations: 1,000 standard normal ones, without a file of observations\n" in done.out
     assert "hint: rate too low: layer 1 (" in done.out
+
+
+def test_a_policy_that_is_too_large_may_have_fewer_neurons_for_each_unit(spikeport, tiny, tmp_path):
+    chip = chip_file(tmp_path / "small.toml", cores=2, compartments=80)
+    refused = spikeport("convert", tiny, "-n", "20", "--chip", chip)
+    assert (refused.code, refused.out) == (1, "")
+    assert "SP201 cores" in refused.err
+    assert refused.err.endswith("more: try -n 10, fewer neurons for each unit than 20\n")
+    assert spikeport("convert", tiny, "-n", "10", "--chip", chip).code == 0
+    chip = chip_file(tmp_path / "small.toml", cores=1, compartments=10)
+    refused = spikeport("convert", tiny, "-n", "2", "--chip", chip)
+    assert refused.err.endswith("more: only a policy of fewer units is smaller than with -n 2\n")
 
 
 @pytest.mark.parametrize(
