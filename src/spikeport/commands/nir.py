@@ -36,10 +36,12 @@ def with_dt(network: str, settings: list[str], dt_s: float | None, spikes: str |
 def check_loss(network: str, loss_s: float | None, spikes: str | None) -> None:
     """Refuse to measure a loss of a graph, which has neither an input of its own nor a probe."""
     if network.endswith(SUFFIX) and loss_s is not None:
-        instead = "give --spikes FILE.npz or --spikes random in its place, which" * (spikes is None)
+        instead = "leave it out: --spikes"
+        if spikes is None:
+            instead = "give --spikes FILE.npz or --spikes random in its place, which"
         raise UsageError(
-            f"--loss: {network} has no probe to measure at; "
-            f"{instead or 'leave it out: --spikes'} compares all of its neurons with NIR's equations"
+            f"--loss: {network} has no probe to measure at; {instead} compares all of its neurons "
+            "with NIR's equations"
         )
 
 
