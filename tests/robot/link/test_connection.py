@@ -30,6 +30,8 @@ def test_other_texts_are_refused_with_the_form(text: str) -> None:
         (RobotOptions("dds:lo:1", faults=("loss@3",)), "is for inline and stub"),
         (RobotOptions("dds:lo:0"), "would move"),
         (RobotOptions("inline", faults=("cut@3",)), "--robot-fault 'cut@3'"),
+        (RobotOptions("stub", states=True, real_time=True), "--robot-states is for"),
+        (RobotOptions("dds:lo:1", states=True), "--robot-states is for"),
     ],
 )
 def test_what_does_not_go_together_is_refused(options: RobotOptions, words: str) -> None:

@@ -8,13 +8,14 @@ from spikeport.networks.walking_policy import load
 from spikeport.pacing import Pace
 from spikeport.robot.link import controlled
 from spikeport.robot.link.codec import STATE, decode_base, decode_command
-from spikeport.robot.link.controlled import ControlledRobot
+from spikeport.robot.link.controlled import ControlledRobot, join_by_hand
 from spikeport.robot.link.controller import HOLD
 from spikeport.robot.link.controller_states import Event
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.hoist import Held
 from spikeport.robot.link.messages import STATES, TRUTHS
 from spikeport.robot.link.motion import EKF, EstimatedMotion
+from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.walk_interface import observation, targets_rad
@@ -116,6 +117,20 @@ def test_a_terminal_that_is_gone_does_not_keep_the_robot_from_damping() -> None:
         robot.close()
     assert bus.closed
     assert (sent(bus)[-1].kd == DAMPING.kd).all()
+
+
+def test_the_terminal_is_given_back_where_no_robot_is_found(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def none(*_: object) -> None:
+        raise RobotLostError("no robot")
+
+    keys = Keys({})
+    monkeypatch.setattr(controlled, "own_terminal", lambda: keys)
+    monkeypatch.setattr(controlled, "on_bus", none)
+    with pytest.raises(RobotLostError, match="no robot"):
+        join_by_hand(Place("lo", 7), Pace(DT_S, FakeClock()), None)
+    assert keys.closed
 
 
 def test_the_remote_starts_and_stops_it() -> None:

@@ -193,6 +193,14 @@ def test_damping_lasts_until_the_controller_is_armed_again_and_all_begins_anew(r
     robot.to(State.ZERO_TORQUE)
 
 
+def test_a_robot_that_reboots_while_damped_is_heard_once_it_is_armed_again(robot):
+    robot.to(State.DAMPING)
+    robot.controller.press(Event.REARM)
+    robot.time_s = 0.0
+    assert same(robot.send(), ZERO_TORQUE)
+    assert robot.controller.state is State.ZERO_TORQUE
+
+
 def test_every_arrival_is_answered(robot):
     """Whatever comes and is refused, in whatever state: there is a whole and finite command."""
     rng = np.random.RandomState(1)
