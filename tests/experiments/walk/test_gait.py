@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 
 from spikeport.experiments.policy.settings import GAITS
-from spikeport.experiments.walk.gait import SIDEWAYS, drift_trim, encoding, record_gait
+from spikeport.experiments.walk.gait import (
+    SIDEWAYS,
+    clipped_shares,
+    drift_trim,
+    encoding,
+    record_gait,
+)
 from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.networks.region import Box
 from spikeport.robot.walk_interface import PARTS
 
 PUSHED_M_S = 0.05
@@ -41,3 +48,10 @@ def test_a_gait_goes_on_under_each_perturbation():
     assert both.shape == (800, 69)
     np.testing.assert_array_equal(both[:200], pushed)
     assert not np.array_equal(both[200:400], sloping)  # its commands are drawn behind the others
+
+
+def test_values_are_out_of_range_on_either_side():
+    observations = np.zeros((4, 69))
+    observations[:2, PARTS["gravity"]] = [[1.1], [-1.1]]
+    shares = clipped_shares(observations, Box(np.zeros(69), np.ones(69)))
+    assert shares == {name: 0.5 if name == "gravity" else 0.0 for name in PARTS}

@@ -9,6 +9,7 @@ from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.belief import (
     FIRST_CONTACT,
     GYROSCOPE_BIAS,
+    PLACE,
     ROTATION,
     errors_of,
 )
@@ -94,6 +95,21 @@ def test_contacts_that_left_the_floor_are_gone_without_a_trace():
         errors = slice(errors_of(FIRST_CONTACT).start, GYROSCOPE_BIAS.start)
         assert not ekf.belief.pose.vectors[FIRST_CONTACT:].any()
         assert not ekf.belief.covariance[errors].any()
+
+
+def test_a_contact_is_known_no_better_than_the_sole_that_made_it():
+    def variances(sole_m: float) -> np.ndarray:
+        """Return the variances (3,) of a contact from the IMU in the step in which it is added."""
+        ekf, step = ContactAidedEkf(EkfNoise(sole_m=sole_m, floor_m=None)), 0
+        ekf.reset(STILL)
+        while not ekf.standing.any():
+            step += 1
+            ekf.update(STILL._replace(time_s=step * DT_S))
+        contact, place = errors_of(FIRST_CONTACT + int(ekf.standing.argmax())), errors_of(PLACE)
+        away = ekf.belief.covariance[contact] - ekf.belief.covariance[place]
+        return np.diag(away[:, contact] - away[:, place])
+
+    np.testing.assert_allclose(variances(0.02) - variances(0.01), 0.02**2 - 0.01**2, rtol=1e-6)
 
 
 def test_an_observation_that_comes_twice_counts_once():
