@@ -48,6 +48,12 @@ def test_spikes_at_uneven_distances_take_a_word_each():
     assert host_traffic(compile_network(net).image, LOIHI).words_back == (1 + 3,)
 
 
+def test_spikes_of_one_neuron_take_a_word():
+    with (net := network()):
+        nengo.Probe(net.neurons.neurons[[3]])
+    assert host_traffic(compile_network(net).image, LOIHI).words_back == (1 + 1,)
+
+
 def test_each_chip_sends_the_number_of_the_step_even_if_nothing_on_it_is_read():
     with (net := network(n=800)):
         follower = nengo.Ensemble(800, 3)

@@ -36,6 +36,12 @@ def test_traffic_of_two_blocks_is_what_they_send_and_what_both_are_sent() -> Non
     assert traffic.audiences == {(1, 2): 2}
 
 
+def test_the_last_compartment_sends_as_all_others_do() -> None:
+    routes = [Route([0], block=1)]
+    image = Parts([Block(1), Block(1)], [Group([[64]], block=0)], routes=routes).image()
+    assert block_traffic(image).direct.toarray().tolist() == [[0, 1], [1, 0]]
+
+
 def test_pairs_are_audiences_of_two_after_all_others() -> None:
     traffic = block_traffic(network())
     assert traffic.members.toarray().tolist() == [[0, 1, 1], [1, 1, 0], [1, 0, 1]]

@@ -184,6 +184,12 @@ def test_a_compartment_with_plain_axons_too_shares_none() -> None:
     assert out_axons(populations(plain=True)) == [4 * 2 + 2 + 1, 0]
 
 
+def test_compartments_with_the_same_plain_axon_share_none_either() -> None:
+    groups = [Group([np.full((3, 2), 64)], block=1, pop_type=32), Group([[64]], block=1)]
+    routes = [Route([0] * 3, atom=[0, 1, 2], block=0), Route([0] * 3, group=1, block=0)]
+    assert out_axons(Parts([Block(3), Block(2)], groups, routes=routes).image()) == [3 * (2 + 1), 0]
+
+
 def test_plain_axons_are_never_shared() -> None:
     assert out_axons(populations(pop_type=0)) == [12, 0]
 
