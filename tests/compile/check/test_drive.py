@@ -17,7 +17,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding
 from spikeport.compile.pipeline import compile_network
 from tests.helpers.chip_networks import neurons, wired
-from tests.helpers.images import Block, Group, Parts, Route
+from tests.helpers.images import Block, Group, Output, Parts, Route
 
 
 def hints(image: ChipImage, *errors: BlockError) -> list[str]:
@@ -71,6 +71,13 @@ def test_neurons_that_events_of_a_file_excite_are_not_silenced() -> None:
     values = replace(entry, encoding=Encoding("on_off", 500.0, 500.0))
     of_values = replace(image, manifest=replace(image.manifest, inputs=(values,)))
     assert silenced(of_values).all()
+
+
+def test_read_outs_are_neither_copies_nor_silenced() -> None:
+    reads = [Output("voltage", [0, 1], decoded=True)]
+    image = Parts([Block(2), Block(2)], outputs=reads).image()
+    assert duplicated(image).tolist() == [False, False, False, True]
+    assert silenced(image).tolist() == [False, False, True, True]
 
 
 def test_routes_are_not_each_counted_for_all_neurons(monkeypatch: pytest.MonkeyPatch) -> None:

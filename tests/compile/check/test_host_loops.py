@@ -60,6 +60,15 @@ def test_the_fastest_of_several_ways_is_named() -> None:
     assert hints(network) == [("robot -> a -> middle -> robot", "25 ms became about 33 ms")]
 
 
+def test_the_fastest_of_several_loops_is_named() -> None:
+    network = loop(there=0.1, back=0.1)
+    with network:
+        b = nengo.Ensemble(20, 1, label="b")
+        nengo.Connection(b, network.nodes[0], synapse=0.005)
+        nengo.Connection(network.nodes[0], b, synapse=0.005)
+    assert hints(network) == [("robot -> b -> robot", "10 ms became about 18 ms")]
+
+
 def test_of_long_loops_the_ends_are_named() -> None:
     network = loop(there=None)
     (a,), robot = network.ensembles, network.nodes[0]

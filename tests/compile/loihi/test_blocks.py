@@ -1,12 +1,13 @@
 """Copies of nengo-loihi's blocks, which can be changed."""
 
+import nengo
 import numpy as np
 from nengo_loihi.block import LoihiBlock, Synapse
 from nengo_loihi.probe import LoihiProbe
 
 from spikeport.compile.loihi.blocks import copied, copied_probe, first_of
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
-from tests.helpers.chip_networks import integer_blocks, recurrent
+from tests.helpers.chip_networks import integer_blocks, neurons, recurrent
 
 
 def block() -> LoihiBlock:
@@ -63,3 +64,13 @@ def test_float_blocks_can_be_others() -> None:
     assert other.labels == floats.labels
     assert other.model is floats.model
     assert all(a is not b for a, b in zip(other.blocks, floats.blocks, strict=True))
+
+
+def test_weights_of_which_some_became_zero_are_not_rounded_away() -> None:
+    with nengo.Network(seed=0) as network:
+        pre, post = neurons("pre", [2.0, 2.0]), neurons("post", [2.0, 2.0])
+        nengo.Connection(pre.neurons, post.neurons, transform=[[1.0, 1e-3], [1e-3, 1.0]])
+    blocks = integer_blocks(network)
+    (weights,) = (synapse.weights for block in blocks.blocks for synapse in block.synapses)
+    assert np.ravel(weights).astype(bool).tolist() == [True, False, False, True]
+    assert not blocks.rounded_away
