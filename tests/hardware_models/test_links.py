@@ -26,6 +26,18 @@ def test_messages_move_along_the_row_and_then_the_column(chip):
     assert cost(chip, (0, 6, 5), (0, 3, 4)) == Cost(0, 5, 2 * 5 + 4)
 
 
+def test_a_message_loads_no_link_behind_its_target(chip):
+    tiles = {"tiles_x": 1.0, "tiles_y": 4.0}
+    topology = chip.topology.model_copy(
+        update={
+            name: getattr(chip.topology, name).model_copy(update={"value": value})
+            for name, value in tiles.items()
+        }
+    )
+    column = chip.model_copy(update={"topology": topology})
+    assert cost(column, (0, 2, 5), (4, 6, 4)) == Cost(0, 5, 5 + 4)
+
+
 def test_directions_of_a_link_do_not_share_it(chip):
     assert cost(chip, (0, 4, 5), (4, 0, 3)) == Cost(0, 5, 8)
 
