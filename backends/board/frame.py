@@ -132,5 +132,5 @@ class Splitter:
         """Drop what is before the next magic, and at least one byte."""
         found = self._buffer.find(MAGIC, 1)
         # the last bytes may be the beginning of a magic
-        del self._buffer[: found if found > 0 else max(1, len(self._buffer) - len(MAGIC) + 1)]
+        del self._buffer[: found if found > 0 else len(self._buffer) - len(MAGIC) + 1]
         self.bad += 1

@@ -35,7 +35,7 @@ class KernelRows(NamedTuple):
 def rows_of(image: ChipImage) -> KernelRows:
     """Return all rows of an image, split by atom."""
     atoms = image.rows.atoms
-    sizes = np.diff(image.rows.start) // np.maximum(atoms, 1)
+    sizes = np.diff(image.rows.start) // atoms
     start, kept = kept_synapses(image)
     shift = np.repeat(_shifts(image), np.diff(image.groups.row_start))
     return KernelRows(
