@@ -9,6 +9,7 @@ from nengo_loihi.passthrough import Cluster
 
 import spikeport
 from spikeport.compile.loihi.merged_connections import merged_in_full
+from spikeport.errors import CompileError
 
 RELU = nengo.SpikingRectifiedLinear()
 
@@ -104,6 +105,16 @@ def test_lists_of_indices_are_those_of_a_matrix(slices: Any, pipeline: str, fact
     found, wanted = (spikes(through, slices, factor, pipeline) for through in (True, False))
     assert wanted.any()
     np.testing.assert_array_equal(found, wanted)
+
+
+def test_a_sparse_transform_from_entries_of_which_one_comes_twice_is_refused_as_any() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(20, 2), nengo.Ensemble(20, 2)
+        node, sparse = nengo.Node(size_in=2), nengo.Sparse((2, 2), indices=[(0, 0), (1, 1)])
+        nengo.Connection(a.neurons[[0, 0]], node, transform=sparse)
+        nengo.Connection(node, b)
+    with pytest.raises(CompileError, match="Mergeable transforms must be Dense"):
+        spikeport.compile_network(network, pipeline="as_written")
 
 
 def test_nothing_of_nengo_loihi_stays_patched() -> None:
