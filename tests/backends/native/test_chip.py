@@ -195,6 +195,7 @@ def test_a_joined_step_is_a_step_and_its_decoding() -> None:
         if decoded:
             np.testing.assert_array_equal(inbox, values)
     assert any(found)
+    assert apart.activity().messages_host.tolist() == joined.activity().messages_host.tolist()
     assert joined.activity().n_steps == 30
     assert joined.activity().totals() == apart.activity().totals()
     joined.close()
