@@ -420,7 +420,8 @@ class _Data(Mapping[NengoObject, Any]):
         except KeyError:
             raise KeyError(
                 f"{without_addresses(str(key))}: no probe, ensemble or connection of the network, "
-                "or one that passes replaced; for those, use pipeline='as_written'"
+                "or one that passes replaced; for those, use pipeline='as_written'. A connection "
+                "from an ensemble on the host to a part of one on the chip has no values either"
             ) from None
 
     def __iter__(self) -> Iterator[nengo.Probe]:
