@@ -154,6 +154,18 @@ def learning_rule(scope: Scope) -> Iterator[Violation]:
             yield rules.get("SP007").broken(scope.names[connection], used)
 
 
+def learned_neurons(scope: Scope) -> Iterator[Violation]:
+    """Refuse PES from an ensemble on the chip to neurons.
+
+    Nengo multiplies its errors by their encoders, which nengo-loihi leaves out.
+    """
+    for connection in scope.network.all_connections:
+        to_neurons = isinstance(connection.post_obj, Neurons)
+        learns = isinstance(connection.learning_rule_type, nengo.PES)
+        if learns and to_neurons and scope.on_chip(connection.pre_obj):
+            yield rules.get("SP016").broken(scope.names[connection], "neurons")
+
+
 def chip_process(scope: Scope) -> Iterator[Violation]:
     """Refuse nodes that would run on the board, but for event files, and what reads these here."""
     for node in scope.network.all_nodes:
@@ -240,6 +252,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     post_slice,
     convolved_twice,
     learning_rule,
+    learned_neurons,
     chip_process,
     probe,
     finite,

@@ -29,7 +29,8 @@ class ConstantInputs(NetworkPass):
     it was. Passthrough nodes on the way are multiplied out; functions of a constant stay inputs.
 
     A bias is there from the first step. So where a connection has a synapse, or on the chip, which
-    filters all that the host sends for 5 ms, the first steps differ, and all others do not.
+    filters all that the host sends for 5 ms, the first steps differ, and all others do not; but a
+    constant beyond the radius, which the host would cut off there, counts in full.
 
     Attributes
     ----------

@@ -97,6 +97,22 @@ def learned(
         on_host(a)
 
 
+def learned_to_neurons(by_node: bool = False, host: bool = False) -> None:
+    some(1)
+    a, b = nengo.Ensemble(20, 1), nengo.Ensemble(3, 1)
+    target = nengo.Node(size_in=3) if by_node else b.neurons
+    connection = nengo.Connection(
+        a, target, function=lambda x: np.zeros(3), learning_rule_type=nengo.PES()
+    )
+    error = nengo.Node(np.zeros(connection.learning_rule.size_in))
+    nengo.Connection(error, connection.learning_rule)
+    if by_node:
+        nengo.Connection(target, b.neurons, synapse=None)
+    on_host(b)
+    if host:
+        on_host(a)
+
+
 def in_list() -> None:
     rules = [nengo.PES()]
     nengo.Connection(nengo.Ensemble(20, 1), nengo.Node(size_in=1), learning_rule_type=rules)
@@ -236,6 +252,15 @@ CASES = [
         "learn with PES, passed by itself",
         lambda: linted(partial(learned, nengo.RLS()))() & linted(in_list)(),
         (linted(partial(learned, nengo.PES())), linted(partial(learned, nengo.RLS(), host=True))),
+    ),
+    Case(
+        "SP016",
+        "learn to a node",
+        linted(learned_to_neurons),
+        (
+            linted(partial(learned_to_neurons, by_node=True)),
+            linted(partial(learned_to_neurons, host=True)),
+        ),
     ),
     Case(
         "SP009",

@@ -110,6 +110,11 @@ def foreign_learning_rule(rule: Any = RLS) -> None:
     nengo.Connection(a, out, learning_rule_type=rule)
 
 
+def learning_to_neurons() -> None:
+    a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(8, 1, label="b")
+    nengo.Connection(a, b.neurons, transform=np.zeros((8, 1)), learning_rule_type=nengo.PES())
+
+
 def list_of_rules() -> None:
     foreign_learning_rule([nengo.PES()])
 
@@ -220,6 +225,13 @@ CASES: list[tuple[Callable[[], None], str]] = [
     ),
     (foreign_learning_rule, RULE.format("RLS")),
     (list_of_rules, RULE.format("list of PES")),
+    (
+        learning_to_neurons,
+        "a -> b: SP016 target of learning: neurons, limit an ensemble or node; cure: learn "
+        "to a node, as in nengo.Connection(ensemble, node, learning_rule_type=nengo.PES()), and "
+        "connect the node to the neurons, or keep what it learns from on the host with "
+        "net.config[ensemble].on_chip = False, after spikeport.add_params(net)",
+    ),
     (dict_of_rules, RULE.format("dict of PES, RLS")),
     (
         process_on_the_board,
