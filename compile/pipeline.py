@@ -12,7 +12,7 @@ import nengo
 from nengo.base import NengoObject
 
 from spikeport import freed_memory
-from spikeport.compile.check.advice import COMPACT, advice
+from spikeport.compile.check.advice import AS_WRITTEN, COMPACT, advice
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.check.host_loops import host_loop_hints
 from spikeport.compile.check.host_neurons import host_neuron_hints
@@ -181,9 +181,9 @@ def _advised(job: Job) -> Compilation:
         return _compiled(job)
     except RefusedError as error:
         if not isinstance(error, NothingOnChipError):
-            cores = functools.partial(_cores_rewritten, job)
+            cores_by = functools.partial(_cores_by, job)
             room = job.chip.limits.most("compartments") * n_cores(job.chip)
-            error.advice = advice(job.network, error, cores, _can_be_rewritten(job), room)
+            error.advice = advice(job.network, error, cores_by, _other_passes(job), room)
         raise
 
 
@@ -203,22 +203,24 @@ def _offloaded(job: Job) -> Compilation:
     return replace(compilation, report=report)
 
 
-def _can_be_rewritten(job: Job) -> bool:
-    """Return whether no pass rewrote the network yet, and its settings allow one to."""
+def _other_passes(job: Job) -> str | None:
+    """Return passes that may compile what was refused; None where its settings allow no others."""
+    if job.pipeline.networks:
+        return AS_WRITTEN
     try:
         job.settings.check_written()
     except ArgumentError:
-        return False
-    return not job.pipeline.networks
+        return None
+    return COMPACT
 
 
-def _cores_rewritten(job: Job) -> int:
-    """Return the number of cores of a compile that rewrites the network first, unobserved."""
-    compact = parse(COMPACT)
-    stages = Stages(silent, "compiling", _stages(compact))
-    rewritten = job._replace(pipeline=compact, observer=observe_nothing, stages=stages)
+def _cores_by(job: Job, passes: str) -> int:
+    """Return the number of cores of a compile with other passes, unobserved."""
+    pipeline = parse(passes)
+    stages = Stages(silent, "compiling", _stages(pipeline))
+    other = job._replace(pipeline=pipeline, observer=observe_nothing, stages=stages)
     with ignored_warnings():
-        return len(_compiled(rewritten).report.cores)
+        return len(_compiled(other).report.cores)
 
 
 def _compiled(job: Job) -> Compilation:

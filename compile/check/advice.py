@@ -1,4 +1,4 @@
-"""A last line of a refusal: the way out for a network that is refused as it is written."""
+"""A last line of a refusal: the way out, by other passes or without some ensembles."""
 
 import math
 from collections.abc import Callable
@@ -12,8 +12,8 @@ from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
 
-COMPACT = "compact"
-"""The passes that rewrite a network to take fewer cores."""
+COMPACT, AS_WRITTEN = "compact", "as_written"
+"""The passes that rewrite a network to take fewer cores, and those that rewrite none."""
 TRY_COMPACT = f"more: try -p {COMPACT}, which rewrites it, and may take fewer cores"
 OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
 ON_ONE_CORE, MEMORY = "SP012", "SP501"
@@ -26,11 +26,11 @@ MOST_NEURONS, MOST_CONNECTIONS = 2000, 200
 def advice(
     network: nengo.Network,
     error: RefusedError,
-    cores_rewritten: Callable[[], int],
-    can_be_rewritten: bool = True,
+    cores_by: Callable[[str], int],
+    passes: str | None = COMPACT,
     room: float = math.inf,
 ) -> str:
-    """Return what rewriting makes of a network, or the way out where no pass over it can help.
+    """Return what other passes make of a network, or the way out where none of these can help.
 
     Parameters
     ----------
@@ -38,11 +38,11 @@ def advice(
         The network.
     error : RefusedError
         Its refusal.
-    cores_rewritten : callable
-        Compiles it with the passes `COMPACT`, and returns the number of cores, or raises
-        `RefusedError`.
-    can_be_rewritten : bool
-        False if passes rewrote the network that was refused, or refuse the settings of its build.
+    cores_by : callable
+        Compiles it with some passes, and returns the number of cores, or raises `RefusedError`.
+    passes : str or None
+        The passes to try: `COMPACT`, or `AS_WRITTEN` where the network was rewritten; None where
+        the settings of its build allow no others.
     room : float
         The most neurons that the chip holds.
     """
@@ -51,20 +51,23 @@ def advice(
     names = Names(network)
     ensembles = set(Scope(network, names).ensembles)
     # A chip or the whole network has no ensembles to move; of one, nothing would be left there.
-    moves = Offload(network, cores_rewritten).possible(error)
+    moves = Offload(network, lambda: None).possible(error)
     movable = bool(moves) and len(moves[0]) < len(ensembles)
-    # Rules that no pass mends come first: rewriting would not help.
+    # Rules that no pass mends come first: others would not help.
     unmended = {one.id for one in problems(error)} & {ON_ONE_CORE, MEMORY}
-    if not can_be_rewritten or unmended or lint(network, names, rewritten=False):
+    if passes is None or unmended or lint(network, names, rewritten=False):
         return OFFLOAD * movable
     n_neurons = sum(ensemble.n_neurons for ensemble in ensembles)
     if n_neurons > room:  # no pass takes neurons away
         return OFFLOAD * movable
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
         # Most of what nengo-loihi's builder refuses is refused in a rewritten network, too.
-        return TRY_COMPACT if isinstance(error, DoesNotFitError) else OFFLOAD * movable
+        worth_it = passes == COMPACT and isinstance(error, DoesNotFitError)
+        return TRY_COMPACT if worth_it else OFFLOAD * movable
     try:
-        n_cores = cores_rewritten()
+        n_cores = cores_by(passes)
     except RefusedError:
-        return f"more: -p {COMPACT} does not compile it either" + "; try --offload" * movable
-    return f"more: -p {COMPACT} compiles it, on {n_cores} core{'s' * (n_cores != 1)}"
+        if passes == AS_WRITTEN:  # as is to be expected
+            return OFFLOAD * movable
+        return f"more: -p {passes} does not compile it either" + "; try --offload" * movable
+    return f"more: -p {passes} compiles it, on {n_cores} core{'s' * (n_cores != 1)}"

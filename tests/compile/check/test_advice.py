@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from nengo.solvers import NoSolver
 
-from spikeport.compile.check.advice import COMPACT, MOST_CONNECTIONS, advice
+from spikeport.compile.check.advice import AS_WRITTEN, COMPACT, MOST_CONNECTIONS, advice
 from spikeport.compile.ground.refusal import ArgumentError, RefusedError
 from spikeport.compile.ground.settings import add_params
 from spikeport.compile.loihi.build_settings import BuildSettings
@@ -71,8 +71,8 @@ def test_what_no_pass_mends_is_not_tried() -> None:
     with sparse() as network:
         nengo.Ensemble(5, 1, neuron_type=nengo.Tanh())
     error = refusal(network)
-    for can_be_rewritten in (False, True):
-        assert advice(network, error, pytest.fail, can_be_rewritten) == OFFLOAD
+    for passes in (None, COMPACT, AS_WRITTEN):
+        assert advice(network, error, pytest.fail, passes) == OFFLOAD
     assert error.advice == refusal(network, "compact").advice == OFFLOAD
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, gain=np.full(5, np.nan), bias=np.ones(5))
@@ -114,7 +114,7 @@ def test_what_learns_on_several_cores_is_no_better_rewritten() -> None:
         nengo.Ensemble(20, 1)
     error = refusal(network)
     assert "SP012" in str(error)
-    assert error.advice == advice(network, error, pytest.fail, can_be_rewritten=False) == OFFLOAD
+    assert error.advice == advice(network, error, pytest.fail, None) == OFFLOAD
 
 
 def test_what_is_too_large_for_the_chip_has_no_ensemble_to_be_moved(tmp_path: Path) -> None:
@@ -135,6 +135,18 @@ def test_a_pass_that_refuses_the_settings_of_the_build_is_no_advice() -> None:
     assert refusal(sparse(), settings=settings).advice == OFFLOAD
     with pytest.raises(ArgumentError, match="decode_tau"):
         compile_network(sparse(), pipeline=COMPACT, settings=settings)
+
+
+def test_what_compiles_as_it_is_written_alone_is_said_too(tmp_path: Path) -> None:
+    chip = chip_file(tmp_path / "few.toml", in_axons=200)
+    with nengo.Network(seed=1) as network:
+        b = nengo.Ensemble(60, 2)
+        for _ in range(3):
+            nengo.Connection(nengo.Ensemble(100, 2), b)
+    error = refusal(network, COMPACT, chip=chip)
+    assert "SP102 in-axons" in str(error)
+    n_cores = compile_network(network, chip, pipeline=AS_WRITTEN).image.n_cores
+    assert error.advice == f"more: -p as_written compiles it, on {n_cores} cores"
 
 
 def test_a_trial_warns_of_nothing() -> None:
