@@ -101,27 +101,33 @@ def test_what_comes_from_the_host_has_a_filter_of_its_own() -> None:
     assert reasons(network)["direct"] == OTHER_FILTER
 
 
-def both(first: float, second: float) -> Rewrite:
+def both(first: float, second: float, path: str = "auto") -> Rewrite:
     """Return the chain, whose connection is there twice, with two filters."""
-    network = chain(tau=first)
+    network = chain(path, tau=first)
     with network:
         nengo.Connection(*network.ensembles, function=np.square, synapse=second)
     return rewritten(network, DecodePath())[0]
 
 
+def paths(rewrite: Rewrite) -> list[str]:
+    config = rewrite.network.config
+    return sorted(config[one].decode_path for one in rewrite.network.connections)
+
+
 def test_the_fastest_is_wired_directly_and_the_rest_of_others_filtered_before() -> None:
     rewrite = both(0.1, 0.01)
-    paths = [rewrite.network.config[c].decode_path for c in rewrite.network.connections]
-    assert sorted(paths) == ["auto", "auto", "direct", "preset10"]
+    assert paths(rewrite) == ["auto", "auto", "direct", "preset10"]
     filters = [(b.n_neurons, b.compartment.tau_s) for b in build(rewrite, 0.001).blocks]
     assert (20, pytest.approx(0.1 - 0.01 - 0.001)) in filters
     assert (60, 0.01) in filters
 
 
 def test_filters_nearer_than_the_delay_of_a_relay_are_shared() -> None:
-    rewrite = both(0.008, 0.002)
-    paths = [rewrite.network.config[c].decode_path for c in rewrite.network.connections]
-    assert sorted(paths) == ["auto", "auto", "direct", "direct"]
+    assert paths(both(0.008, 0.002)) == ["auto", "auto", "direct", "direct"]
+
+
+def test_a_connection_that_is_to_be_direct_asks_for_its_own_filter() -> None:
+    assert paths(both(0.05, 0.05, "direct")) == ["auto", "auto", "direct", "direct"]
 
 
 def test_auto_takes_the_host_where_its_delay_may_be() -> None:

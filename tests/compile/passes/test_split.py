@@ -77,6 +77,12 @@ def test_pieces_are_named_after_the_whole() -> None:
     }
 
 
+def test_the_report_says_how_many_pieces_a_block_has() -> None:
+    notes: dict[str, object] = {}
+    Split().apply(dense(), context(small_chip(compartments=6), notes))
+    assert notes == {"pieces": {"block 1": 2}}
+
+
 @pytest.mark.parametrize(
     "group",
     [

@@ -58,6 +58,22 @@ def test_an_ensemble_probed_across_parts_stays() -> None:
     assert "large" in [e.label for e in split.network.ensembles]
 
 
+def test_a_probe_that_ends_with_the_first_neuron_of_the_next_part_keeps_the_ensemble() -> None:
+    """Of 100 neurons, those of the second part start at 50."""
+    _, notes = rewritten(large(slice(40, 51)), SplitEnsembles(max_neurons=64))
+    assert notes == {"parts": {}}
+    _, notes = rewritten(large(slice(40, 50)), SplitEnsembles(max_neurons=64))
+    assert notes == {"parts": {"large": 2}}
+
+
+def test_a_probe_may_begin_with_the_first_neuron_of_a_part() -> None:
+    network = large(slice(50, 60))
+    split, _ = rewritten(network, SplitEnsembles(max_neurons=64))
+    probe = split.stand_ins[network.probes[0]]
+    assert split.names[probe.obj.ensemble] == "large[2/2]"
+    assert probe.slice == slice(0, 10)
+
+
 def test_nothing_large_nothing_changed() -> None:
     network = large()
     split, _ = rewritten(network, SplitEnsembles())
