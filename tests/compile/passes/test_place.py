@@ -58,6 +58,17 @@ def test_a_placement_that_swaps_make_worse_stays() -> None:
     assert notes["worst_link"]["after"] <= notes["worst_link"]["before"] == 4
 
 
+def test_messages_within_a_core_hold_it_at_no_place() -> None:
+    rng = np.random.RandomState(0)
+    messages = rng.randint(1, 4, (16, 16)) * (rng.rand(16, 16) < 0.2)
+    notes: list[dict[str, dict[str, int]]] = [{}, {}]
+    for within, note in zip((0, 9), notes, strict=True):
+        np.fill_diagonal(messages, within)
+        Place().apply(carrying(messages), context(note=note))
+    assert notes[0] == notes[1]
+    assert notes[0]["hops"]["after"] < notes[0]["hops"]["before"]
+
+
 def test_chips_of_a_board_come_first() -> None:
     board = small_chip(chips=2)
     pairs = ring(256, 128)  # every message leaves its chip

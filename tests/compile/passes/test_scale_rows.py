@@ -60,6 +60,12 @@ def test_exact_in_float() -> None:
     assert np.array_equal(after["weights"], before["weights"] * factor)
 
 
+def test_compartments_of_the_smallest_weights_keep_their_threshold() -> None:
+    _, before = floats_of(wide(), None)
+    _, after = floats_of(wide(), ScaleRows(profiles=8))
+    assert np.array_equal(after["vth"][:3], before["vth"][:3])
+
+
 def test_small_gains_survive_rounding() -> None:
     plain, _ = floats_of(wide(), None)
     scaled, _ = floats_of(wide(), ScaleRows(profiles=8))

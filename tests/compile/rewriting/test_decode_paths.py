@@ -97,8 +97,8 @@ N_DIRECT = (3 + 3 + 2, 5 + 5 + 2)
 """Weights E D that are not zero, of three distinct neurons, and of all."""
 
 
-def cost_of(path: str) -> PathCost:
-    (cost,) = (one for one in path_costs(LINK, LIMITS, DT_S, RATE_HZ) if one.path == path)
+def cost_of(path: str, of: Link = LINK) -> PathCost:
+    (cost,) = (one for one in path_costs(of, LIMITS, DT_S, RATE_HZ) if one.path == path)
     return cost
 
 
@@ -138,6 +138,14 @@ def test_relays_take_pairs_of_compartments_a_dimension(
     assert relay.synaptic_ops_per_s == pytest.approx(ops, abs=0.5)
     assert relay.delay_s == pytest.approx(0.006)
     assert relay.error == pytest.approx(np.hypot(rounding(LINK.decoders), relay_noise(path, DT_S)))
+
+
+@pytest.mark.parametrize(("path", "pairs"), [("onoff", 1), ("preset10", 10)])
+def test_weights_may_be_what_relays_take_most_of(path: str, pairs: int) -> None:
+    values = np.random.RandomState(0).uniform(1, 2, (20, 1000))
+    dense = Link(sparse.csr_array(values), sparse.csr_array(values.T), jumps=np.ones(1000))
+    bits = 2 * (pairs + 1) * values.size * WEIGHT_BITS
+    assert cost_of(path, dense).cores == share(synapse_bits=bits)
 
 
 def test_the_host_takes_messages_in_every_step() -> None:
