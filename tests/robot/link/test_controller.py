@@ -89,6 +89,12 @@ def test_the_pose_is_held_until_the_policy_is_asked_for(robot):
     assert len(robot.asked) == 2
 
 
+def test_the_pose_is_held_where_the_joints_sag(robot):
+    robot.to(State.HOLD).time_s += DT_S
+    sagging = STANDING._replace(time_s=robot.time_s, q=POSE_RAD + 0.05)
+    np.testing.assert_array_equal(robot.again(sagging).q, POSE_RAD)
+
+
 def test_the_run_key_does_nothing_before_the_ramp_is_over(robot):
     robot.to(State.RAMP).send("A")
     assert robot.controller.state is State.RAMP

@@ -92,6 +92,18 @@ def test_without_a_switcher_a_simulation_goes_on_and_a_robot_does_not() -> None:
         MotionSwitcher(Exchange(None), required=True).release()
 
 
+@pytest.mark.parametrize(("n_readers", "writers"), [(1, []), (0, [1])])
+def test_a_switcher_of_which_one_end_is_not_found_is_asked_for_nothing(
+    monkeypatch: pytest.MonkeyPatch, n_readers: int, writers: list[int]
+) -> None:
+    monkeypatch.setattr(End, "n_readers", n_readers)
+    monkeypatch.setattr(End, "writers", writers)
+    robot = in_mode("ai")
+    with pytest.raises(BackendError, match="no motion switcher"):
+        MotionSwitcher(Exchange(robot), required=True).release()
+    assert robot.sport_mode == "ai"
+
+
 def test_answers_of_others_and_damaged_ones_are_not_taken() -> None:
     bus = Exchange(in_mode("ai"))
     bus.ends[SWITCHER_RESPONSES].queue.extend(

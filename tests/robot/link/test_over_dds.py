@@ -1,6 +1,8 @@
 """The controller's end: what it waits for, asks again for, skips, and gives up."""
 
 import gc
+import sys
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -141,6 +143,20 @@ def test_a_controller_that_came_second_is_refused() -> None:
         robot.exchange(seen, HOLD)
 
 
+def test_a_robot_that_takes_its_time_is_waited_for() -> None:
+    bus, robot, seen = lock_step()
+    asked: list[None] = []
+
+    def late() -> None:
+        asked.append(None)
+        if len(asked) > 2:
+            bus.publish()
+
+    bus.readers[STATES]._ask = late
+    assert robot.exchange(seen, HOLD).tick == 10
+    assert len(asked) > 2
+
+
 def test_a_robot_that_does_not_answer_is_given_up() -> None:
     bus, robot, seen = lock_step()
     bus.publishes = False
@@ -237,6 +253,19 @@ def test_leaving_closes_the_bus() -> None:
     bus, robot, _ = lock_step()
     robot.close()
     assert bus.closed
+
+
+def test_a_bus_on_which_no_robot_can_be_made_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = FakeBus()
+    module = SimpleNamespace(Bus=lambda *_place, **_options: made)
+    monkeypatch.setitem(sys.modules, "spikeport.robot.link.bus", module)
+
+    def fail(_bus: FakeBus) -> RealTimeRobot:
+        raise BackendError("no topic")
+
+    with pytest.raises(BackendError, match="no topic"):
+        over_dds.on_bus(None, True, fail)
+    assert made.closed
 
 
 def test_in_real_time_the_newest_state_wins() -> None:
