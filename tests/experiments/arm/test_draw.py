@@ -93,6 +93,15 @@ def test_a_drawing_without_a_reader_has_no_reading(tmp_path, monkeypatch):
     assert run(tmp_path, 4.0)["metrics"]["recognised_as"] is None
 
 
+@pytest.mark.parametrize(
+    ("asked", "there", "reads"), [(None, True, True), (None, False, False), (False, True, False)]
+)
+def test_a_drawing_is_read_where_it_can_be_unless_it_is_not_to_be(monkeypatch, asked, there, reads):
+    monkeypatch.setattr(digit_reader, "can_read", lambda: there)
+    trial = draw.DrawTrial(draw.DrawSettings(recognise=asked), Options(12.0))
+    assert trial._reads is reads
+
+
 # what it refuses
 
 

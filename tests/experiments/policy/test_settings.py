@@ -1,8 +1,11 @@
 """Settings of a policy that walks."""
 
+from pathlib import Path
+
 import pytest
 
 from spikeport.errors import UsageError
+from spikeport.experiments.policy import settings as module
 from spikeport.experiments.policy.settings import CONVERSION, PolicySettings
 from spikeport.networks import walking_policy
 from spikeport.networks.policy import PolicyOptions
@@ -48,3 +51,10 @@ def test_a_policy_is_the_shipped_one_or_that_of_a_file(tmp_path):
     shipped.save(tmp_path / "mine.npz")
     mine = PolicySettings(policy=str(tmp_path / "mine.npz")).walking_policy()
     assert (mine.weights[0] == shipped.weights[0]).all()
+
+
+def test_a_policy_is_loaded_by_its_description(tmp_path, monkeypatch):
+    (mine := tmp_path / "mine.npz").touch()
+    monkeypatch.setattr(module, "load_policy", lambda *given, **_options: given)
+    settings = PolicySettings(policy=str(mine), description="env.yaml")
+    assert settings.walking_policy() == (mine, Path("env.yaml"))

@@ -1,14 +1,18 @@
 """Rehearsals of a schedule: what the policy observes and where the arm goes."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from spikeport.cache import Cache
+from spikeport.errors import UsageError
 from spikeport.experiments.options import Options
 from spikeport.experiments.switch import rehearsal
 from spikeport.experiments.switch.rehearsal import Rehearsals, Rehearsed
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.switch.trial import SwitchTrial
+from spikeport.networks import walking_policy
 from spikeport.networks.region import ArmRegion, Box
 from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import PARTS
@@ -24,6 +28,17 @@ def test_a_policy_that_balances_knows_the_arm_at_work(brief, monkeypatch, anchor
     elbow = found.observations[:, PARTS["joint angles"]][:, JOINTS.index("right_elbow")]
     assert (np.ptp(elbow) > 0.6) == knows
     assert np.ptp(found.region.q_samples[:, -1]) > 0.6
+
+
+def test_a_robot_that_falls_before_its_arm_works_is_refused(brief, tmp_path):
+    weights = walking_policy.load()
+    *hidden, last = weights.biases
+    squat = np.where(["knee" in joint for joint in JOINTS], 4.0, 0.0)
+    dataclasses.replace(weights, biases=(*hidden, last + squat)).save(tmp_path / "squats.npz")
+    settings = SwitchSettings(schedule=brief, policy=str(tmp_path / "squats.npz"))
+    trial = SwitchTrial(settings, Options(6.0))
+    with pytest.raises(UsageError, match=r"fall at 0\.\d s, before the arm works; cure: "):
+        trial.rehearsals(trial.exact()).record()
 
 
 def test_rehearsals_are_done_once_for_a_schedule(brief, monkeypatch, tmp_path):
