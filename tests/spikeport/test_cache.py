@@ -88,6 +88,16 @@ def test_surroundings_cover_versions(monkeypatch, name):
     assert cache.surroundings() == before
 
 
+@pytest.mark.parametrize(("api", "counts"), [("blas", True), ("openmp", False)])
+def test_surroundings_cover_libraries_that_compute_and_none_of_threads(monkeypatch, api, counts):
+    def of(version):
+        found = [{"user_api": api, **dict.fromkeys(cache.BLAS, version)}]
+        monkeypatch.setattr(cache, "threadpool_info", lambda: found)
+        return cache.surroundings.__wrapped__()
+
+    assert (of("1") != of("2")) == counts
+
+
 def test_surroundings_cover_every_file_of_spikeport(monkeypatch):
     before, read = cache.surroundings(), Path.read_bytes
     for name in ("kernel.py", "loihi.toml", "h1.xml"):

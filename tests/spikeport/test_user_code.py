@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import os
 import sys
 
 import pytest
@@ -68,6 +69,12 @@ def test_a_missing_file_or_module_is_named(tmp_path):
         "ModuleNotFoundError: No module named 'no_such_module'"
     )
     assert refusal(".net").startswith("module '.net' cannot be imported: TypeError: ")
+
+
+def test_what_is_no_file_is_refused(tmp_path):
+    """A device is, for a pipe would be waited for if it were not."""
+    (path := tmp_path / "null.py").symlink_to(os.devnull)
+    assert refusal(path).startswith(f"{path}: expected a file")
 
 
 def test_cells_of_a_notebook_run_one_after_the_other(tmp_path, capsys):
