@@ -120,8 +120,6 @@ class _Sources:
         """Return the number of connections that reach a target through one from a node."""
         matrix, numbers = self._at(connection.pre_obj)
         passed = sparse.csr_array(_transform(connection) @ matrix[source_rows(connection)])
-        # Values that a transform leaves out have zeros, and reach no target.
-        passed.eliminate_zeros()
         return len(np.unique(numbers[passed.indices]))
 
 
