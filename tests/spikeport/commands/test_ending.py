@@ -9,6 +9,7 @@ import pytest
 from spikeport.commands.ending import OF_SERVERS, SIGNALS, ended_in_order, resumable
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize(
     ("number", "serves"),
     [*((number, False) for number in SIGNALS), *((number, True) for number in OF_SERVERS)],
