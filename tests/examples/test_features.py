@@ -143,6 +143,11 @@ def oja(on_chip: bool) -> None:
     nengo.Ensemble(10, 1)
 
 
+def pes_to_neurons() -> None:
+    pre, post = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
+    nengo.Connection(pre, post.neurons, transform=np.zeros((10, 1)), learning_rule_type=nengo.PES())
+
+
 def live_camera() -> None:
     nengo.Connection(nengo.Node(LiveCamera("camera.aedat"))[:4], nengo.Ensemble(4, 1).neurons)
 
@@ -169,6 +174,7 @@ CASES: list[tuple[str, Callable[[], None], str | None]] = [
     ("other synapses", alpha_of_the_host, None),
     ("other synapses", alpha_on_the_chip, "SP005"),
     ("PES", pes, None),
+    ("PES", pes_to_neurons, "SP016"),
     ("learning rules other than PES", partial(oja, on_chip=False), None),
     ("learning rules other than PES", partial(oja, on_chip=True), "SP007"),
     ("noise of ensembles", noise, "SP003"),
