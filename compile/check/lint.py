@@ -157,7 +157,7 @@ def learning_rule(scope: Scope) -> Iterator[Violation]:
 def learned_neurons(scope: Scope) -> Iterator[Violation]:
     """Refuse PES from an ensemble on the chip to neurons.
 
-    Nengo multiplies its errors by their encoders, which nengo-loihi leaves out.
+    Nengo multiplies the errors by the neurons' encoders, which nengo-loihi leaves out.
     """
     for connection in scope.network.all_connections:
         to_neurons = isinstance(connection.post_obj, Neurons)

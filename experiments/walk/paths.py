@@ -65,8 +65,8 @@ class WalkPath:
         """Return (n,) distances in m of places (n, 2) from the nearest place on the path."""
         dense = self._dense()
         nearest = cKDTree(dense).query(places)[1]
-        # It lies on one of the two pieces that meet in the nearest point: that itself would be
-        # 1.4 mm (rms) away from places that are on the path.
+        # The nearest place lies on one of the two pieces that meet in the nearest point. The point
+        # itself is 1.4 mm (rms) from places that are on the path.
         before, after = np.maximum(nearest - 1, 0), np.minimum(nearest, len(dense) - 2)
         distances = [_distances_m(places, dense[i], dense[i + 1]) for i in (before, after)]
         nearest_m: np.ndarray = np.min(distances, axis=0)

@@ -141,7 +141,7 @@ OPERATIONS: Operations = {
     "aten::zeros": lambda sizes, **options: 0.0 * _ones(sizes, **options),
     "aten::dropout": _dropout,
     "aten::batch_norm": _batch_norm,
-    # What a script checks before it normalises or drops out: observations are rows of a batch.
+    # A script checks these before it normalises or drops out: observations are rows of a batch.
     "aten::dim": lambda x: 2 if isinstance(x, Chain) else _array(x).ndim,
     "aten::lt": _comparison(operator.lt),
     "aten::gt": _comparison(operator.gt),

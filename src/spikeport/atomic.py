@@ -169,7 +169,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 def lock(descriptor: int) -> bool:
     """Lock an open file or folder until it is closed; False if somebody else holds its lock."""
-    # Some network file systems have no locks for folders: there, nobody is refused.
+    # Some network file systems have no locks: there, nobody is refused.
     with contextlib.suppress(OSError):
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

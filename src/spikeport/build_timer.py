@@ -25,7 +25,7 @@ class Ended(SystemExit):
 
 
 FROM_OUTSIDE = (KeyboardInterrupt, OutOfTime, Ended)
-"""What ends a user's code but is not raised by it."""
+"""The exceptions that end a user's code from outside."""
 
 
 @contextlib.contextmanager

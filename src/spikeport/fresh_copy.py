@@ -18,7 +18,7 @@ import cloudpickle
 import nengo
 
 LIBRARIES = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
-"""Folders of modules that are no user's: their functions are shared."""
+"""Folders of installed modules: their functions are shared."""
 
 
 def fresh_copy(network: nengo.Network) -> nengo.Network:
@@ -83,7 +83,7 @@ def _with_shared_functions(network: nengo.Network) -> nengo.Network:
 
 
 def _own_modules() -> set[ModuleType]:
-    """Return the modules of the user, whose functions have variables of his."""
+    """Return the modules of the user, whose functions may change variables."""
     found = set()
     for name, module in list(sys.modules.items()):
         file = getattr(module, "__file__", None)

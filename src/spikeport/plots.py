@@ -1,4 +1,4 @@
-"""What all figures have in common: texts that are no formulas, and their files."""
+"""Functions for all figures: a text that is drawn as it is, a figure as the content of a file."""
 
 from io import BytesIO
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def plain(text: str) -> str:
-    """Return a text, as of a label, that matplotlib can draw, and takes for no formula."""
+    """Return a text, as of a label, such that matplotlib draws it and reads no formula in it."""
     return printable(text, kept="\n").replace("$", r"\$")
 
 

@@ -22,7 +22,7 @@ PARSED_LETTERS = 4 * 10**6
 MAGIC = re.compile(r"\s*((?:[\w, ]+=)?\s*[%!]|\?|.*\?\s*$)")
 """A line of IPython: ``%magic``, ``!command``, ``x = !command``, ``?name`` or ``name?``."""
 LINE_END = re.compile(r"\r\n?|\n")
-"""What ends a line of Python; `str.splitlines` knows others, which may stand within a text."""
+"""The end of a line of Python; `str.splitlines` knows others, which may stand within a text."""
 PYTHON_INSIDE = ("capture", "prun", "time", "timeit")
 """Magics of a whole cell whose other lines are Python."""
 NO_PYTHON = (SyntaxError, ValueError, RecursionError, MemoryError)

@@ -9,7 +9,7 @@ import xarray as xr
 from spikeport.simulation.recorded import Recorded
 
 NOT_IN_NAMES = re.compile(r"[/\0]|^\.$")
-"""What NetCDF has for groups, for the end of a name, and for the file itself."""
+"""The letters that NetCDF has for groups and the end of a name, and its name of a whole file."""
 OURS = ("time_", "size_")
 """The beginnings of names of clocks and dimensions, which no probe's name has."""
 

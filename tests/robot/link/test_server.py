@@ -50,7 +50,8 @@ def in_lock_step() -> dict[str, object]:
         states, commands, reader = bus.reader(STATES), bus.writer(COMMANDS), bus.reader(TRUTHS)
         other = bus.writer(COMMANDS)
         until = time.monotonic() + 60
-        while not truths and time.monotonic() < until:  # readers are not found at the same time
+        # Neither all readers nor all writers are found at the same time.
+        while not (truths and commands.n_readers and other.n_readers) and time.monotonic() < until:
             truths += [decode_base(arrival.message).tick for arrival in reader.take(0.2)]
         while len(ticks) < 10 and time.monotonic() < until:
             for arrival in states.take(0.2):
