@@ -7,10 +7,11 @@ stand in ``rules.toml``, SP0xx.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 
 import nengo
 import numpy as np
+from nengo.connection import LearningRule
 from nengo.dists import Distribution
 from nengo.ensemble import Neurons
 from nengo.params import iter_params
@@ -18,12 +19,14 @@ from nengo_loihi.dvs import DVSFileChipProcess
 from nengo_loihi.inputs import ChipProcess
 
 from spikeport.compile.check import rules
+from spikeport.compile.check.loops import components
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.names import End, Names, base
 from spikeport.compile.ground.scope import (
     MATRICES,
     Scope,
     in_full,
+    is_passthrough,
     is_plain,
     probeable,
     source_rows,
@@ -227,6 +230,43 @@ def host_neurons(scope: Scope) -> Iterator[Violation]:
             yield rules.get("SP015").broken(scope.names[connection], used)
 
 
+def host_cycles(scope: Scope) -> Iterator[Violation]:
+    """Refuse loops on the host without a synapse, as Nengo does."""
+    direct = [
+        c
+        for c in scope.network.all_connections
+        if c.synapse is None
+        and not isinstance(c.post_obj, LearningRule)
+        and not any(scope.on_chip(base(end)) for end in (c.pre_obj, c.post_obj))
+    ]
+    ways = [pair for c in direct for pair in _ways_through(c)]
+    loop = components(ways)
+    size = Counter(loop.values())
+    last = {loop[c]: c for c in direct if size[loop[c]] > 1}
+    for connection in last.values():
+        yield rules.get("SP017").broken(scope.names[connection], "none around it")
+
+
+def _ways_through(connection: nengo.Connection) -> Iterator[tuple[Hashable, Hashable]]:
+    """Yield pairs of what a connection reads and itself, and of itself and what it reaches."""
+    read = _entries(connection.pre_obj, connection.pre_slice)
+    reached = _entries(connection.post_obj, connection.post_slice)
+    yield from ((one, connection) for one in read)
+    yield from ((connection, one) for one in reached)
+
+
+def _entries(end: End, part: slice | list[int]) -> list[tuple[object, int]]:
+    """Return the entries of a passthrough node that Nengo takes a slice for, or the object whole.
+
+    A function of a node makes each of its values depend on all. Nengo takes a slice by a list as
+    all entries, and one with a step as all between its ends.
+    """
+    if not is_passthrough(end):
+        return [(base(end), 0)]
+    rows = np.arange(end.size_in)[part if isinstance(part, slice) else slice(None)]
+    return [(end, row) for row in range(rows.min(), rows.max() + 1)]
+
+
 def _arrays(obj: nengo.Ensemble | nengo.Connection) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the arrays of an ensemble or connection, by name."""
     if isinstance(obj, nengo.Connection):
@@ -258,6 +298,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     finite,
     users_decoders,
     host_neurons,
+    host_cycles,
 )
 MENDED = (synapse,)
 """Rules that a pass over a network can mend."""

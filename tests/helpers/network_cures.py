@@ -113,6 +113,13 @@ def learned_to_neurons(by_node: bool = False, host: bool = False) -> None:
         on_host(a)
 
 
+def host_loop(synapse: object = None) -> None:
+    some(1)
+    a, b = (nengo.Node(lambda t, x: x / 2, size_in=1) for _ in range(2))
+    nengo.Connection(a, b, synapse=None)
+    nengo.Connection(b, a, synapse=synapse)
+
+
 def in_list() -> None:
     rules = [nengo.PES()]
     nengo.Connection(nengo.Ensemble(20, 1), nengo.Node(size_in=1), learning_rule_type=rules)
@@ -261,6 +268,12 @@ CASES = [
             linted(partial(learned_to_neurons, by_node=True)),
             linted(partial(learned_to_neurons, host=True)),
         ),
+    ),
+    Case(
+        "SP017",
+        "give a connection of the loop a synapse, as in synapse=nengo.Lowpass(0.001)",
+        linted(host_loop),
+        (linted(partial(host_loop, nengo.Lowpass(0.001))), linted(partial(host_loop, 0))),
     ),
     Case(
         "SP009",

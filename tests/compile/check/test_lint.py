@@ -1,3 +1,4 @@
+import contextlib
 from collections.abc import Callable
 from typing import Any
 
@@ -5,6 +6,7 @@ import nengo
 import nengo_loihi
 import numpy as np
 import pytest
+from nengo.exceptions import BuildError
 
 from spikeport.compile.check.lint import RULES, lint
 from spikeport.compile.check.violation import DoesNotFitError, Violation
@@ -113,6 +115,13 @@ def foreign_learning_rule(rule: Any = RLS) -> None:
 def learning_to_neurons() -> None:
     a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(8, 1, label="b")
     nengo.Connection(a, b.neurons, transform=np.zeros((8, 1)), learning_rule_type=nengo.PES())
+
+
+def direct_loop() -> None:
+    nengo.Ensemble(4, 1)
+    a, b = (nengo.Node(lambda t, x: x / 2, size_in=1, label=label) for label in "ab")
+    nengo.Connection(a, b, synapse=None)
+    nengo.Connection(b, a, synapse=None)
 
 
 def list_of_rules() -> None:
@@ -231,6 +240,12 @@ CASES: list[tuple[Callable[[], None], str]] = [
         "to a node, as in nengo.Connection(ensemble, node, learning_rule_type=nengo.PES()), and "
         "connect the node to the neurons, or keep what it learns from on the host with "
         "net.config[ensemble].on_chip = False, after spikeport.add_params(net)",
+    ),
+    (
+        direct_loop,
+        "b -> a: SP017 loop on the host without a synapse: none around it, limit a synapse in "
+        "each loop; cure: give a connection of the loop a synapse, as in "
+        "synapse=nengo.Lowpass(0.001), or synapse=0, which is one step of delay",
     ),
     (dict_of_rules, RULE.format("dict of PES, RLS")),
     (
@@ -425,3 +440,31 @@ def test_a_network_with_all_on_the_host_says_why() -> None:
             "1 with on_chip = False, 1 of neuron type Direct",
         )
     ]
+
+
+@pytest.mark.parametrize(
+    ("read", "function", "through"),
+    [
+        (slice(0, 1), None, False),
+        (slice(1, 2), None, True),
+        ([0], None, True),  # Nengo takes a list for all entries
+        (slice(0, 4, 3), None, True),  # and a step for all between
+        (slice(0, 1), lambda t, x: x, True),
+    ],
+)
+def test_loops_on_the_host_are_those_that_nengo_refuses(
+    read: slice | list[int], function: Callable[[float, Any], Any] | None, through: bool
+) -> None:
+    def make() -> None:
+        a, b = nengo.Node(function, size_in=4), nengo.Node(function, size_in=4)
+        nengo.Connection(
+            a[read], b[:1], transform=np.ones((1, len(np.arange(4)[read]))), synapse=None
+        )
+        nengo.Connection(b[:1], a[1:2], synapse=None)
+        nengo.Connection(nengo.Ensemble(10, 1), b[0])
+
+    assert [one.id for one in violations(make)] == ["SP017"] * through
+    with nengo.Network() as network:
+        make()
+    with pytest.raises(BuildError, match="cycles") if through else contextlib.nullcontext():
+        nengo.Simulator(network, progress_bar=False).close()
