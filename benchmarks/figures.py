@@ -26,9 +26,9 @@ ROOT = Path(__file__).parents[1]
 FOLDERS, RESULTS = ROOT / "build" / "figures", ROOT / "benchmarks" / "figures"
 KEPT = (
     *("experiment", "backend", "seconds", "seeds", "settings", "metrics", "image_digest"),
-    *("resources", "cores", "energy", "timing", "energy_by_unit", "versions"),
+    *("resources", "cores", "energy", "timing", "energy_by_unit", "versions", "rows"),
 )
-"""The parts of a result, or of a compile's report, that are kept."""
+"""The parts of a result, of a compile's report or of an evaluation that are kept."""
 DETAILS = ("terms", "cores")
 """Parts of an estimate that no document states, and which would be nine tenths of what is kept."""
 SPEED = "real_time_factor"
@@ -46,9 +46,15 @@ class Differing(NamedTuple):
 
 
 def results_in(folder: Path) -> Results:
-    """Return the results in the folder of a run, a sweep or a compile; none if it is not done."""
-    files = [*folder.glob("result.json"), *sorted(folder.glob("points/*.json"))]
-    return [_kept(json.loads(file.read_text())) for file in files or folder.glob("report.json")]
+    """Return the results in the folder of a command; none if it is not done.
+
+    A run has one, a sweep one for each point, an evaluation one for all its points, and a compile
+    its report.
+    """
+    for pattern in ("result.json", "points/*.json", "report.json"):
+        if files := sorted(folder.glob(pattern)):
+            return [_kept(json.loads(file.read_text())) for file in files]
+    return []
 
 
 def _kept(result: dict[str, Any]) -> dict[str, Any]:
@@ -66,8 +72,8 @@ def run(names: Iterable[str]) -> int:
     failed = 0
     for name in names:
         folder, command = FOLDERS / name, RUNS[name]
-        # Sweeps find out by themselves what they lack.
-        if command.startswith("sweep") or not results_in(folder):
+        # Sweeps and evaluations find out by themselves what they lack.
+        if command.startswith(("sweep", "evaluate")) or not results_in(folder):
             if QUIET_POLICY in command and not (ROOT / QUIET_POLICY).exists():
                 print(f"{name}: {QUIET_POLICY} is not there; docs/paper.md has it by: {TRAINING}")
                 failed += 1

@@ -23,7 +23,24 @@ TRAINING = (
     "spikeport train walk --seed 2 --threads 1 --steps 14745600 --no-hidden-noise --out build/quiet"
 )
 """Makes that policy in 43 minutes of CPU time or so, at commit f82d95d."""
+ROBUST_POLICY = "networks/policies/h1_robust.npz"
+ROBUST_ROWS = (
+    *("push=0.8", "terrain=slope:6", "terrain=boxes:0.01", "terrain=boxes:0.02"),
+    *("observation_delay=0.02", "estimator=leg-odometry", "robot_model=urdf"),
+)
+PERTURBED_ROWS = (
+    *("friction=0.4", "mass=1.2", "payload=10.0", "com_y=0.03", "gains=0.8", "strength=0.5"),
+    *("action_delay=0.02", "action_delay=0.03", "observation_delay=0.02", "sensor_noise=1.0"),
+    *("push=0.8", "terrain=slope:6", "terrain=boxes:0.01", "terrain=relief:0.02"),
+    *("estimator=leg-odometry", "robot_model=urdf"),
+)
 QUIET = f"walk --set policy={QUIET_POLICY} --set path=loop --seconds 20"
+
+
+def _evaluate(rows: Iterable[str], episodes: int) -> str:
+    asked = " ".join(f"--row {row}" for row in rows)
+    return f"evaluate walk --episodes {episodes} {asked}"
+
 
 RUNS = {
     **{
@@ -59,6 +76,14 @@ RUNS = {
     " --set tau_fwd=0.01",
     "walk_silenced": "run walk --set n_neurons=20 --set path=loop --set silence=0.5"
     " --set silence_at=25 --seconds 40",
+    "perturbed_exact": f"{_evaluate(PERTURBED_ROWS, 20)} --backend analytic",
+    "robust_exact": f"{_evaluate(ROBUST_ROWS, 200)} --backend analytic"
+    f" --set policy={ROBUST_POLICY}",
+    "robust_chip": f"{_evaluate(ROBUST_ROWS, 200)} --set policy={ROBUST_POLICY} --set gait=rough",
+    "robust_paths_exact": f"sweep walk --vary {PATHS} --set policy={ROBUST_POLICY} --set ramp=4"
+    " --seeds 3 --backend analytic",
+    "robust_paths": f"sweep walk --vary {PATHS} --set policy={ROBUST_POLICY} --set gait=rough"
+    " --set ramp=4 --vary network_seed=0,1,2 --seeds 1",
     "quiet_exact": f"run {QUIET} --backend analytic",
     "quiet_off": f"sweep {QUIET} --set calibrated=false --vary n_neurons=2,20"
     " --vary backend=native,reference --seeds 1",
