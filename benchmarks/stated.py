@@ -409,6 +409,73 @@ def walks_behind_slow_filters(walk_slow: Results) -> Iterator[str]:
 
 
 @states("docs/walk.md")
+def perturbed_walks(perturbed_exact: Results) -> Iterator[str]:
+    for row in _rows(perturbed_exact):
+        yield (
+            f"| {_named(row)} | {_fallen(row)} | {_errors(row)} "
+            f"| {_means(row, *GAIT, 'impact_bw', 'cost_of_transport')} |"
+        )
+
+
+@states("docs/walk.md")
+def perturbed_walks_of_the_robust_policy(
+    robust_exact: Results, robust_chip: Results
+) -> Iterator[str]:
+    for exact, chip in zip(_rows(robust_exact), _rows(robust_chip), strict=True):
+        falls = (_fallen(row).replace(" |", ",") for row in (exact, chip))
+        yield (
+            f"| {_named(exact)} | {' | '.join(falls)} | {_errors(exact)} "
+            f"| {_means(exact, *GAIT, 'impact_bw')} |"
+        )
+
+
+@states("docs/walk.md")
+def undisturbed_walks_of_the_robust_policy(robust_chip: Results) -> Iterator[str]:
+    nominal = _rows(robust_chip)[0]
+    speed, yaw_rate, steps, feet = (
+        nominal[name]["estimate"]
+        for name in ("speed_error_m_s", "yaw_rate_error_rad_s", "steps_per_s", "clearance_m")
+    )
+    yield f"errors are {speed:.3f} m/s and {yaw_rate:.3f} rad/s undisturbed"
+    yield f"it takes {steps:.1f} steps a second with feet {100 * feet:.1f} cm high"
+
+
+@states("docs/walk.md")
+def paths_of_the_robust_policy(robust_paths_exact: Results, robust_paths: Results) -> Iterator[str]:
+    for path in ("line", "s-curve", "figure-eight", "loop"):
+        exact, spiking = _off_mm(robust_paths_exact, path), _off_mm(robust_paths, path)
+        yield f"| {path} | {joined(exact, 1)} | {joined(spiking, 1)} |"
+
+
+GAIT = ("speed_use", "clearance_m", "double_support", "steps_per_s")
+
+
+def _rows(evaluations: Results) -> list[dict[str, Any]]:
+    (evaluation,) = evaluations
+    rows: list[dict[str, Any]] = evaluation["rows"]
+    return rows
+
+
+def _named(row: dict[str, Any]) -> str:
+    return str(row["row"]) if row["row"] == "nominal" else f"`{row['row']}`"
+
+
+def _fallen(row: dict[str, Any]) -> str:
+    low, high = (100 * row["fell"][end] for end in ("low", "high"))
+    return f"{row['falls']} of {row['fell']['n']} | {low:.0f}-{high:.0f} %"
+
+
+def _errors(row: dict[str, Any]) -> str:
+    """Return the errors of speed and yaw rate with their intervals, which are even."""
+    errors = (row[name] for name in ("speed_error_m_s", "yaw_rate_error_rad_s"))
+    return " | ".join(f"{e['estimate']:.3f} ± {e['high'] - e['estimate']:.3f}" for e in errors)
+
+
+def _means(row: dict[str, Any], *names: str) -> str:
+    return joined((row[name]["estimate"] for name in names), 3, " | ")
+
+
+@states("docs/walk.md")
 def walks_without_half_of_the_ensembles(walk_silenced: Results) -> Iterator[str]:
     (fallen_at_s,) = values(walk_silenced, "metrics.fallen_at_s")
     yield f"{fallen_at_s - 25:.1f} s later the robot has fallen"
