@@ -53,11 +53,10 @@ def _calls(network: nengo.Network) -> bool:
 
 def _copied(network: nengo.Network) -> nengo.Network:
     file = io.BytesIO()
-    pickler, unpickler = _Pickler(file), pickle.Unpickler(file)
+    pickler = _Pickler(file)
     pickler.dump(network)
     file.seek(0)
-    unpickler.persistent_load = pickler.code.__getitem__  # type: ignore[method-assign]
-    copy: nengo.Network = unpickler.load()
+    copy: nengo.Network = _Unpickler(file, pickler.code).load()
     return copy
 
 
@@ -74,6 +73,18 @@ class _Pickler(cloudpickle.Pickler):
             return None
         self.code.append(one)
         return len(self.code) - 1
+
+
+class _Unpickler(pickle.Unpickler):
+    """An unpickler that takes shared objects from a list, by their numbers."""
+
+    def __init__(self, file: io.BytesIO, shared: list[object]) -> None:
+        super().__init__(file)
+        self._shared = shared
+
+    def persistent_load(self, number: int) -> object:
+        """Return the shared object of a number."""
+        return self._shared[number]
 
 
 def _with_shared_functions(network: nengo.Network) -> nengo.Network:
