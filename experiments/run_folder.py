@@ -167,8 +167,7 @@ def write_probes(folder: Path, dataset: "xr.Dataset") -> None:
 def write_dataset(path: Path, dataset: "xr.Dataset") -> None:
     """Write time series as netCDF, whole or not at all."""
     # In memory first: on a full disk HDF5's library ends the process instead of raising an error.
-    content = dataset.to_netcdf(engine="h5netcdf")
-    with atomic_path(path) as temporary:
+    with dataset.to_netcdf(engine="h5netcdf") as content, atomic_path(path) as temporary:
         temporary.write_bytes(content)
 
 
