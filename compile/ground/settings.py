@@ -6,6 +6,7 @@
     network.config[connection].decode_path = "direct"
 """
 
+from collections.abc import Iterator
 from typing import Any
 
 import nengo
@@ -17,7 +18,9 @@ from nengo.params import EnumParam, NumberParam
 PATHS = ("auto", "direct", "onoff", "preset10", "host")
 OURS = ("decode_path", "target_filter_s")
 OF_CONTAINER = {nengo.Ensemble: ("block_shape",), nengo.Connection: ("pop_type", *OURS)}
-"""Options that are read in the network that holds an object; ``on_chip`` in the outermost one."""
+"""Options of objects, beside ``on_chip`` of ensembles."""
+UNSET = (None, "auto")
+"""Values that are as good as none."""
 
 
 def add_params(network: nengo.Network) -> None:
@@ -52,6 +55,9 @@ def set_defaults() -> None:
 class NetworkSettings:
     """The settings of a network's objects.
 
+    nengo-loihi reads ``on_chip`` in the config of the outermost network, and the others in that of
+    the network that holds an object; ours are read there first, and then in those around it.
+
     Parameters
     ----------
     network : nengo.Network
@@ -60,16 +66,26 @@ class NetworkSettings:
 
     def __init__(self, network: nengo.Network) -> None:
         self._network = network
-        holders = [network, *network.all_networks]
-        self._holder = {obj: net for net in holders for obj in (*net.ensembles, *net.connections)}
+        self._around: dict[nengo.Network, nengo.Network] = {}
+        self._holder: dict[NengoObject, nengo.Network] = {}
+        for net in (network, *network.all_networks):
+            self._around |= dict.fromkeys(net.networks, net)
+            self._holder |= dict.fromkeys((*net.ensembles, *net.connections), net)
 
     def get(self, obj: NengoObject, name: str) -> Any:
-        """Return the setting of an object, or None where there is no such option."""
-        holder = self._network if name == "on_chip" else self._holder.get(obj, self._network)
-        try:
-            return getattr(holder.config[obj], name)
-        except (ConfigError, AttributeError):
-            return None
+        """Return the setting of an object, or None where it has none or there is no such option."""
+        found = (_setting(net, obj, name) for net in self._read(obj, name))
+        return next((value for value in found if value not in UNSET), None)
+
+    def _read(self, obj: NengoObject, name: str) -> Iterator[nengo.Network]:
+        """Yield the networks in whose configs a setting of an object is read, first to last."""
+        holder = self._holder.get(obj, self._network)
+        if name == "on_chip":
+            yield self._network
+            return
+        yield holder
+        while name in OURS and holder in self._around:
+            yield (holder := self._around[holder])
 
     def copy(
         self, obj: NengoObject, network: nengo.Network, onto: NengoObject | None = None
@@ -79,3 +95,10 @@ class NetworkSettings:
         for name in (*names, *(["on_chip"] if isinstance(obj, nengo.Ensemble) else [])):
             if (value := self.get(obj, name)) is not None:
                 setattr(network.config[onto or obj], name, value)
+
+
+def _setting(network: nengo.Network, obj: NengoObject, name: str) -> Any:
+    try:
+        return getattr(network.config[obj], name)
+    except (ConfigError, AttributeError):
+        return None

@@ -10,7 +10,7 @@ import hashlib
 import warnings
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import nengo
 import numpy as np
@@ -29,6 +29,7 @@ from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.refusal import RefusedError, concerning, warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import neurons_read
+from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
@@ -59,9 +60,10 @@ class OrderedModel(Model):
     that end on the chip to the time constant they ask of their target, in seconds.
     """
 
-    def __init__(self, dt_s: float, names: Names) -> None:
+    def __init__(self, rewrite: Rewrite, dt_s: float) -> None:
         super().__init__(dt=dt_s, label="spikeport")
-        self.names = names
+        self.names = rewrite.names
+        self._options = NetworkSettings(rewrite.network)
         self.building: tuple[str, ...] = ("network",)
         self.crossings: dict[LoihiInput | LoihiProbe, Crossing] = {}
         self.events: dict[LoihiInput, EventSteps] = {}
@@ -131,9 +133,10 @@ class OrderedModel(Model):
         """Return a context for the path that the network's config asks for, if any."""
         stack = contextlib.ExitStack()
         if isinstance(obj, nengo.Connection):
-            path = self._option(obj, "decode_path")
+            path = self._options.get(obj, "decode_path")
             if path in RELAYS:
-                stack.enter_context(relayed(self, obj, path, self._option(obj, "target_filter_s")))
+                after_s = self._options.get(obj, "target_filter_s")
+                stack.enter_context(relayed(self, obj, path, after_s))
             if path == "direct" and isinstance(obj.post_obj, Neurons):
                 stack.enter_context(lean(self, obj))
             if self._is_sparse_input(obj):
@@ -144,13 +147,6 @@ class OrderedModel(Model):
         """Return whether host neurons that are silent at zero send a connection's values."""
         sparse = isinstance(self.node_neurons, SparseInputNeurons)
         return sparse and not self.split.on_chip(base(connection.pre_obj))
-
-    def _option(self, connection: nengo.Connection, name: str) -> Any:
-        """Return an option of spikeport's, None where the network's config has none."""
-        if self.config is None:
-            return None
-        options = self.config[connection]
-        return getattr(options, name) if name in options._clsparams.params else None
 
     def _order_passthrough(self) -> None:
         passthrough = self.split.passthrough
@@ -227,7 +223,7 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
 def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedModel:
     """Return nengo-loihi's model of a network, in floating point."""
     network = rewrite.network
-    model = OrderedModel(dt_s, rewrite.names)
+    model = OrderedModel(rewrite, dt_s)
     # Objects of the network that a pass replaced hand on their seeds: their parts draw as they did.
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True

@@ -221,8 +221,8 @@ class EdgeMatrices:
             self._add(connection, origin, _passed_on(transform, matrix, picked))
 
     def _path(self, connection: nengo.Connection) -> str | None:
-        path = self._settings.get(connection, "decode_path")
-        return None if path == "auto" else path
+        path: str | None = self._settings.get(connection, "decode_path")
+        return path
 
     def _add(
         self, connection: nengo.Connection, origin: _Origin, entries: _Entries, column: int = 0

@@ -66,7 +66,7 @@ def _relayed_values(scope: Scope, nodes: list[nengo.Node]) -> int:
         and scope.on_chip(connection.post_obj)
         and _is_relayed(connection)
         # A path that the user chose may take no decode neurons, as the direct one.
-        and settings.get(connection, "decode_path") in (None, "auto")
+        and settings.get(connection, "decode_path") is None
     )
     sources = _Sources(nodes, scope)
     for node in nodes:

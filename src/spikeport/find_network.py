@@ -90,10 +90,11 @@ def _users(spec: str, pairs: list[str]) -> nengo.Network:
         where, name = spec, ""
     elif not (where and name):
         raise unknown("network", spec, [*BUILT_IN, *FORMS])
-    module = user_code.imported(where)
-    found = _named(module, where, name) if name else _only(module, where)
-    if not isinstance(found, nengo.Network):
-        return _made(found, spec, pairs)
+    with user_code.without_arguments(where):
+        module = user_code.imported(where)
+        found = _named(module, where, name) if name else _only(module, where)
+        if not isinstance(found, nengo.Network):
+            return _made(found, spec, pairs)
     if pairs:
         raise UsageError(f"--set {pairs[0]}: {spec} is a network, not a function: it takes none")
     return found

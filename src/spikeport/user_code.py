@@ -41,6 +41,17 @@ def imported(where: str) -> ModuleType:
     return _file(Path(where)) if where.endswith(".py") else _module(where)
 
 
+@contextlib.contextmanager
+def without_arguments(where: str) -> Iterator[None]:
+    """Let code find itself as the script that runs, as python would, in place of our arguments."""
+    ours = sys.argv
+    sys.argv = [where]
+    try:
+        yield
+    finally:
+        sys.argv = ours
+
+
 def _module(name: str) -> ModuleType:
     sys.path.insert(0, str(Path.cwd()))  # as python -m looks for modules
     with _named(f"module '{name}' cannot be imported"):

@@ -1,3 +1,5 @@
+import sys
+
 import nengo
 import pytest
 
@@ -126,6 +128,24 @@ def test_a_script_that_runs_its_network_on_nengo_loihi_does_so_on_every_numpy(tm
     path = tmp_path / "script.py"
     path.write_text(RUNS_ITSELF, encoding="utf-8")
     assert find_network(str(path), []).all_ensembles[0].n_neurons == 10
+
+
+@pytest.mark.parametrize("name", ["", ":make"])
+def test_a_script_has_no_arguments_of_ours(tmp_path, name):
+    path = tmp_path / "script.py"
+    path.write_text(
+        "import argparse, nengo\n"
+        "def make():\n"
+        "    parser = argparse.ArgumentParser()\n"
+        "    parser.add_argument('--n', type=int, default=50)\n"
+        "    with nengo.Network(label=parser.prog) as net:\n"
+        "        nengo.Ensemble(parser.parse_args().n, 1)\n"
+        "    return net\n" + ("" if name else "model = make()\n")
+    )
+    ours = list(sys.argv)
+    network = find_network(f"{path}{name}", [])
+    assert (network.label, network.ensembles[0].n_neurons) == ("script.py", 50)
+    assert sys.argv == ours
 
 
 def test_a_file_of_several_networks_lists_them(tmp_path):

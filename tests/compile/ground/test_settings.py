@@ -71,3 +71,18 @@ def test_settings_are_copied_to_another_network() -> None:
     assert other.config[a].on_chip is False
     assert other.config[a].block_shape.shape == (2,)
     assert other.config[connection].decode_path == "direct"
+
+
+def test_our_settings_are_read_around_the_network_that_holds_an_object_too() -> None:
+    with nengo.Network() as network, nengo.Network() as middle, nengo.Network() as inner:
+        *_, connection = pair()
+    settings = NetworkSettings(network)
+    for holder, path in ((network, "host"), (middle, "onoff"), (inner, "direct")):
+        assert settings.get(connection, "decode_path") != path
+        add_params(holder)
+        holder.config[connection].decode_path = path
+        assert settings.get(connection, "decode_path") == path
+    inner.config[connection].decode_path = "auto"
+    assert settings.get(connection, "decode_path") == "onoff"
+    network.config[connection].pop_type = 16
+    assert settings.get(connection, "pop_type") == 32  # as nengo-loihi's builder reads it
