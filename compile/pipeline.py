@@ -234,7 +234,7 @@ def _compiled(job: Job) -> Compilation:
         floats = _built(rewrite, job, run)
         stages.begin(ROUND)
         blocks = discretise(floats)
-    unplaced = extract(blocks, target.name)
+    unplaced, rewritten = extract(blocks, target.name), bool(job.pipeline.networks)
     image = run.images(unplaced)
     stages.begin(VERIFY)
     cores = _verified(image, target, floats, rewrite)
@@ -253,8 +253,8 @@ def _compiled(job: Job) -> Compilation:
             *loop_hints(network, names),
             *host_loop_hints(network, names, dt),
             *host_neuron_hints(network, names, dt),
-            *filter_hints(floats.passages, dt, bool(job.pipeline.networks)),
-            *image_hints(unplaced, blocks.errors, blocks.rounded_away),
+            *filter_hints(floats.passages, dt, rewritten),
+            *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
         ),
         on_host=_on_host(network, names),
         host=host_traffic(image, target),

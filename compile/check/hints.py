@@ -97,7 +97,10 @@ def filter_hints(
 
 
 def image_hints(
-    image: ChipImage, errors: Sequence[BlockError], rounded_away: Sequence[int] = ()
+    image: ChipImage,
+    errors: Sequence[BlockError],
+    rounded_away: Sequence[int] = (),
+    rewritten: bool = False,
 ) -> Iterator[Violation]:
     """Yield a hint on weights and neurons that rounding, or the network itself, made useless.
 
@@ -109,6 +112,8 @@ def image_hints(
         The rounding error of each block.
     rounded_away : sequence of int
         The groups of synapses of which all weights were rounded to zero.
+    rewritten : bool
+        True if passes rewrote the network: another cure is that they do.
     """
     entries, zeros = image.manifest.blocks, _blocks_of_zeros(image)
     away = {int(image.groups.block[group]) for group in rounded_away}
@@ -122,8 +127,9 @@ def image_hints(
     named = {entries[block].label for block in zeros}
     for error in errors:
         if error.lost_weights > LOST and error.label not in named:
-            share = f"{100 * error.lost_weights:.0f} % of them"
-            yield rules.get("SP403").broken(error.label, share)
+            rule, share = rules.get("SP403"), f"{100 * error.lost_weights:.0f} % of them"
+            broken = rule.broken(error.label, share)
+            yield broken if rewritten else broken._replace(cure=f"{rule.cure}, or {rule.more[1]}")
     yield from _neurons(image, "SP404", duplicated(image), DUPLICATED)
     yield from _neurons(image, "SP405", silenced(image))
 

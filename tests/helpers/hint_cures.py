@@ -237,6 +237,12 @@ CASES = [
         (hinted(strong_neuron, passes="scale_rows"),),
     ),
     Case(
+        "SP403",
+        "compile it with `-p compact`",
+        hinted(strong_neuron),
+        (hinted(strong_neuron, passes="compact"),),
+    ),
+    Case(
         "SP404",
         "draw encoders, gains and biases at random, or use fewer neurons",
         hinted(partial(alike, 10)),
