@@ -31,6 +31,7 @@ from spikeport.compile.ground.scope import (
     probeable,
     source_rows,
 )
+from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.neurons import OWN_TYPES
 
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
@@ -255,6 +256,19 @@ def _ways_through(connection: nengo.Connection) -> Iterator[tuple[Hashable, Hash
     yield from ((connection, one) for one in reached)
 
 
+def unread_settings(scope: Scope) -> Iterator[Violation]:
+    """Refuse settings in the config of a network where they are not read, and have no effect."""
+    for one in NetworkSettings(scope.network).unread():
+        where, read = (_config_of(scope, network) for network in (one.network, one.read))
+        used, limit = f"{one.name} in {where}", f"in {read}"
+        yield rules.get("SP019").broken(scope.names[one.obj], used, limit)
+
+
+def _config_of(scope: Scope, network: nengo.Network) -> str:
+    outermost = network is scope.network
+    return f"the config of {'the outermost network' if outermost else scope.names[network]}"
+
+
 def _entries(end: End, part: slice | list[int]) -> list[tuple[object, int]]:
     """Return the entries of a passthrough node that Nengo takes a slice for, or the object whole.
 
@@ -299,6 +313,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     users_decoders,
     host_neurons,
     host_cycles,
+    unread_settings,
 )
 MENDED = (synapse,)
 """Rules that a pass over a network can mend."""

@@ -7,11 +7,12 @@
 """
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import nengo
 import nengo_loihi
 from nengo.base import NengoObject
+from nengo.config import InstanceParams
 from nengo.exceptions import ConfigError
 from nengo.params import EnumParam, NumberParam
 
@@ -52,6 +53,18 @@ def set_defaults() -> None:
     nengo_loihi.set_defaults()
 
 
+class Unread(NamedTuple):
+    """A setting in the config of a network where it is not read, and where it would be.
+
+    It is that of an object, or of all ensembles of a network.
+    """
+
+    obj: NengoObject | nengo.Network
+    name: str
+    network: nengo.Network
+    read: nengo.Network
+
+
 class NetworkSettings:
     """The settings of a network's objects.
 
@@ -66,9 +79,10 @@ class NetworkSettings:
 
     def __init__(self, network: nengo.Network) -> None:
         self._network = network
+        self._networks = (network, *network.all_networks)
         self._around: dict[nengo.Network, nengo.Network] = {}
         self._holder: dict[NengoObject, nengo.Network] = {}
-        for net in (network, *network.all_networks):
+        for net in self._networks:
             self._around |= dict.fromkeys(net.networks, net)
             self._holder |= dict.fromkeys((*net.ensembles, *net.connections), net)
 
@@ -76,6 +90,19 @@ class NetworkSettings:
         """Return the setting of an object, or None where it has none or there is no such option."""
         found = (_setting(net, obj, name) for net in self._read(obj, name))
         return next((value for value in found if value not in UNSET), None)
+
+    def unread(self) -> Iterator["Unread"]:
+        """Yield the settings that are in configs where nothing reads them."""
+        for net in self._networks:
+            for key, of_key in net.config.params.items():
+                if isinstance(key, NengoObject) and key in self._holder:
+                    for name in _set_names(of_key):
+                        read = list(self._read(key, name))
+                        if net not in read:
+                            yield Unread(key, name, net, read[0])
+        for net in self._networks[1:]:
+            if _setting(net, nengo.Ensemble, "on_chip") is not None:
+                yield Unread(net, "on_chip", net, self._network)
 
     def _read(self, obj: NengoObject, name: str) -> Iterator[nengo.Network]:
         """Yield the networks in whose configs a setting of an object is read, first to last."""
@@ -97,7 +124,13 @@ class NetworkSettings:
                 setattr(network.config[onto or obj], name, value)
 
 
-def _setting(network: nengo.Network, obj: NengoObject, name: str) -> Any:
+def _set_names(of_object: InstanceParams) -> list[str]:
+    """Return the names of added options that are set for an object itself."""
+    added = of_object._clsparams
+    return [name for name in added.extra_params if of_object in added.get_param(name)]
+
+
+def _setting(network: nengo.Network, obj: NengoObject | type, name: str) -> Any:
     try:
         return getattr(network.config[obj], name)
     except (ConfigError, AttributeError):

@@ -120,6 +120,15 @@ def host_loop(synapse: object = None) -> None:
     nengo.Connection(b, a, synapse=synapse)
 
 
+def inner_setting(outermost: bool = False) -> None:
+    some(1)
+    with nengo.Network() as inner:
+        ensemble = nengo.Ensemble(10, 1)
+    network = nengo.Network.context[-1] if outermost else inner
+    add_params(network)
+    network.config[ensemble].on_chip = False
+
+
 def in_list() -> None:
     rules = [nengo.PES()]
     nengo.Connection(nengo.Ensemble(20, 1), nengo.Node(size_in=1), learning_rule_type=rules)
@@ -274,6 +283,12 @@ CASES = [
         "give a connection of the loop a synapse, as in synapse=nengo.Lowpass(0.001)",
         linted(host_loop),
         (linted(partial(host_loop, nengo.Lowpass(0.001))), linted(partial(host_loop, 0))),
+    ),
+    Case(
+        "SP019",
+        "set it there, after spikeport.add_params",
+        linted(inner_setting),
+        (linted(partial(inner_setting, outermost=True)),),
     ),
     Case(
         "SP009",

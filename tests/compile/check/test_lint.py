@@ -124,6 +124,12 @@ def direct_loop() -> None:
     nengo.Connection(b, a, synapse=None)
 
 
+def setting_of_an_inner_network() -> None:
+    with nengo.Network(label="inner") as inner:
+        nengo_loihi.add_params(inner)
+        inner.config[nengo.Ensemble(4, 1, label="a")].on_chip = False
+
+
 def list_of_rules() -> None:
     foreign_learning_rule([nengo.PES()])
 
@@ -246,6 +252,12 @@ CASES: list[tuple[Callable[[], None], str]] = [
         "b -> a: SP017 loop on the host without a synapse: none around it, limit a synapse in "
         "each loop; cure: give a connection of the loop a synapse, as in "
         "synapse=nengo.Lowpass(0.001), or synapse=0, which is one step of delay",
+    ),
+    (
+        setting_of_an_inner_network,
+        "inner.a: SP019 setting in another config: on_chip in the config of inner, limit in the "
+        "config of the outermost network; cure: set it there, after spikeport.add_params on that "
+        "network",
     ),
     (dict_of_rules, RULE.format("dict of PES, RLS")),
     (
@@ -468,3 +480,15 @@ def test_loops_on_the_host_are_those_that_nengo_refuses(
         make()
     with pytest.raises(BuildError, match="cycles") if through else contextlib.nullcontext():
         nengo.Simulator(network, progress_bar=False).close()
+
+
+def test_settings_of_all_ensembles_of_an_inner_network_are_refused_on_chip_alone() -> None:
+    def make() -> None:
+        with nengo.Network(label="inner") as inner:
+            nengo_loihi.add_params(inner)
+            inner.config[nengo.Ensemble].on_chip = False
+            inner.config[nengo.Connection].pop_type = 16
+            nengo.Ensemble(4, 1)
+
+    found = [(one.id, one.object, one.used) for one in violations(make)]
+    assert found == [("SP019", "inner", "on_chip in the config of inner")]
