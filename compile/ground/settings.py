@@ -98,7 +98,7 @@ class NetworkSettings:
                 if isinstance(key, NengoObject) and key in self._holder:
                     for name in _set_names(of_key):
                         read = list(self._read(key, name))
-                        if net not in read:
+                        if net not in read and getattr(of_key, name) != self.get(key, name):
                             yield Unread(key, name, net, read[0])
         for net in self._networks[1:]:
             if _setting(net, nengo.Ensemble, "on_chip") is not None:
