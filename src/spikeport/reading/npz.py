@@ -28,6 +28,7 @@ DAMAGES = (
     tokenize.TokenError,
     RecursionError,
     MemoryError,
+    SystemError,  # the tokenizer of Python 3.12.1, of some
 )
 """Errors of a damaged header: NumPy gives it to Python's own parser."""
 
