@@ -70,7 +70,7 @@ def find_rows(asked: Sequence[str]) -> tuple[Row, ...]:
 
 def _parsed(text: str) -> Row:
     row = key_values.parse(text.split(","), Perturbation, "a perturbation", option="--row")
-    Perturbation(**row)  # type: ignore[arg-type]
+    Perturbation(**row)
     # In the order of fields, without what perturbs nothing: equal rows have equal names.
     return {
         one.name: row[one.name]

@@ -9,11 +9,13 @@ from dataclasses import is_dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from pydantic import Field, TypeAdapter, ValidationError
+from pydantic import Field, Json, TypeAdapter, ValidationError
 
 from spikeport.errors import UsageError, unknown
 
 PLAIN = (int, float, bool, str)
+CONTAINERS = (tuple, list, dict)
+"""Types of values that are given in JSON, as in ``rates=[100, 200]``."""
 UNIONS = (Union, types.UnionType)
 EXPECTED = {
     "int_parsing": "a whole number",
@@ -21,6 +23,7 @@ EXPECTED = {
     "float_parsing": "a number",
     "bool_parsing": "true or false",
     "literal_error": "{expected}",
+    "json_invalid": "JSON, as in [1, 2]",
 }
 """The value expected, by pydantic's name of the error; other errors keep pydantic's message."""
 
@@ -29,7 +32,7 @@ SettingValue = bool | int | float | str
 
 def parse(
     pairs: Iterable[str], target: Callable[..., object], owner: str, option: str = "--set"
-) -> dict[str, SettingValue]:
+) -> dict[str, Any]:
     """Return keyword arguments for ``target`` from ``KEY=VALUE`` texts.
 
     Parameters
@@ -62,7 +65,8 @@ def parameters(target: Callable[..., object], owner: str) -> dict[str, Any]:
     """Return the parameters that can be set by name, each with the type of its values.
 
     The type is the one it is annotated with, if that is bool, int, float, str, a choice of texts or
-    one of several of these, with bounds or without; else the type of its default; else str.
+    one of several of these, with bounds or without, or a tuple, list or dict, which is given in
+    JSON; else the type of its default; else str.
 
     Raises
     ------
@@ -174,6 +178,9 @@ def _hints(target: Callable[..., object]) -> dict[str, Any]:
 def _type(hint: Any, default: object) -> Any:
     if _is_known(hint):
         return hint
+    container = hint if (get_origin(hint) or hint) in CONTAINERS else type(default)
+    if (get_origin(container) or container) in CONTAINERS:
+        return Annotated[container, Json]
     return type(default) if type(default) in PLAIN else str
 
 

@@ -29,6 +29,10 @@ def target(
     choice: Literal["red", "blue"] = "red",
     numbered: Literal[1, 2] = 1,
     several: "list[int] | None" = None,
+    pair: tuple[float, float] = (0.0, 1.0),
+    many: list = [],  # noqa: B006
+    plain_pair=(1, 2),
+    plain_map={},  # noqa: B006
     *,
     keyword: int = 0,
     **rest: int,
@@ -68,6 +72,10 @@ def refusal(pairs, function=target):
         ("choice=blue", "blue"),
         ("numbered=2", 2),
         ("several=1,2", "1,2"),
+        ("pair=[1, 2.5]", (1.0, 2.5)),
+        ("many=[3, 4]", [3, 4]),
+        ("plain_pair=[50, 60]", (50, 60)),
+        ('plain_map={"a": 1}', {"a": 1}),
         ("keyword=5", 5),
     ],
 )
@@ -140,6 +148,7 @@ def test_a_key_given_twice_is_named():
         ("yes=maybe", "true or false"),
         ("whole_or_number=few", "a number"),
         ("choice=green", "'red' or 'blue'"),
+        ("plain_pair=50,60", "JSON, as in [1, 2]"),
     ],
 )
 def test_a_value_that_does_not_convert_says_what_is_expected(pair, expected):

@@ -141,7 +141,9 @@ def _value(key: str, text: str, experiment: Experiment, owner: str) -> key_value
     if key == BACKEND:
         return text
     pair = [f"{key}={text}"]
-    return key_values.parse(pair, experiment.settings, owner, option="--vary")[key]
+    found: dict[str, key_values.SettingValue]
+    found = key_values.parse(pair, experiment.settings, owner, option="--vary")
+    return found[key]
 
 
 def _check(sweep: Sweep, experiment: Experiment) -> None:
