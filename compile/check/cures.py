@@ -36,6 +36,7 @@ CURES = {
     "kernel_cols, n_channels, n_filters)": (
         "convolve with groups=1, and a kernel that is zero between the groups"
     ),
+    "Non-compositional solvers only work with": "give the connection transform=1.0, which is dense",
     "'activities' matrix is all zero": (
         "lower its ensemble's intercepts, so that its neurons fire at the evaluation points"
     ),
@@ -50,9 +51,6 @@ CURES = {
     "Voltage (V) scaling is required": "shorten tau_rc of its neurons below 8,192 steps",
     "Could not find appropriate": CLOSER,
     "vth_to_manexp": CLOSER,
-    "assert isinstance(conn.post_obj, Ensemble)": (
-        "solve for decoders: full weights lead from one ensemble on the chip to another only"
-    ),
     "Mergeable transforms must be": FUNCTION,
     "assert isinstance(syn1, Lowpass)": FUNCTION,
     "object selection has repeated indices": FUNCTION,

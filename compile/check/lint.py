@@ -25,6 +25,7 @@ from spikeport.compile.ground.names import End, Names, base
 from spikeport.compile.ground.scope import (
     MATRICES,
     Scope,
+    full_weights,
     in_full,
     is_passthrough,
     is_plain,
@@ -170,6 +171,15 @@ def learned_neurons(scope: Scope) -> Iterator[Violation]:
             yield rules.get("SP016").broken(scope.names[connection], "neurons")
 
 
+def weights_to_host(scope: Scope) -> Iterator[Violation]:
+    """Refuse full weights from an ensemble on the chip to one on the host."""
+    for connection in scope.network.all_connections:
+        pre, post = connection.pre_obj, connection.post_obj
+        to_host = isinstance(post, nengo.Ensemble) and not scope.on_chip(post)
+        if to_host and full_weights(connection) and scope.on_chip(pre):
+            yield rules.get("SP018").broken(scope.names[connection], "full weights")
+
+
 def chip_process(scope: Scope) -> Iterator[Violation]:
     """Refuse nodes that would run on the board, but for event files, and what reads these here."""
     for node in scope.network.all_nodes:
@@ -307,6 +317,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     convolved_twice,
     learning_rule,
     learned_neurons,
+    weights_to_host,
     chip_process,
     probe,
     finite,

@@ -98,8 +98,8 @@ def _is_nengos(error: Exception) -> bool:
     """Return whether Nengo's own code, or a user's that it called, raised an error.
 
     The host would refuse the same, whatever is on the chip. nengo-loihi has copies of Nengo's
-    builder of ensembles, with the same checks. What it makes in place of passthrough nodes is its
-    own, whoever refuses that.
+    builders of ensembles and decoders, with the same checks. What it makes in place of passthrough
+    nodes is its own, whoever refuses that.
     """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     names = [(one.f_globals.get("__name__", ""), one.f_code.co_name) for one in frames]
@@ -114,6 +114,7 @@ def _is_nengos(error: Exception) -> bool:
     return (module.startswith("nengo.") and not lacks) or function in (
         "get_gain_bias",
         "build_ensemble",
+        "build_decoders",
     )
 
 

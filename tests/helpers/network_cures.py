@@ -113,6 +113,17 @@ def learned_to_neurons(by_node: bool = False, host: bool = False) -> None:
         on_host(a)
 
 
+def learned_in_full(weights: bool = True, host: bool = False) -> None:
+    some(1)
+    a = nengo.Ensemble(20, 1)
+    solver = nengo.solvers.LstsqL2(weights=weights)
+    target = nengo.Ensemble(20, 1)
+    connection = nengo.Connection(a, target, solver=solver, learning_rule_type=nengo.PES())
+    nengo.Connection(nengo.Node(0.0), connection.learning_rule)
+    if host:
+        on_host(a)
+
+
 def host_loop(synapse: object = None) -> None:
     some(1)
     a, b = (nengo.Node(lambda t, x: x / 2, size_in=1) for _ in range(2))
@@ -276,6 +287,15 @@ CASES = [
         (
             linted(partial(learned_to_neurons, by_node=True)),
             linted(partial(learned_to_neurons, host=True)),
+        ),
+    ),
+    Case(
+        "SP018",
+        "leave weights=True out of its solver, or keep its source on the host",
+        linted(learned_in_full),
+        (
+            linted(partial(learned_in_full, weights=False)),
+            linted(partial(learned_in_full, host=True)),
         ),
     ),
     Case(

@@ -117,6 +117,12 @@ def learning_to_neurons() -> None:
     nengo.Connection(a, b.neurons, transform=np.zeros((8, 1)), learning_rule_type=nengo.PES())
 
 
+def learning_full_weights() -> None:
+    a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(8, 1, label="b")
+    solver = nengo.solvers.LstsqL2(weights=True)
+    nengo.Connection(a, b, solver=solver, learning_rule_type=nengo.PES())
+
+
 def direct_loop() -> None:
     nengo.Ensemble(4, 1)
     a, b = (nengo.Node(lambda t, x: x / 2, size_in=1, label=label) for label in "ab")
@@ -245,6 +251,12 @@ CASES: list[tuple[Callable[[], None], str]] = [
         "a -> b: SP016 target of learning: neurons, limit an ensemble or node; cure: learn "
         "to a node, as in nengo.Connection(ensemble, node, learning_rule_type=nengo.PES()), and "
         "connect the node to the neurons, or keep what it learns from on the host with "
+        "net.config[ensemble].on_chip = False, after spikeport.add_params(net)",
+    ),
+    (
+        learning_full_weights,
+        "a -> b: SP018 solver of a connection to the host: full weights, limit decoders; cure: "
+        "leave weights=True out of its solver, or keep its source on the host, too, with "
         "net.config[ensemble].on_chip = False, after spikeport.add_params(net)",
     ),
     (
