@@ -266,6 +266,18 @@ def _ways_through(connection: nengo.Connection) -> Iterator[tuple[Hashable, Hash
     yield from ((connection, one) for one in reached)
 
 
+def _entries(end: End, part: slice | list[int]) -> list[tuple[object, int]]:
+    """Return the entries of a passthrough node that Nengo takes a slice for, or the object whole.
+
+    A function of a node makes each of its values depend on all. Nengo takes a slice by a list as
+    all entries, and one with a step as all between its ends.
+    """
+    if not is_passthrough(end):
+        return [(base(end), 0)]
+    rows = np.arange(end.size_in)[part if isinstance(part, slice) else slice(None)]
+    return [(end, row) for row in range(rows.min(initial=end.size_in), rows.max(initial=-1) + 1)]
+
+
 def unread_settings(scope: Scope) -> Iterator[Violation]:
     """Refuse settings in the config of a network where they are not read, and have no effect."""
     for one in NetworkSettings(scope.network).unread():
@@ -277,18 +289,6 @@ def unread_settings(scope: Scope) -> Iterator[Violation]:
 def _config_of(scope: Scope, network: nengo.Network) -> str:
     outermost = network is scope.network
     return f"the config of {'the outermost network' if outermost else scope.names[network]}"
-
-
-def _entries(end: End, part: slice | list[int]) -> list[tuple[object, int]]:
-    """Return the entries of a passthrough node that Nengo takes a slice for, or the object whole.
-
-    A function of a node makes each of its values depend on all. Nengo takes a slice by a list as
-    all entries, and one with a step as all between its ends.
-    """
-    if not is_passthrough(end):
-        return [(base(end), 0)]
-    rows = np.arange(end.size_in)[part if isinstance(part, slice) else slice(None)]
-    return [(end, row) for row in range(rows.min(), rows.max() + 1)]
 
 
 def _arrays(obj: nengo.Ensemble | nengo.Connection) -> Iterator[tuple[str, np.ndarray]]:

@@ -18,8 +18,8 @@ from nengo.params import EnumParam, NumberParam
 
 PATHS = ("auto", "direct", "onoff", "preset10", "host")
 OURS = ("decode_path", "target_filter_s")
-OF_CONTAINER = {nengo.Ensemble: ("block_shape",), nengo.Connection: ("pop_type", *OURS)}
-"""Options of objects, beside ``on_chip`` of ensembles."""
+OPTIONS = {nengo.Ensemble: ("block_shape", "on_chip"), nengo.Connection: ("pop_type", *OURS)}
+"""The options of ensembles and connections."""
 UNSET = (None, "auto")
 """Values that are as good as none."""
 
@@ -96,7 +96,7 @@ class NetworkSettings:
         for net in self._networks:
             for key, of_key in net.config.params.items():
                 if isinstance(key, NengoObject) and key in self._holder:
-                    for name in _set_names(of_key):
+                    for name in _set_options(key, of_key):
                         read = list(self._read(key, name))
                         if net not in read and getattr(of_key, name) != self.get(key, name):
                             yield Unread(key, name, net, read[0])
@@ -118,16 +118,21 @@ class NetworkSettings:
         self, obj: NengoObject, network: nengo.Network, onto: NengoObject | None = None
     ) -> None:
         """Give an object, or one that replaces it, the same settings in another network."""
-        names = OF_CONTAINER.get(type(obj), ())
-        for name in (*names, *(["on_chip"] if isinstance(obj, nengo.Ensemble) else [])):
+        for name in _options(obj):
             if (value := self.get(obj, name)) is not None:
                 setattr(network.config[onto or obj], name, value)
 
 
-def _set_names(of_object: InstanceParams) -> list[str]:
-    """Return the names of added options that are set for an object itself."""
+def _options(obj: NengoObject) -> list[str]:
+    """Return the names of an object's options."""
+    return [name for kind, names in OPTIONS.items() if isinstance(obj, kind) for name in names]
+
+
+def _set_options(obj: NengoObject, of_object: InstanceParams) -> list[str]:
+    """Return the options that are set for an object itself."""
     added = of_object._clsparams
-    return [name for name in added.extra_params if of_object in added.get_param(name)]
+    there = [name for name in _options(obj) if name in added.extra_params]
+    return [name for name in there if of_object in added.get_param(name)]
 
 
 def _setting(network: nengo.Network, obj: NengoObject | type, name: str) -> Any:

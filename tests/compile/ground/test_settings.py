@@ -86,3 +86,16 @@ def test_our_settings_are_read_around_the_network_that_holds_an_object_too() -> 
     assert settings.get(connection, "decode_path") == "onoff"
     network.config[connection].pop_type = 16
     assert settings.get(connection, "pop_type") == 32  # as nengo-loihi's builder reads it
+
+
+def test_options_that_others_add_are_theirs() -> None:
+    with nengo.Network() as network, nengo.Network() as inner:
+        a, *_ = pair()
+    for holder in (network, inner):
+        holder.config[nengo.Ensemble].set_param("colour", nengo.params.Parameter("colour", None))
+        add_params(holder)
+        holder.config[a].colour = "red"
+    inner.config[a].on_chip = False
+    assert [(one.obj, one.name) for one in NetworkSettings(network).unread()] == [(a, "on_chip")]
+    network.config[a].on_chip = False
+    assert not list(NetworkSettings(network).unread())
