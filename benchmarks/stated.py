@@ -14,7 +14,8 @@ Results = list[dict[str, Any]]
 Makes = Callable[..., Iterator[str]]
 
 NETWORKS = "network_seed=0,1,2,3,4"
-PATHS = "path=line,s-curve,figure-eight,loop"
+SHAPES = ("line", "s-curve", "figure-eight", "loop")
+PATHS = f"path={','.join(SHAPES)}"
 SIZES = (200, 500, 1000, 2000, 8000)
 SECONDS = (4, 6, 8, 12, 20)
 QUIET_POLICY = "build/quiet/h1_walk.npz"
@@ -374,7 +375,7 @@ def walks_of_few_neurons(walk_front: Results) -> Iterator[str]:
 @states("docs/walk.md")
 def walks_of_twenty_neurons(walk_exact: Results, walk_20: Results) -> Iterator[str]:
     assert not any(values(walk_20, "metrics.falls"))
-    for path in ("line", "s-curve", "figure-eight", "loop"):
+    for path in SHAPES:
         exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_20, path)
         yield (
             f"| {path} | {joined(exact, 1)} | {joined(spiking, 1)} | {_largest_mm(walk_20, path)} "
@@ -385,7 +386,7 @@ def walks_of_twenty_neurons(walk_exact: Results, walk_20: Results) -> Iterator[s
 @states("docs/walk.md")
 def walks_of_ten_neurons(walk_exact: Results, walk_10: Results) -> Iterator[str]:
     assert not any(values(walk_10, "metrics.falls"))
-    for path in ("line", "s-curve", "figure-eight", "loop"):
+    for path in SHAPES:
         exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_10, path)
         largest = _largest_mm(walk_10, path)
         yield f"| {path} | {joined(spiking, 1)} | {largest} | {_beside(spiking, exact)} |"
@@ -407,30 +408,31 @@ def walks_behind_slow_filters(walk_slow: Results) -> Iterator[str]:
     yield f"| 20 neurons, 10 ms {_tight(walk_slow)}"
 
 
+GAIT = ("speed_use", "clearance_m", "double_support", "steps_per_s", "impact_bw")
+"""Measures of an evaluation whose means both tables have."""
+
+
 @states("docs/walk.md")
 def perturbed_walks(perturbed_exact: Results) -> Iterator[str]:
     for row in _rows(perturbed_exact):
         yield (
-            f"| {_named(row)} | {_fallen(row)} | {_errors(row)} "
-            f"| {_means(row, *GAIT, 'impact_bw', 'cost_of_transport')} |"
+            f"| {_named(row)} | {_fallen(row, by=' | ')} | {_errors(row)} "
+            f"| {_means(row, *GAIT, 'cost_of_transport')} |"
         )
 
 
 @states("docs/walk.md")
 def perturbed_walks_of_the_robust_policy(robust_exact: Results) -> Iterator[str]:
     for row in _rows(robust_exact):
-        yield f"| {_named(row)} | {_fallen(row).replace(' |', ',')} |"
-        yield f"| {_errors(row)} | {_means(row, *GAIT, 'impact_bw')} |"
+        yield f"| {_named(row)} | {_fallen(row, by=', ')} |"
+        yield f"| {_errors(row)} | {_means(row, *GAIT)} |"
 
 
 @states("docs/walk.md")
 def paths_of_the_robust_policy(robust_paths_exact: Results, robust_paths: Results) -> Iterator[str]:
-    for path in ("line", "s-curve", "figure-eight", "loop"):
+    for path in SHAPES:
         exact, spiking = _off_mm(robust_paths_exact, path), _off_mm(robust_paths, path)
         yield f"| {path} | {joined(exact, 1)} | {joined(spiking, 1)} |"
-
-
-GAIT = ("speed_use", "clearance_m", "double_support", "steps_per_s")
 
 
 def _rows(evaluations: Results) -> list[dict[str, Any]]:
@@ -443,13 +445,13 @@ def _named(row: dict[str, Any]) -> str:
     return str(row["row"]) if row["row"] == "nominal" else f"`{row['row']}`"
 
 
-def _fallen(row: dict[str, Any]) -> str:
+def _fallen(row: dict[str, Any], by: str) -> str:
     low, high = (100 * row["fell"][end] for end in ("low", "high"))
-    return f"{row['falls']} of {row['fell']['n']} | {low:.0f}-{high:.0f} %"
+    return f"{row['falls']} of {row['fell']['n']}{by}{low:.0f}-{high:.0f} %"
 
 
 def _errors(row: dict[str, Any]) -> str:
-    """Return the errors of speed and yaw rate with their intervals, which are even."""
+    """Return the errors of speed and yaw rate with their intervals, which are symmetric."""
     errors = (row[name] for name in ("speed_error_m_s", "yaw_rate_error_rad_s"))
     return " | ".join(f"{e['estimate']:.3f} ± {e['high'] - e['estimate']:.3f}" for e in errors)
 

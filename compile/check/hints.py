@@ -113,7 +113,7 @@ def image_hints(
     rounded_away : sequence of int
         The groups of synapses of which all weights were rounded to zero.
     rewritten : bool
-        True if passes rewrote the network: another cure is that they do.
+        True if passes rewrote the network; if not, another cure is to let them.
     """
     entries, zeros = image.manifest.blocks, _blocks_of_zeros(image)
     away = {int(image.groups.block[group]) for group in rounded_away}

@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import nengo
 import nengo_loihi
 from nengo.base import NengoObject
-from nengo.config import InstanceParams
 from nengo.exceptions import ConfigError
 from nengo.params import EnumParam, NumberParam
 
@@ -34,6 +33,9 @@ def add_params(network: nengo.Network) -> None:
     ``target_filter_s`` is the time constant, in seconds, of the target's compartments behind a
     relay of ``"onoff"`` or ``"preset10"``; None: as nengo-loihi filters. The pass ``decode_path``
     sets it.
+
+    `NetworkSettings` says in which network's config an option is read; one that is set elsewhere is
+    refused (SP019).
     """
     nengo_loihi.add_params(network)
     connections = network.config[nengo.Connection]
@@ -91,15 +93,16 @@ class NetworkSettings:
         found = (_setting(net, obj, name) for net in self._read(obj, name))
         return next((value for value in found if value not in UNSET), None)
 
-    def unread(self) -> Iterator["Unread"]:
-        """Yield the settings that are in configs where nothing reads them."""
+    def unread(self) -> Iterator[Unread]:
+        """Yield the settings that are in configs where nothing reads them.
+
+        One that is equal to the setting that is read is none of them: nothing is lost.
+        """
         for net in self._networks:
-            for key, of_key in net.config.params.items():
-                if isinstance(key, NengoObject) and key in self._holder:
-                    for name in _set_options(key, of_key):
-                        read = list(self._read(key, name))
-                        if net not in read and getattr(of_key, name) != self.get(key, name):
-                            yield Unread(key, name, net, read[0])
+            for obj, name, value in _set_options(net):
+                read = list(self._read(obj, name))
+                if obj in self._holder and net not in read and value != self.get(obj, name):
+                    yield Unread(obj, name, net, read[0])
         for net in self._networks[1:]:
             if _setting(net, nengo.Ensemble, "on_chip") is not None:
                 yield Unread(net, "on_chip", net, self._network)
@@ -128,11 +131,14 @@ def _options(obj: NengoObject) -> list[str]:
     return [name for kind, names in OPTIONS.items() if isinstance(obj, kind) for name in names]
 
 
-def _set_options(obj: NengoObject, of_object: InstanceParams) -> list[str]:
-    """Return the options that are set for an object itself."""
-    added = of_object._clsparams
-    there = [name for name in _options(obj) if name in added.extra_params]
-    return [name for name in there if of_object in added.get_param(name)]
+def _set_options(network: nengo.Network) -> Iterator[tuple[NengoObject, str, Any]]:
+    """Yield the options that are set for single objects in a config, with their values."""
+    for obj, own in network.config.params.items():
+        if isinstance(obj, NengoObject):
+            of_class = own._clsparams
+            for name in _options(obj):
+                if name in of_class.extra_params and own in of_class.get_param(name):
+                    yield obj, name, getattr(own, name)
 
 
 def _setting(network: nengo.Network, obj: NengoObject | type, name: str) -> Any:

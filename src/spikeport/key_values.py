@@ -178,9 +178,9 @@ def _hints(target: Callable[..., object]) -> dict[str, Any]:
 def _type(hint: Any, default: object) -> Any:
     if _is_known(hint):
         return hint
-    container = hint if (get_origin(hint) or hint) in CONTAINERS else type(default)
-    if (get_origin(container) or container) in CONTAINERS:
-        return Annotated[container, Json]
+    for kind in (hint, type(default)):
+        if (get_origin(kind) or kind) in CONTAINERS:
+            return Annotated[kind, Json]
     return type(default) if type(default) in PLAIN else str
 
 

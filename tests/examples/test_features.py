@@ -1,5 +1,6 @@
 """The README's table of features: each row is a network that compiles, or is refused as it says."""
 
+import contextlib
 import re
 from collections.abc import Callable
 from functools import partial
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 import spikeport
-from spikeport.errors import DoesNotFitError, UsageError
+from spikeport.errors import DoesNotFitError, RefusedError, UsageError
 from tests.helpers.event_files import camera_network, process_of, random_events, write_events
 
 README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
@@ -233,3 +234,15 @@ def test_files_of_events_are_taken(tmp_path: Path) -> None:
 def test_options_of_hardware_are_refused() -> None:
     with pytest.raises(UsageError, match="hardware_options"):
         spikeport.Simulator(nengo.Network(), hardware_options={"snip_max_spikes_per_step": 50})
+
+
+@pytest.mark.parametrize("passes", ["as_written", "compact"])
+def test_a_passthrough_node_within_a_loop_is_probed_by_compact_alone(passes: str) -> None:
+    with nengo.Network(seed=1) as network:
+        array, out = nengo.networks.EnsembleArray(20, 2), nengo.Node(size_in=1)
+        nengo.Connection(array.output, array.input, synapse=0.1)
+        nengo.Connection(array.output, out, transform=[[1, 1]], synapse=None)
+        nengo.Probe(out, synapse=0.01)
+    refused = pytest.raises(RefusedError, match="its probe would read zeros")
+    with contextlib.nullcontext() if passes == "compact" else refused:
+        spikeport.compile_network(network, pipeline=passes)

@@ -28,7 +28,7 @@ DAMAGES = (
     tokenize.TokenError,
     RecursionError,
     MemoryError,
-    SystemError,  # the tokenizer of Python 3.12.1, of some
+    SystemError,  # Python 3.12.1's tokenizer raises it for some headers
 )
 """Errors of a damaged header: NumPy gives it to Python's own parser."""
 

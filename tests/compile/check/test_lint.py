@@ -494,7 +494,7 @@ def test_loops_on_the_host_are_those_that_nengo_refuses(
         nengo.Simulator(network, progress_bar=False).close()
 
 
-def test_settings_of_all_ensembles_of_an_inner_network_are_refused_on_chip_alone() -> None:
+def test_on_chip_of_all_ensembles_of_an_inner_network_is_refused() -> None:
     def make() -> None:
         with nengo.Network(label="inner") as inner:
             nengo_loihi.add_params(inner)

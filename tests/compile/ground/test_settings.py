@@ -1,4 +1,4 @@
-"""NetworkSettings of single objects, in the config of the network that holds them."""
+"""NetworkSettings of single objects, in the configs of the networks that hold them."""
 
 import nengo
 import nengo_loihi
