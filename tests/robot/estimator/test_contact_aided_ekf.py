@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spikeport.robot.description import JOINTS
-from spikeport.robot.estimator import torso
+from spikeport.robot.estimator import footholds, torso
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.belief import (
     FIRST_CONTACT,
@@ -83,6 +83,30 @@ def test_a_robot_in_the_air_has_no_contacts():
     ekf = ContactAidedEkf()
     stood(ekf, 0.2, torque=np.zeros(len(JOINTS)))
     assert not ekf.standing.any()
+
+
+@pytest.fixture
+def displacements(monkeypatch) -> list[np.ndarray]:
+    """Return the list (4, 3) of what contacts have rolled by, which grows with each update."""
+    found, rolled = [], footholds.rolled
+    monkeypatch.setattr(footholds, "rolled", lambda b, d: found.append(d) or rolled(b, d))
+    return found
+
+
+def test_shapes_of_feet_that_turn_with_the_robot_roll_over_the_floor(displacements):
+    """A sphere of radius r rolls by (omega x r e_z) dt."""
+    forward_rad_s, left_rad_s = 0.3, 0.2
+    stood(ContactAidedEkf(), 0.1, gyroscope=np.array([left_rad_s, forward_rad_s, 0.0]))
+    radii_m = Legs().radii_m
+    rolled = np.stack((forward_rad_s * radii_m, -left_rad_s * radii_m, 0 * radii_m), axis=1)
+    np.testing.assert_allclose(displacements[0], rolled * DT_S, rtol=0.05)
+
+
+def test_feet_that_ankles_hold_level_do_not_roll(displacements):
+    ankles = [1.0 if joint.endswith("ankle") else 0.0 for joint in JOINTS]
+    rates = {"gyroscope": np.array([0.0, -0.3, 0.0]), "dq": 0.3 * np.array(ankles)}
+    stood(ContactAidedEkf(), 0.1, **rates)
+    np.testing.assert_allclose(displacements[0], 0.0, atol=1e-9)
 
 
 def test_contacts_that_left_the_floor_are_gone_without_a_trace():
