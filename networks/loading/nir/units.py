@@ -8,14 +8,22 @@ in every step. The largest one, :math:`\theta`, is
     \theta \max(\Sigma^+, \Sigma^-) \le \min(2^{21}, d_u 2^{23}), \qquad \theta \le 2^{22}
 
 where :math:`\Sigma^\pm` are the sums of a neuron's weights of one sign, in thresholds: no input
-wraps a register around, were all sources to spike at once. Where a share of them does at most, sums
-are those of so many of its largest weights, and the threshold may grow to 2^19: the voltage then
-ends 16 thresholds below zero, or further. In neurons that do not leak, where inhibition adds up, it
-always does. Sums are not looked at where they are of more than 128 of the largest weights, of which
-hardly a bit would be left.
+wraps a register around, were all sources to spike at once.
 
-Where weights then are whole units, thresholds are powers of two, or the graph's own times one; else
-the few that let neurons keep most bits.
+If at most a share ``at_once`` of the sources spikes in a step, the sums are those of that share of
+a neuron's weights, the largest ones. The threshold may then exceed the bound for all sources, up to
+2^19: the lower end of the voltage, -2^23, is still 16 thresholds below zero. A neuron that does not
+leak and has inhibitory input never gets more than 2^19, because its inhibition adds up.
+
+A sum of more than 128 times the population's largest weight would leave that weight less than
+255 * 2^6 units, the most that one synapse holds. The bound gives way there, and that weight keeps
+as many units.
+
+If a weight may be two synapses, and all weights and thresholds can be whole units, thresholds are
+powers of two, or the graph's own ones, in the unit of its weights, times powers of two. Otherwise
+there are at most 4 levels (8 in a large population), chosen to keep most bits. If a weight is one
+synapse, thresholds are powers of two times a common factor, with which the largest weight takes all
+bits of its synapse.
 """
 
 from collections.abc import Iterator, Mapping
@@ -33,15 +41,15 @@ INPUT, CURRENT = 2.0**21, 2.0**23
 """The largest input and current of a step, in units."""
 THRESHOLDS = (2.0**7, 2.0**22)
 DEEP = 2.0**19
-"""The largest threshold with a voltage that ends 16 thresholds below zero: inhibition adds up."""
+"""The largest threshold with which the voltage, whose end is -2^23, can fall by 16 thresholds."""
 LEVELS, MORE_LEVELS = 4, 8
-"""Different thresholds in a population that may share its core, and in one that fills some."""
+"""The most different thresholds in a population that may share its core, and in a large one."""
 SHARES = 2**16
-"""Weights up to which a population may share its core with another."""
+"""The most weights of a population that may share its core with another."""
 CANDIDATES = 256
-"""Thresholds that are tried as levels."""
+"""The most thresholds that are tried as levels."""
 ONE_WEIGHT = 255 * 2.0**6
-"""The largest weight that is one synapse of nengo-loihi; a threshold is no lower than it asks."""
+"""The largest weight that is one synapse of nengo-loihi; no sum takes the largest one below it."""
 
 COARSEST = 2.0**14
 """The largest step of a connection's weights, a power of two from `UNIT` on."""
@@ -84,7 +92,7 @@ def units(population: Population, n_parts: int, at_once: float = 1.0) -> Units:
     scaled = {name: _rows(threshold, matrix) for name, matrix in weights.items()}
     constants = constants * threshold
     correction = _correction(constants[0], of.current_decay, n_parts)
-    share = float((room.inputs(n_parts) / threshold).min())
+    share = float((room.input_bound(n_parts) / threshold).min())
     return Units(scaled, constants, threshold, correction, share)
 
 
@@ -108,8 +116,12 @@ class _Room:
         self.matrix = sparse.hstack([self._weights, sparse.csr_matrix(constants.T)]).tocsr()
         self.largest = np.abs(self.matrix.data).max(initial=0)
 
-    def inputs(self, n_parts: int | None, at_once: float = 1.0) -> np.ndarray:
-        """Return thresholds, (n,), with which no input wraps around, once rounded to n_parts."""
+    def input_bound(self, n_parts: int | None, at_once: float = 1.0) -> np.ndarray:
+        """Return the largest thresholds, (n,), with which no input wraps a register around.
+
+        Weights may be rounded up: as far as ``n_parts`` synapses round them, or, without it, not at
+        all, since they are whole units.
+        """
         n_weights = np.diff(self.matrix.indptr)
         room = np.minimum(INPUT, CURRENT * self._of.current_decay) - UNIT
         rounding = 0.0
@@ -120,20 +132,20 @@ class _Room:
             result: np.ndarray = room / (np.maximum(*self._sums(at_once)) + rounding)
         return result
 
-    def most(self, n_parts: int | None, at_once: float = 1.0) -> np.ndarray:
-        """Return the largest thresholds, (n,), for weights rounded to n_parts, or whole units."""
+    def largest_thresholds(self, n_parts: int | None, at_once: float = 1.0) -> np.ndarray:
+        """Return the largest thresholds, (n,), with which weights, voltages and inputs fit."""
         with np.errstate(divide="ignore"):
-            held = np.maximum(self.inputs(n_parts, at_once), ONE_WEIGHT / self.largest)
-            one = MANTISSA * COARSEST / self.largest
-        ends = np.minimum(self._deep(n_parts), min(one, THRESHOLDS[1]))
-        most: np.ndarray = np.minimum(held, ends)
-        if most.min() < THRESHOLDS[0]:
+            by_input = np.maximum(self.input_bound(n_parts, at_once), ONE_WEIGHT / self.largest)
+            by_weight = MANTISSA * COARSEST / self.largest
+        by_register = np.minimum(self._voltage_bound(n_parts), min(by_weight, THRESHOLDS[1]))
+        found: np.ndarray = np.minimum(by_input, by_register)
+        if found.min() < THRESHOLDS[0]:
             raise MismatchError(
                 f"weights of at most {ONE_WEIGHT / THRESHOLDS[0]:,.0f} thresholds in node "
                 f"{self._name}",
                 f"{self.largest:,.6g}",
             )
-        return most
+        return found
 
     def _sums(self, at_once: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the sums of a share of weights, the largest of each sign, and of constants."""
@@ -143,11 +155,11 @@ class _Room:
             below - self._constants.clip(max=0).sum(axis=0),
         )
 
-    def _deep(self, n_parts: int | None) -> np.ndarray:
-        """Return thresholds, (n,), with which the voltage ends deep enough for inhibition."""
+    def _voltage_bound(self, n_parts: int | None) -> np.ndarray:
+        """Return the largest thresholds, (n,), with which the voltage has room for inhibition."""
         _, below = self._sums(1.0)
-        endless = (self._of.voltage_decay == 0) & (below > 0)
-        result: np.ndarray = np.where(endless, DEEP, np.maximum(DEEP, self.inputs(n_parts)))
+        adds_up = (self._of.voltage_decay == 0) & (below > 0)
+        result: np.ndarray = np.where(adds_up, DEEP, np.maximum(DEEP, self.input_bound(n_parts)))
         return result
 
 
@@ -166,32 +178,33 @@ def _thresholds(
     room: _Room, threshold: np.ndarray, gain: np.ndarray, n_parts: int, at_once: float
 ) -> np.ndarray:
     """Return the thresholds of a population, (n,), by its own ones and its gains."""
-    most = room.most(n_parts, at_once)
+    largest = room.largest_thresholds(n_parts, at_once)
     if n_parts == 1:
-        return _full(_powers(most), room.matrix)
+        return _fill_one_synapse(_powers(largest), room.matrix)
     own = np.divide(threshold, gain, np.ones_like(gain), where=gain > 0)
     for unit in (np.ones_like(own), own):
-        found: np.ndarray = unit * np.exp2(_powers(room.most(None, at_once) / unit))
-        if len(np.unique(found)) <= LEVELS and _whole(found, room.matrix):
+        found: np.ndarray = unit * np.exp2(_powers(room.largest_thresholds(None, at_once) / unit))
+        if len(np.unique(found)) <= LEVELS and _are_whole_units(found, room.matrix):
             return found
-    return _levels(most, LEVELS if room.matrix.nnz <= SHARES else MORE_LEVELS)
+    return _levels(largest, LEVELS if room.matrix.nnz <= SHARES else MORE_LEVELS)
 
 
-def _powers(most: np.ndarray) -> np.ndarray:
-    exponents = np.floor(np.log2(most))
+def _powers(largest: np.ndarray) -> np.ndarray:
+    """Return the exponents of the powers of two below thresholds; there are few of them."""
+    exponents = np.floor(np.log2(largest))
     result: np.ndarray = np.minimum(exponents, exponents.min() + LEVELS - 1)
     return result
 
 
-def _whole(threshold: np.ndarray, weights: sparse.csr_matrix) -> bool:
+def _are_whole_units(threshold: np.ndarray, weights: sparse.csr_matrix) -> bool:
     """Return whether thresholds, and weights in them, are whole units."""
     n_units = np.concatenate([threshold, _rows(threshold, weights).data]) / UNIT
     return bool((np.abs(n_units - np.round(n_units)) < 1e-6).all())
 
 
-def _levels(most: np.ndarray, n_levels: int) -> np.ndarray:
-    """Return thresholds of few levels, none above ``most``, with most bits in all."""
-    floors = np.floor(most / UNIT) * UNIT
+def _levels(largest: np.ndarray, n_levels: int) -> np.ndarray:
+    """Return thresholds of few levels, none above its largest, that keep the most bits."""
+    floors = np.floor(largest / UNIT) * UNIT
     levels = np.unique(floors)
     if len(levels) > CANDIDATES:
         levels = levels[np.linspace(0, len(levels) - 1, CANDIDATES).astype(int)]
@@ -221,7 +234,7 @@ def _correction(bias: np.ndarray, current_decay: np.ndarray, n_parts: int) -> np
     return result
 
 
-def _full(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.ndarray:
+def _fill_one_synapse(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.ndarray:
     """Return thresholds, (n,), with which the largest weights take all bits of one synapse.
 
     Since all weights share one step, no row's become larger than the largest are.
@@ -240,9 +253,10 @@ def _full(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.ndarray:
 
 
 def parts(matrix: sparse.csr_matrix, most: int) -> Iterator[sparse.csr_matrix]:
-    """Yield a matrix, or with ``most`` 2, what 8 bits hold of it, and the rest if any.
+    """Yield the parts of a matrix, which add up to it.
 
-    On the chip each part is a connection with a step of its own.
+    With ``most`` 1 that is the matrix, with ``most`` 2 its values as 8 bits hold them, and the rest
+    if any. On the chip each part is a connection with a step of its own.
     """
     step = weight_step(np.abs(matrix.data).max(initial=0))
     coarse = matrix.copy()
