@@ -20,7 +20,7 @@ class Stepped(NamedTuple):
     Attributes
     ----------
     cycles : int
-        Cycles from its begin until nothing is under way.
+        Cycles from its beginning until nothing is under way.
     weights : (n_cores,) array
         Weights that were added on each core, those of value 0 on the way to others included.
     messages : int

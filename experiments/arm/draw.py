@@ -109,7 +109,7 @@ class DrawTrial(ArmTrial):
         return np.asarray(self.stroke[checked])
 
     def trace_since(self, _time_s: float) -> float:
-        """Return the begin of the drawing."""
+        """Return the time at which the drawing begins."""
         return DrawTask.begin_s
 
     def metrics(self, run: ArmRun) -> dict[str, object]:

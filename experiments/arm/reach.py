@@ -70,7 +70,7 @@ class ReachTrial(ArmTrial):
         return self.settings.target_box.grid(3)
 
     def trace_since(self, time_s: float) -> float:
-        """Return the begin of the last second."""
+        """Return the time at which the last second begins."""
         return time_s - TRACE_S
 
     def metrics(self, run: ArmRun) -> dict[str, object]:

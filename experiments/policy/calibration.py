@@ -59,9 +59,10 @@ HOLD = round(HOLD_S / DT_S)
 SETTLING = 20
 """Observations at the start that are not used."""
 LAG = 1
-"""Observations from the one an action is for to the one at whose end it comes. The filters of
-spikes delay by more, and a read-out that looks ahead errs more: by an eighth for each observation.
-But a robot whose policy is late turns less than its command: by 5 % for 10 ms."""
+"""The lag of the fitted action, in observations: at the end of observation t, the read-out gives
+the exact action for observation t - LAG. The filters of spikes delay by more, so the read-out has
+to predict, and each observation of prediction raises its error by an eighth. But a robot whose
+policy is late turns less than commanded: by 5 % for 10 ms."""
 
 STRIDE = 100
 """Observations over which an error is slow, 0.5 s: two steps of a gait."""
@@ -152,8 +153,9 @@ class SpikingHalves:
     def close(self) -> None:
         """End the simulation, and let go of it.
 
-        Nengo keeps what nodes call for as long as there are the nodes: with the simulation, which
-        has them, that would be for ever.
+        Nengo keeps the function of a node in a table for as long as the node exists. These
+        functions refer to this object, and through ``_sim`` to the nodes, so without ``del`` none
+        of them would ever be freed.
         """
         self._sim.close()
         del self._sim

@@ -1,1 +1,1 @@
-"""An experiment at many settings and seeds, over Dask."""
+"""An experiment at many settings and seeds, in processes of this machine or on a Dask cluster."""

@@ -81,7 +81,7 @@ def _shape_error(run: SwitchRun) -> float | None:
 def phase_metrics(run: SwitchRun) -> list[Result]:
     """Return for each phase its name, ``success``, ``switching_time_s``, and its errors.
 
-    The switching time is that from the begin of the phase until the gate of its action alone is
+    The switching time is that from the beginning of the phase until the gate of its action alone is
     open, for all the rest of the phase. A phase that the robot fell before has no errors.
     """
     return [_of_phase(run, number) for number in range(len(run.goals))]

@@ -14,7 +14,7 @@ FASTEST_M_S = 1.0
 FASTEST_RAD_S = 1.0
 """The walking policy is trained up to here."""
 FARTHEST_START_M = 0.5
-"""The largest distance from the robot to the begin of a path."""
+"""The largest distance from the robot to the beginning of a path."""
 LONGEST_M = 10_000.0
 """Way of a path: it becomes points that are close to each other, and walking it takes hours."""
 LARGEST = 1e10

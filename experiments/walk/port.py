@@ -163,10 +163,11 @@ class PolicyView:
 
     Commands change no faster than in training, as from a walk to a stand.
 
-    The last action is that of 20 ms before, as in training, in mean over as much to both sides as
-    observations lie between. Were it one alone, policies that observe every 5 ms would be four in
-    turn, each with its own last action, and might lift different feet: with noise of 0.015 rad, 10
-    of 24 robots with one policy fell as they set off; in mean, none.
+    The last action in the observation is that of 20 ms ago, as in training. A policy that observes
+    every 5 ms gets the mean of the 7 actions around that time. With a single action, it would
+    behave like four policies in turn, each seeing only its own actions, and they might lift
+    different feet: with noise of 0.015 rad on its actions, 10 of 24 robots fell as they set off.
+    With the mean, none fell.
 
     Parameters
     ----------

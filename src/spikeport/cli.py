@@ -599,7 +599,7 @@ def main() -> None:
 
 
 def _flush() -> None:
-    """Write what was printed while a full disk can be named: at its end, Python only warns."""
+    """Flush standard output, so that a full disk is an error; at its exit, Python only warns."""
     if sys.stdout is None:  # as a shell closes it, with >&-
         return
     try:

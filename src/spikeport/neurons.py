@@ -165,7 +165,7 @@ class SpikeSource(NeuronType):
     late : int
         Steps from an input to its spike, up to 52.
     wait : int
-        Steps at the begin in which there is none.
+        Steps at the beginning in which there is none.
     n_steps : int, optional
         Steps after these in which there may be spikes; by default, all.
     """

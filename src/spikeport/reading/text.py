@@ -26,7 +26,7 @@ MARKS = {
     codecs.BOM_UTF16_LE: "utf-16",
     codecs.BOM_UTF16_BE: "utf-16",
 }
-"""Marks at the begin of a file and the encodings that they stand for; spreadsheets write them."""
+"""Marks at the beginning of a file and their encodings; spreadsheets write them."""
 
 
 def read_text(path: Path, limit: int = TEXT_BYTES) -> str:
