@@ -17,7 +17,6 @@ from spikeport.experiments.loop import Loop, Port
 MODEL = Path(__file__).with_name("cart_pole.xml")
 TILT_RAD = 0.1
 """The pole's tilt when a run begins."""
-LARGEST_FORCE_N = 10.0
 RADII = np.array([0.4, 0.8, 0.2, 1.0])
 """The ranges of place (m), speed (m/s), tilt (rad) and its speed (rad/s) that neurons represent."""
 GAINS = np.array([2.2, 4.2, 30.0, 9.0])

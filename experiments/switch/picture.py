@@ -12,7 +12,6 @@ from spikeport.experiments.switch.schedule import ROUNDING_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.robot.render import Mark
 
-CAMERA = "track"
 COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
 PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
 HAND_RGBA = (1.0, 0.2, 0.15, 1.0)

@@ -135,18 +135,18 @@ class DdsRobot(CommandedRobot):
         """Return the observation of a state; None if it is refused. The first writer is trusted."""
         message, writer = arrival
         if self._writer not in (0, writer):
-            self._refused(f"a state written by {writer}, those before by {self._writer}", message)
+            self._refuse(f"a state written by {writer}, those before by {self._writer}", message)
             return None
         try:
             found = observed(Published(message, None), writer, remote_of(message))
         except MessageError as error:
-            self._refused(str(error), message)
+            self._refuse(str(error), message)
             return None
         self._writer = writer
         return found
 
-    def _refused(self, reason: str, message: bytes) -> None:
-        """Count a message that is none; in a run it is not passed over."""
+    def _refuse(self, reason: str, message: bytes) -> None:
+        """Count a refused message; during a run, damp the robot and end the run."""
         self._refusals += 1
         self.figures.damaged += 1
         self._lacks = f"its last state was refused, {reason}"
@@ -297,7 +297,7 @@ class RealTimeRobot(DdsRobot):
         reason = None if found is None else beyond(found.sensors, self._limits)
         if reason is None:
             return found
-        self._refused(reason, arrival.message)
+        self._refuse(reason, arrival.message)
         return None
 
     def _watch_silence(self, tick: int, now_s: float) -> None:
