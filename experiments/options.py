@@ -1,6 +1,6 @@
 """The options of every experiment, how it reports progress, and what it is."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.cache import NOTHING, Cache, digest_of
 from spikeport.compile.report.report import Report
+from spikeport.errors import unknown
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
+from spikeport.key_values import SettingValue, parse
 from spikeport.progress import Progress, silent
 
 if TYPE_CHECKING:
@@ -134,6 +136,17 @@ class Experiment:
     def passes(self, asked: str | None) -> str | None:
         """Return the passes of its compile: those asked for, of which "" is none, or its own."""
         return self.pipeline if asked is None else asked
+
+    def check_backend(self, name: str) -> None:
+        """Raise UsageError for a backend that it does not run on."""
+        if name not in self.backends:
+            raise unknown(f"backend of {self.name}", name, self.backends)
+
+    def parse_settings(
+        self, texts: Iterable[str], option: str = "--set"
+    ) -> dict[str, SettingValue]:
+        """Return settings from the ``KEY=VALUE`` texts of an option, as `key_values.parse`."""
+        return parse(texts, self.settings, f"experiment '{self.name}'", option)
 
     def run(self, settings: "Settings", options: Options, folder: Path) -> Outcome:
         """Run it and write its folder; see `spikeport.experiments.driver.run`."""

@@ -23,8 +23,10 @@ from spikeport.commands.options import (
     Link,
     NoCache,
     OffloadOption,
+    Overwrite,
     PassesOption,
     RobotLink,
+    RunFolder,
     RunOptions,
     SecondsOption,
     SeedOption,
@@ -200,8 +202,8 @@ def simulate_command(
     beside_float: Annotated[
         bool, typer.Option("--float/--no-float", help="Run it in ordinary Nengo, too, and compare.")
     ] = True,
-    out: Annotated[Path | None, written("Folder of the run; by default one in runs/.")] = None,
-    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in this folder.")] = False,
+    out: RunFolder = None,
+    overwrite: Overwrite = False,
     counts: CountsOption = False,
     build_timeout: BuildTimeout = None,
     link: Link,

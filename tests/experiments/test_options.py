@@ -1,5 +1,10 @@
 """Options of all experiments, and an experiment by its parts."""
 
+import dataclasses
+
+import pytest
+
+from spikeport.errors import UsageError
 from spikeport.experiments.options import Experiment, Options
 
 
@@ -9,7 +14,14 @@ class Trial:
     name = "stroll"
 
 
-EXPERIMENT = Experiment(Trial, dict, ("native",), 10.0, 1.0, pipeline="compact")
+@dataclasses.dataclass(frozen=True)
+class Settings:
+    """Stand-in for settings."""
+
+    steps: int = 3
+
+
+EXPERIMENT = Experiment(Trial, Settings, ("native",), 10.0, 1.0, pipeline="compact")
 
 
 def test_an_experiment_has_the_name_of_its_trial():
@@ -20,6 +32,20 @@ def test_passes_are_those_asked_for_or_the_experiments_own():
     assert EXPERIMENT.passes(None) == "compact"
     assert EXPERIMENT.passes("") == ""
     assert EXPERIMENT.passes("pack") == "pack"
+
+
+def test_a_backend_that_it_does_not_run_on_is_refused():
+    EXPERIMENT.check_backend("native")
+    with pytest.raises(UsageError, match="unknown backend of stroll 'board'; choose from: native"):
+        EXPERIMENT.check_backend("board")
+
+
+def test_settings_are_made_of_texts():
+    assert EXPERIMENT.parse_settings(["steps=5"]) == {"steps": 5}
+    with pytest.raises(UsageError, match="--vary n: expected KEY=VALUE"):
+        EXPERIMENT.parse_settings(["n"], option="--vary")
+    with pytest.raises(UsageError, match="unknown key of experiment 'stroll' 'n'"):
+        EXPERIMENT.parse_settings(["n=1"])
 
 
 def test_neurons_depend_on_chip_and_passes_and_not_on_the_backend_that_runs_them():

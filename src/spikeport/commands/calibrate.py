@@ -5,7 +5,6 @@ from pathlib import Path
 
 from rich.console import Console
 
-from spikeport import key_values
 from spikeport.atomic import check_output
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
@@ -34,8 +33,7 @@ def run(request: CalibrateRequest) -> None:
     """Refit the decoders of an experiment's network, and write them to a file."""
     experiment, target = registry.get(request.experiment), request.target
     _check(request, experiment)
-    owner = f"experiment '{experiment.name}'"
-    settings = key_values.parse(request.settings, experiment.settings, owner)
+    settings = experiment.parse_settings(request.settings)
     if settings.get(CALIBRATED, True) is not True:
         raise UsageError(
             f"--set {CALIBRATED}={str(settings[CALIBRATED]).lower()}: the command finds a "

@@ -9,6 +9,7 @@ from spikeport.backends.loss import measure, network_error
 from spikeport.commands import nir, rates
 from spikeport.commands.against_written import as_written, more_cores, more_loss
 from spikeport.commands.destinations import Destinations
+from spikeport.commands.options import check_seconds
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings, show_nothing
@@ -23,7 +24,7 @@ from spikeport.compile.passes.pipeline import Observer
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
 from spikeport.compile.report.report import Modules, Report
-from spikeport.constants import DT_S, LONGEST_RUN
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.find_network import find_network, needed_passes
 from spikeport.hardware_models import chip as chips
@@ -136,18 +137,11 @@ def _checked_rates(request: CompileRequest) -> Rates | None:
     stated = rates.parse(request.rates)
     if stated is not None and request.loss_s is not None:
         raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
-    _check_run(request.loss_s)
+    if request.loss_s is not None:
+        check_seconds("--loss", request.loss_s)
     nir.check_loss(request.network, request.loss_s, request.spikes)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
     return stated
-
-
-def _check_run(seconds: float | None) -> None:
-    if seconds is not None and not DT_S <= seconds <= LONGEST_RUN * DT_S:
-        raise UsageError(
-            f"--loss {seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
-            f"{LONGEST_RUN:,} steps"
-        )
 
 
 def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:

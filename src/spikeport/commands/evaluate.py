@@ -9,12 +9,12 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from spikeport import key_values
 from spikeport.atomic import write_text
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
+from spikeport.commands.screen import print_written
 from spikeport.commands.sweep import check_workers
 from spikeport.constants import LARGEST_SEED, MOST_POINTS
 from spikeport.errors import UsageError, unknown
@@ -93,11 +93,9 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
     from spikeport.experiments.evaluate.rows import find_rows
 
     experiment, target = registry.get(EXPERIMENT), request.target
-    if target.backend not in experiment.backends:
-        raise unknown(f"backend of {experiment.name}", target.backend, experiment.backends)
+    experiment.check_backend(target.backend)
     check_target(target)
-    owner = f"experiment '{experiment.name}'"
-    settings = key_values.parse(request.settings, experiment.settings, owner)
+    settings = experiment.parse_settings(request.settings)
     _refuse_others(settings)
     seconds = EPISODE_S if request.seconds is None else request.seconds
     if seconds <= SHORTEST_S:
@@ -199,8 +197,7 @@ def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
     console.print(title, markup=False)
     console.print(screen_table(rows))
     console.print("intervals of 95 %, and all figures: table.md", markup=False)
-    names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
-    console.print(f"written: {folder}/ ({names})", markup=False)
+    print_written(console, folder)
 
 
 def screen_table(rows: "list[TableRow]") -> Table:

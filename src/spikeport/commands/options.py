@@ -15,7 +15,8 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
-from spikeport.constants import LARGEST_SEED
+from spikeport.constants import DT_S, LARGEST_SEED, LONGEST_RUN
+from spikeport.errors import UsageError
 
 Result = TypeVar("Result")
 
@@ -88,6 +89,8 @@ FaultsOption = Annotated[
 ]
 
 
+RunFolder = Annotated[Path | None, written("Folder of the run; by default one in runs/.")]
+Overwrite = Annotated[bool, typer.Option(help="Replace an earlier run in this folder.")]
 CountsOption = Annotated[
     bool, typer.Option("--counts", help="Write the counts of every step and core, too.")
 ]
@@ -221,8 +224,8 @@ class RunOptions:
     seed: SeedOption = 0
     seconds: SecondsOption = None
     settings: SettingsOption
-    out: Annotated[Path | None, written("Folder of the run; by default one in runs/.")] = None
-    overwrite: Annotated[bool, typer.Option(help="Replace an earlier run in this folder.")] = False
+    out: RunFolder = None
+    overwrite: Overwrite = False
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4, too.")] = False
     counts: CountsOption = False
     no_cache: NoCache = False
@@ -339,6 +342,15 @@ class RobotService:
             metavar="SECONDS", help="End after this time without a controller.", min=0.1, max=10**6
         ),
     ] = None
+
+
+def check_seconds(option: str, seconds: float) -> None:
+    """Raise UsageError for an option that asks for a run of no step, or of too many."""
+    if not DT_S <= seconds <= LONGEST_RUN * DT_S:
+        raise UsageError(
+            f"{option} {seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
+            f"{LONGEST_RUN:,} steps"
+        )
 
 
 def given(*groups: Any) -> str:

@@ -11,17 +11,17 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from spikeport import cache, key_values
+from spikeport import cache
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.screen import print_costs
+from spikeport.commands.screen import print_costs, print_written
 from spikeport.commands.tables import resource_table
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.report.drawing import estimate
 from spikeport.constants import DT_S, LONGEST_RUN
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import Experiment, Options, Outcome, keeps_to_a_clock
 from spikeport.hardware_models import chip as chips
@@ -48,10 +48,8 @@ class RunRequest:
 def run(request: RunRequest) -> None:
     """Check the request, run the experiment, print its figures."""
     experiment, target, asked = registry.get(request.experiment), request.target, request.options
-    if target.backend not in experiment.backends:
-        raise unknown(f"backend of {experiment.name}", target.backend, experiment.backends)
-    owner = f"experiment '{experiment.name}'"
-    chosen = experiment.settings(**key_values.parse(asked.settings, experiment.settings, owner))
+    experiment.check_backend(target.backend)
+    chosen = experiment.settings(**experiment.parse_settings(asked.settings))
     seconds = seconds_of(asked.seconds, experiment)
     check_target(target)
     check_counts(asked.counts, target)
@@ -125,8 +123,7 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
     console.print(table)
     for line in _link_lines(result):
         console.print(line, markup=False, highlight=False, soft_wrap=True)
-    names = ", ".join(sorted(p.name for p in folder.iterdir()))
-    console.print(f"written: {folder}/ ({names})", markup=False)
+    print_written(console, folder)
 
 
 def _link_lines(result: Mapping[str, Any]) -> list[str]:

@@ -1,7 +1,8 @@
-"""The report on a compile, on one screen: verdict, resources, cost, loss, hints."""
+"""The report on a compile, on one screen, and the last line of commands that write a folder."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from pathlib import Path
 
 from rich.console import Console
 
@@ -104,6 +105,12 @@ def print_hints(console: Console, report: Report, loss: Loss | None = None) -> N
         console.print(f"hint: {rule_id} {rule}: {where}; cure: {found[0].cure}", markup=False)
     for warning in report.warnings:
         console.print(f"nengo-loihi: {warning}", style="dim", markup=False)
+
+
+def print_written(console: Console, folder: Path) -> None:
+    """Print a folder that was written, and its files without those that are hidden."""
+    names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
+    console.print(f"written: {folder}/ ({names})", markup=False, highlight=False, soft_wrap=True)
 
 
 def _by_rule(hints: Iterable[Violation]) -> dict[tuple[str, str], list[Violation]]:

@@ -16,20 +16,20 @@ from spikeport.backends import registry as backends
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands import nir
 from spikeport.commands.ending import ended_in_order
-from spikeport.commands.options import Target
+from spikeport.commands.options import Target, check_seconds
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_counts, check_target
-from spikeport.commands.screen import print_costs, print_hints, print_on_host
+from spikeport.commands.screen import print_costs, print_hints, print_on_host, print_written
 from spikeport.commands.tables import resource_table
 from spikeport.compile.report.report import in_result
 from spikeport.compile.report.summary import verdict
-from spikeport.constants import DT_S, LONGEST_RUN
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
 from spikeport.find_network import BUILT_IN, find_network
 from spikeport.plots import rendered
 from spikeport.simulation.probes import probing_outputs
-from spikeport.simulation.run import Ran, RunOptions, Watch, run, unwatched
+from spikeport.simulation.run import Ran, SimulationOptions, Watch, run, unwatched
 from spikeport.user_code import FILES, contained
 
 FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
@@ -93,11 +93,7 @@ def _check(request: SimulateRequest) -> None:
             f"{request.network} is run with its robot, as an experiment: "
             f"spikeport run {BUILT_IN[request.network]}"
         )
-    if not DT_S <= request.seconds <= LONGEST_RUN * DT_S:
-        raise UsageError(
-            f"--seconds {request.seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
-            f"{LONGEST_RUN:,} steps"
-        )
+    check_seconds("--seconds", request.seconds)
     backends.get(request.target.backend)
     check_target(request.target)
     check_counts(request.counts, request.target)
@@ -116,8 +112,8 @@ def _network(request: SimulateRequest) -> nengo.Network:
     )
 
 
-def _options(request: SimulateRequest, counts: Path | None) -> RunOptions:
-    return RunOptions(
+def _options(request: SimulateRequest, counts: Path | None) -> SimulationOptions:
+    return SimulationOptions(
         steps=round(request.seconds / DT_S),
         backend=request.target.backend,
         chip=request.target.chip,
@@ -130,7 +126,7 @@ def _options(request: SimulateRequest, counts: Path | None) -> RunOptions:
     )
 
 
-def _viewers(folder: Path, options: RunOptions, series: ModuleType) -> Watch:
+def _viewers(folder: Path, options: SimulationOptions, series: ModuleType) -> Watch:
     """Return what answers viewers of a run, which one that keeps to a clock has no time for."""
     if options.link.real_time:
         return unwatched
@@ -194,8 +190,7 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
         nir.show_differences(network)
     if played is not None:
         console.print(played, markup=False, soft_wrap=True)
-    names = ", ".join(sorted(path.name for path in folder.iterdir()))
-    console.print(f"written: {folder}/ ({names})", markup=False, soft_wrap=True)
+    print_written(console, folder)
 
 
 def _probe_table(ran: Ran) -> Table:

@@ -7,13 +7,13 @@ from pathlib import Path
 
 from rich.console import Console
 
-from spikeport import key_values
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
+from spikeport.commands.screen import print_written
 from spikeport.constants import MOST_POINTS
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
 from spikeport.experiments.run_folder import write_figure
@@ -21,6 +21,7 @@ from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import opened
 from spikeport.experiments.sweep.inputs import with_inputs
 from spikeport.experiments.sweep.plan import BACKEND, Point, Sweep
+from spikeport.key_values import SettingValue
 from spikeport.plots import rendered
 
 POINT, TABLE = "spikeport.experiments.sweep.point", "spikeport.experiments.sweep.table"
@@ -97,7 +98,6 @@ def planned(request: SweepRequest) -> Sweep:
         If a setting or value is not one of the experiment's, or a file cannot be read.
     """
     experiment, target = registry.get(request.experiment), request.target
-    owner = f"experiment '{experiment.name}'"
     check_target(target)
     sweep = Sweep(
         experiment=experiment.name,
@@ -105,8 +105,8 @@ def planned(request: SweepRequest) -> Sweep:
         chip=target.chip,
         pipeline=experiment.passes(target.passes),
         seconds=seconds_of(request.seconds, experiment),
-        settings=key_values.parse(request.settings, experiment.settings, owner),
-        varied=_varied(request.vary, experiment, owner),
+        settings=experiment.parse_settings(request.settings),
+        varied=_varied(request.vary, experiment),
         seeds=request.seeds,
         probes=request.probes,
     )
@@ -114,17 +114,15 @@ def planned(request: SweepRequest) -> Sweep:
     return with_inputs(sweep)
 
 
-def _varied(
-    vary: Iterable[str], experiment: Experiment, owner: str
-) -> dict[str, tuple[key_values.SettingValue, ...]]:
-    varied: dict[str, tuple[key_values.SettingValue, ...]] = {}
+def _varied(vary: Iterable[str], experiment: Experiment) -> dict[str, tuple[SettingValue, ...]]:
+    varied: dict[str, tuple[SettingValue, ...]] = {}
     for pair in vary:
         key, equals, texts = pair.partition("=")
         if not equals:
             raise UsageError(f"--vary {pair}: expected KEY=VALUE,VALUE,...")
         if key in varied:
             raise UsageError(f"--vary {key}: given twice")
-        values = tuple(_value(key, text, experiment, owner) for text in _split(texts))
+        values = tuple(_value(key, text, experiment) for text in _split(texts))
         if len(set(values)) < len(values):
             raise UsageError(f"--vary {pair}: a value is given twice")
         varied[key] = values
@@ -136,14 +134,11 @@ def _split(texts: str) -> list[str]:
     return texts.removesuffix(";").split(";") if ";" in texts else texts.split(",")
 
 
-def _value(key: str, text: str, experiment: Experiment, owner: str) -> key_values.SettingValue:
+def _value(key: str, text: str, experiment: Experiment) -> SettingValue:
     # It varies as a setting does, but is none.
     if key == BACKEND:
         return text
-    pair = [f"{key}={text}"]
-    found: dict[str, key_values.SettingValue]
-    found = key_values.parse(pair, experiment.settings, owner, option="--vary")
-    return found[key]
+    return experiment.parse_settings([f"{key}={text}"], option="--vary")[key]
 
 
 def _check(sweep: Sweep, experiment: Experiment) -> None:
@@ -151,8 +146,7 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
         if key in sweep.settings:
             raise UsageError(f"--vary {key}: also given with --set; choose one")
     for backend in sweep.varied.get(BACKEND, (sweep.backend,)):
-        if backend not in experiment.backends:
-            raise unknown(f"backend of {experiment.name}", backend, experiment.backends)
+        experiment.check_backend(backend)
     if BACKEND in sweep.varied and sweep.backend != Target.backend:
         raise UsageError(f"--vary {BACKEND}: also given with --{BACKEND}; choose one")
     # Counted before points are made: there may be too many to hold.
@@ -171,6 +165,5 @@ def _show(folder: Path, n_points: int, failures: Sequence[tuple[Point, str]]) ->
     console = Console(soft_wrap=True, highlight=False)
     for point, reason in failures:
         console.print(f"failed: {point.name}: {reason}", markup=False)
-    names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
     console.print(f"{n_points - len(failures)} of {n_points} points finished", markup=False)
-    console.print(f"written: {folder}/ ({names})", markup=False)
+    print_written(console, folder)

@@ -31,8 +31,8 @@ PROGRESS_STEPS = 50
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunOptions:
-    """The options of a run.
+class SimulationOptions:
+    """The options of a simulation.
 
     Attributes
     ----------
@@ -89,7 +89,7 @@ def unwatched(_recorded: Callable[[], dict[str, Recorded]]) -> None:
 
 def run(
     network: nengo.Network,
-    options: RunOptions,
+    options: SimulationOptions,
     progress: Progress = silent,
     watch: Watch = unwatched,
 ) -> Ran:
@@ -149,7 +149,7 @@ def _values(sim: Simulator, probe: nengo.Probe) -> np.ndarray:
 
 
 def _opened(
-    network: nengo.Network, options: RunOptions, backend: str, progress: Progress
+    network: nengo.Network, options: SimulationOptions, backend: str, progress: Progress
 ) -> Simulator:
     """Return the network in a simulator; float Nengo runs it as it was written, without passes."""
     make = functools.partial(

@@ -7,7 +7,8 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from spikeport.commands.options import Target, Workers, with_options
+from spikeport.commands.options import Target, Workers, check_seconds, with_options
+from spikeport.errors import UsageError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,3 +62,11 @@ def test_a_sweep_has_a_process_for_each_core_it_may_use_unless_asked_for_less(mo
     monkeypatch.setattr(os, "sched_getaffinity", lambda _process: {1, 3})
     assert Workers().n_processes == 2
     assert Workers(n=3).n_processes == 3
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.0009, 2_000_001.0, float("nan")])
+def test_a_run_has_a_step_and_an_end(seconds):
+    check_seconds("--loss", 0.001)
+    check_seconds("--loss", 1_000_000.0)
+    with pytest.raises(UsageError, match="a run is at least one step of"):
+        check_seconds("--loss", seconds)

@@ -1,8 +1,9 @@
 """The report on one screen: its last line, its hints and NeuroBench's metrics."""
 
 import pytest
+from rich.console import Console
 
-from spikeport.commands.screen import Findings, neurobench_line, show_findings
+from spikeport.commands.screen import Findings, neurobench_line, print_written, show_findings
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.pipeline import compile_network
@@ -56,3 +57,10 @@ def test_what_is_shown_of_host_io_stands_beside_the_step_time(compilation, capsy
     longest = next(i for i, line in enumerate(lines) if "step time, longest" in line)
     beside = next(line for line in lines[longest:] if "with host I/O" in line)
     assert beside.count("dt = 1 ms not shown") == 2
+
+
+def test_a_written_folder_is_a_line_however_long_it_is(tmp_path, capsys):
+    for name in ("b.json", ".lock", "a[1].png"):
+        (tmp_path / name).touch()
+    print_written(Console(width=20), tmp_path)
+    assert capsys.readouterr().out == f"written: {tmp_path}/ (a[1].png, b.json)\n"

@@ -4,7 +4,7 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.simulation.run import RunOptions, run
+from spikeport.simulation.run import SimulationOptions, run
 
 
 def small(stimulus=lambda t: np.sin(40 * t)) -> nengo.Network:
@@ -21,7 +21,7 @@ def small(stimulus=lambda t: np.sin(40 * t)) -> nengo.Network:
 
 @pytest.fixture(scope="package")
 def ran():
-    return run(small(), RunOptions(steps=100))
+    return run(small(), SimulationOptions(steps=100))
 
 
 @pytest.fixture

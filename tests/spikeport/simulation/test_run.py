@@ -10,7 +10,7 @@ import pytest
 import spikeport
 from spikeport import Simulator
 from spikeport.errors import BackendError, UsageError
-from spikeport.simulation.run import RunOptions, run
+from spikeport.simulation.run import SimulationOptions, run
 
 
 def test_both_runs_are_those_of_a_simulator(ran, network):
@@ -26,10 +26,10 @@ def test_both_runs_are_those_of_a_simulator(ran, network):
 
 
 def test_a_run_without_a_chip_has_no_report_and_nothing_beside(network):
-    done = run(network(), RunOptions(steps=5, backend="reference"))
+    done = run(network(), SimulationOptions(steps=5, backend="reference"))
     assert (done.report, done.report_json) == (None, None)
     assert {one.values_float is None for one in done.recorded.values()} == {True}
-    alone = run(network(), RunOptions(steps=5, backend="nengo_loihi", beside_float=False))
+    alone = run(network(), SimulationOptions(steps=5, backend="nengo_loihi", beside_float=False))
     assert alone.backend == "nengo-loihi"
     assert {one.error() for one in alone.recorded.values()} == {None}
 
@@ -46,7 +46,7 @@ def test_weights_are_recorded_row_by_row(network):
         )
         nengo.Connection(target, learnt.learning_rule)
         nengo.Probe(learnt, "weights", sample_every=0.005, label="weights")
-    one = run(net, RunOptions(steps=20)).recorded["weights"]
+    one = run(net, SimulationOptions(steps=20)).recorded["weights"]
     assert one.values.shape == one.values_float.shape == (4, 40)
     assert one.error() is not None
 
@@ -57,7 +57,7 @@ def test_values_of_other_units_are_not_compared(network):
         (ensemble, *_) = net.all_ensembles
         nengo.Probe(ensemble.neurons, "voltage", label="voltage")
         nengo.Probe(ensemble, label="value")
-    recorded = run(net, RunOptions(steps=20)).recorded
+    recorded = run(net, SimulationOptions(steps=20)).recorded
     assert recorded["voltage"].values_float is None
     assert recorded["value"].values_float is not None
 
@@ -65,14 +65,14 @@ def test_values_of_other_units_are_not_compared(network):
 def test_a_step_that_raises_is_named(network):
     net = network(lambda t: 1 / (t < 0.0035))
     with pytest.raises(BackendError) as caught:
-        run(net, RunOptions(steps=10))
+        run(net, SimulationOptions(steps=10))
     step, _, place = str(caught.value).partition(" (")
     assert step == (
         "simulating on native: step 4: the network raised ZeroDivisionError: division by zero"
     )
     assert re.fullmatch(r".*test_run\.py, line \d+\)", place)
     with pytest.raises(UsageError, match=r"^unknown backend 'chip'"):
-        run(network(), RunOptions(steps=1, backend="chip"))
+        run(network(), SimulationOptions(steps=1, backend="chip"))
 
 
 class Failing(nengo.Process):
@@ -84,7 +84,7 @@ class Failing(nengo.Process):
 def test_a_process_that_cannot_begin_is_named(network, backend):
     net = network(Failing(default_size_out=1))
     with pytest.raises(BackendError, match=f"^before step 1 on {backend}: the network raised Zero"):
-        run(net, RunOptions(steps=10, backend=backend))
+        run(net, SimulationOptions(steps=10, backend=backend))
 
 
 class Counter:
@@ -101,7 +101,7 @@ class Counter:
 @pytest.mark.parametrize("lock", [None, threading.Lock()], ids=["copied", "cannot be copied"])
 def test_float_nengo_runs_a_copy_where_there_can_be_one(network, lock):
     counter = Counter(lock)
-    one = run(network(counter), RunOptions(steps=20)).recorded["stimulus"]
+    one = run(network(counter), SimulationOptions(steps=20)).recorded["stimulus"]
     assert one.values[-1] - one.values[0] == pytest.approx(0.19)
     assert np.array_equal(one.values, one.values_float) == (lock is None)
     assert counter.calls == (20 if lock is None else 40) + round(100 * one.values[0, 0]) - 1
@@ -109,7 +109,7 @@ def test_float_nengo_runs_a_copy_where_there_can_be_one(network, lock):
 
 def test_progress_names_compile_and_both_runs(network):
     reported = []
-    run(network(), RunOptions(steps=60), lambda what, share: reported.append((what, share)))
+    run(network(), SimulationOptions(steps=60), lambda what, share: reported.append((what, share)))
     assert reported[0] == ("compiling: checking rules", 0.0)
     assert reported[-4:] == [
         ("simulating on native", 0.0),
