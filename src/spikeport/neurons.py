@@ -21,6 +21,9 @@ UNIT = 64
 MANTISSA = 127
 """A weight is up to so many steps of its connection."""
 
+MOST_HELD_STEPS = 52
+"""The most steps from an input to its spike: a `SpikeSource` keeps them as bits of a float64."""
+
 REST = Choice([0])
 
 
@@ -163,7 +166,7 @@ class SpikeSource(NeuronType):
     Parameters
     ----------
     late : int
-        Steps from an input to its spike, up to 52.
+        Steps from an input to its spike, up to `MOST_HELD_STEPS`.
     wait : int
         Steps at the beginning in which there is none.
     n_steps : int, optional
@@ -173,7 +176,7 @@ class SpikeSource(NeuronType):
     negative = False
     spiking = True
     state: ClassVar[dict[str, Distribution]] = {"elapsed": REST, "history": REST}
-    late = IntParam("late", low=0, high=52)
+    late = IntParam("late", low=0, high=MOST_HELD_STEPS)
     wait = IntParam("wait", low=0)
     n_steps = IntParam("n_steps", low=1, optional=True)
 

@@ -18,9 +18,9 @@ from pathlib import Path
 
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.differences import differences
+from spikeport.networks.loading.nir.fold import fold
 from spikeport.networks.loading.nir.graph import flattened
 from spikeport.networks.loading.nir.network import NirNetwork
-from spikeport.networks.loading.nir.populations import folded
 from spikeport.reading.hdf5 import read
 from spikeport.reading.mismatch import MismatchError
 
@@ -60,7 +60,7 @@ def load(path: str | Path, dt: float, parts: int = 2, at_once: float = 1.0) -> N
         raise UsageError(f"at_once={at_once}: a share of a neuron's sources is above 0, up to 1")
     path = Path(path)
     with refusing(path):
-        graph = folded(flattened(read(path)), float(dt))
+        graph = fold(flattened(read(path)), float(dt))
         return NirNetwork(graph, parts, float(at_once), path.stem)
 
 

@@ -52,7 +52,7 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.loading.files import load_mlp
-from spikeport.networks.loading.nir.populations import Folded
+from spikeport.networks.loading.nir.populations import PopulationGraph
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
@@ -233,7 +233,7 @@ def _graph_spikes(folder: Path) -> None:
 
 
 def _spikes_of_graph(path: Path) -> None:
-    spikes_of(Folded(nir_graphs.DT_S, {"input": (6,)}, {}, {}), str(path))
+    spikes_of(PopulationGraph(nir_graphs.DT_S, {"input": (6,)}, {}, {}), str(path))
 
 
 def _events(folder: Path) -> None:

@@ -6,6 +6,11 @@ from pathlib import Path
 import nir
 import numpy as np
 
+from spikeport.networks.loading.nir.fold import fold
+from spikeport.networks.loading.nir.graph import flattened
+from spikeport.networks.loading.nir.populations import PopulationGraph
+from spikeport.reading.hdf5 import read
+
 DT_S = 1e-3
 
 
@@ -40,11 +45,22 @@ def affine(rng: np.random.Generator, n_out: int, n_in: int, bias: float = 0.0) -
     return nir.Affine(weight=weight, bias=rng.normal(0, bias, n_out) if bias else np.zeros(n_out))
 
 
+def weights(n_out: int, n_in: int, value: float = 1.0, bias: float = 0.0) -> nir.Affine:
+    """Return equal weights and biases."""
+    return nir.Affine(weight=np.full((n_out, n_in), value), bias=np.full(n_out, bias))
+
+
 def graph(**nodes: nir.NIRNode) -> nir.NIRGraph:
     """Return a graph of nodes that follow each other."""
     names = list(nodes)
     edges = list(itertools.pairwise(names))
     return nir.NIRGraph(nodes=nodes, edges=edges, type_check=False)
+
+
+def wired(nodes: dict[str, nir.NIRNode], edges: str) -> nir.NIRGraph:
+    """Return a graph of nodes with edges such as `"i>n n>o"`."""
+    pairs = [tuple(edge.split(">")) for edge in edges.split()]
+    return nir.NIRGraph(nodes=nodes, edges=pairs, type_check=False)
 
 
 def ends(n_in: int, n_out: int) -> tuple[nir.Input, nir.Output]:
@@ -116,6 +132,11 @@ def written(folder: Path, graph: nir.NIRGraph, name: str = "graph.nir") -> Path:
     path = folder / name
     nir.write(path, graph)
     return path
+
+
+def folded(folder: Path, graph: nir.NIRGraph, dt_s: float = DT_S) -> PopulationGraph:
+    """Write a graph and read it back, as one of populations."""
+    return fold(flattened(read(written(folder, graph))), dt_s)
 
 
 def spikes(n: int, n_steps: int = 150, share: float = 0.2, seed: int = 3) -> np.ndarray:

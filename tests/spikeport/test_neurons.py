@@ -6,6 +6,7 @@ import pytest
 
 from spikeport.errors import UsageError
 from spikeport.neurons import (
+    MOST_HELD_STEPS,
     IntegrateAndFire,
     LeakyIntegrator,
     SpikeSource,
@@ -90,7 +91,7 @@ def test_sources_spike_late_and_for_a_while():
     values = [1, 1, 0, 1, 1, 1]
     found = stepped(kind, [DT_S * value for value in values])[:, 0] * DT_S
     np.testing.assert_array_equal(found, [0, 0, 1, 1, 0, 0])
-    latest = stepped(SpikeSource(late=52), [DT_S] + 59 * [0.0])[:, 0] * DT_S
+    latest = stepped(SpikeSource(late=MOST_HELD_STEPS), [DT_S] + 59 * [0.0])[:, 0] * DT_S
     assert np.flatnonzero(latest).tolist() == [52]
 
 

@@ -6,19 +6,19 @@ import numpy as np
 
 from spikeport.constants import DECAY_UNITS
 from spikeport.networks.loading.nir.network import NirNetwork
-from spikeport.networks.loading.nir.populations import Folded, Population
+from spikeport.networks.loading.nir.populations import Population, PopulationGraph
 from spikeport.networks.loading.nir.units import all_parts
 from spikeport.neurons import chip_decays
 
 LOWEST = 2**23
-"""Units below zero at which the chip's voltage ends."""
+"""The lower end of the chip's voltage, in units below zero."""
 
 
 def differences(network: NirNetwork) -> Iterator[tuple[str, str]]:
     """Yield the name of a population, and a difference."""
     for name, one in network.folded.populations.items():
         texts = _on_chip(network, one) if one.spikes else _on_host(one)
-        yield from ((name, text) for text in (*texts, *_ways(network.folded, one)))
+        yield from ((name, text) for text in (*texts, *_path_lengths(network.folded, one)))
 
 
 def _on_host(one: Population) -> Iterator[str]:
@@ -43,7 +43,10 @@ def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
         yield f"its bias is a source on the host, which spikes in every step from {one.depth} on"
     if mine.correction.any():
         share = np.abs(mine.correction / mine.threshold).max()
-        yield f"what is rounded of its bias, up to {share:.3%} of the threshold, is the chip's own"
+        yield (
+            f"the chip adds up to {share:.3%} of the threshold in each step, to make up for the "
+            "rounding of the bias"
+        )
 
 
 def _rounding(one: Population) -> Iterator[str]:
@@ -64,10 +67,13 @@ def _rounding(one: Population) -> Iterator[str]:
             yield f"{n_decays} {name} decays; each is a profile of its core"
 
 
-def _ways(folded: Folded, one: Population) -> Iterator[str]:
-    for source, steps in folded.late(one):
+def _path_lengths(folded: PopulationGraph, one: Population) -> Iterator[str]:
+    for source, steps in folded.lead_steps(one):
         when = "early" if steps > 0 else "late"
-        yield f"spikes of {source} arrive {_steps(abs(steps))} {when}, beside its longest way's"
+        yield (
+            f"spikes of {source} arrive {_steps(abs(steps))} {when}, relative to those on its "
+            "longest path"
+        )
 
 
 def _steps(n: int) -> str:

@@ -1,21 +1,21 @@
 """NIR's own equations, by Euler's method, for as many steps as there are inputs.
 
-Within a step populations follow each other; what leads back takes one step.
+Within a step populations follow each other; an edge that closes a cycle takes one step.
 """
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from spikeport.networks.loading.nir.populations import Folded, Population
+from spikeport.networks.loading.nir.populations import Population, PopulationGraph
 
 
-def run(folded: Folded, inputs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def run(graph: PopulationGraph, inputs: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Run a graph from rest.
 
     Parameters
     ----------
-    folded : Folded
+    graph : PopulationGraph
         The graph.
     inputs : mapping of str to (n_steps, size) array
         The spikes of each input, 0 or 1.
@@ -26,9 +26,9 @@ def run(folded: Folded, inputs: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
         The spikes of each population, of a read-out its voltage.
     """
     n_steps = min(len(rows) for rows in inputs.values())
-    states = {name: _State(one) for name, one in folded.populations.items()}
-    outputs = {name: np.zeros((n_steps, one.size)) for name, one in folded.populations.items()}
-    sent = {name: np.zeros(one.size) for name, one in folded.populations.items()}
+    states = {name: _State(one) for name, one in graph.populations.items()}
+    outputs = {name: np.zeros((n_steps, one.size)) for name, one in graph.populations.items()}
+    sent = {name: np.zeros(one.size) for name, one in graph.populations.items()}
     for step in range(n_steps):
         sent |= {name: rows[step] for name, rows in inputs.items()}
         for name, state in states.items():

@@ -13,7 +13,8 @@ import numpy as np
 from nengo.transforms import Dense, Sparse
 from scipy import sparse
 
-from spikeport.networks.loading.nir.populations import CONSTANTS, Folded, Population, Signal
+from spikeport.networks.loading.nir.populations import CONSTANTS, Population, PopulationGraph
+from spikeport.networks.loading.nir.signals import Signal
 from spikeport.networks.loading.nir.units import Units, all_parts, parts, units
 from spikeport.neurons import IntegrateAndFire, LeakyIntegrator, SpikeSource
 
@@ -48,7 +49,7 @@ class NirNetwork(nengo.Network):
 
     Parameters
     ----------
-    folded : Folded
+    folded : PopulationGraph
         The graph.
     n_parts : int
         Synapses of a weight: 1, or 2 for one that holds the bits that 8 do not.
@@ -64,12 +65,12 @@ class NirNetwork(nengo.Network):
     populations : dict of str to nengo.Ensemble
         The neurons of each node.
     outputs : dict of str to nengo.Node
-        The signals read: spikes 1/dt high, times the weights on their way; voltages as they are.
+        The signals read: spikes 1/dt high, times the weights on their path; voltages as they are.
     feeds : dict of str to Feed
         The functions of the inputs' nodes.
     """
 
-    def __init__(self, folded: Folded, n_parts: int, at_once: float, label: str) -> None:
+    def __init__(self, folded: PopulationGraph, n_parts: int, at_once: float, label: str) -> None:
         super().__init__(label=label, seed=0)
         self.folded, self.n_parts, self.at_once = folded, n_parts, at_once
         with warnings.catch_warnings(action="ignore"):  # of every nengo newer than 3.2
@@ -135,7 +136,7 @@ class NirNetwork(nengo.Network):
         return self._on_host(_ensemble(population.size, kind, population.node.name))
 
     def _connect(self, name: str, population: Population) -> None:
-        late = self.folded.held(population)
+        late = self.folded.held_steps(population)
         if not population.spikes:
             self._connect_readout(name, population, late)
             return

@@ -16,7 +16,7 @@ from spikeport.compile.pipeline import Compilation
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.equations import run
 from spikeport.networks.loading.nir.network import NirNetwork
-from spikeport.networks.loading.nir.populations import Folded
+from spikeport.networks.loading.nir.populations import PopulationGraph
 from spikeport.reading import npz
 from spikeport.reading.archive import NUMBERS
 from spikeport.reading.mismatch import MismatchError
@@ -83,7 +83,7 @@ def _spikes(
     return np.diff(counts, axis=0)
 
 
-def spikes_of(folded: Folded, text: str) -> Played:
+def spikes_of(folded: PopulationGraph, text: str) -> Played:
     """Return spikes for the inputs of a graph: random ones, or those of a file.
 
     Raises

@@ -6,7 +6,7 @@ import pytest
 import spikeport.nir
 from spikeport.commands.agreement import compartments, measured, spikes_of
 from spikeport.errors import UsageError
-from spikeport.networks.loading.nir.populations import Folded
+from spikeport.networks.loading.nir.populations import PopulationGraph
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, spikes, written
 
@@ -68,7 +68,7 @@ def test_other_files_are_refused(network, tmp_path, arrays, message):
 
 def test_a_graph_without_an_input_takes_no_spikes():
     with pytest.raises(UsageError) as caught:
-        spikes_of(Folded(DT_S, {}, {}, {}), "random")
+        spikes_of(PopulationGraph(DT_S, {}, {}, {}), "random")
     assert str(caught.value) == "--spikes random: the graph has no input; leave --spikes out"
 
 

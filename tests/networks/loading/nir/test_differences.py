@@ -27,7 +27,7 @@ def test_each_population_says_what_it_does_otherwise(tmp_path):
         "voltage decays by 410/4096 a step, up to 0.10% off, and rounds towards 0",
     ]
     assert "its bias is a source on the host, which spikes in every step from 2 on" in found["read"]
-    for start in ("the voltage ends at -", "what is rounded of its bias, up to 0.0"):
+    for start in ("the voltage ends at -", "the chip adds up to 0.0"):
         assert any(text.startswith(start) for text in found["read"])
 
 
@@ -76,7 +76,9 @@ def test_readouts_and_ways_of_different_lengths_are_named(tmp_path):
     graph = nir.NIRGraph(nodes=nodes, edges=[*edges, ("r", "o")], type_check=False)
     found = differences_of(tmp_path, graph)
     assert not any("early" in text for text in found["b"])  # the host holds inputs back
-    assert found["c"][-1] == "spikes of a arrive 1 step early, beside its longest way's"
+    assert (
+        found["c"][-1] == "spikes of a arrive 1 step early, relative to those on its longest path"
+    )
     assert found["r"] == [
         "computed on the host, in floating point: it reads spikes and sends none",
         "its voltage is 3 steps late",

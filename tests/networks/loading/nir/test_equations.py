@@ -5,23 +5,16 @@ import numpy as np
 import pytest
 
 from spikeport.networks.loading.nir import equations
-from spikeport.networks.loading.nir.graph import flattened
-from spikeport.networks.loading.nir.populations import Folded, folded
-from spikeport.reading.hdf5 import read
 from tests.helpers import nir_graphs
-from tests.helpers.nir_graphs import DT_S, spikes, written
+from tests.helpers.nir_graphs import DT_S, folded, spikes
 from tests.helpers.nir_referee import Referee
-
-
-def fold(folder, graph, dt_s=DT_S) -> Folded:
-    return folded(flattened(read(written(folder, graph))), dt_s)
 
 
 @pytest.mark.parametrize("bias", [0.0, 0.3])
 def test_recurrent_neurons_are_those_of_the_referee(tmp_path, bias):
     graph = nir_graphs.recurrent(bias)
     inputs = {"input": spikes(6)}
-    found = equations.run(fold(tmp_path, graph), inputs)
+    found = equations.run(folded(tmp_path, graph), inputs)
     wanted = Referee(graph, DT_S).run(inputs)
     assert wanted["read"].sum() > 10
     for name, rows in wanted.items():
@@ -42,7 +35,7 @@ def test_readouts_have_the_voltage_of_the_referee(tmp_path):
     inputs = {"input": spikes(6)}
     wanted = Referee(graph, DT_S).run(inputs)["read"]
     assert np.abs(wanted).max() > 0.3
-    np.testing.assert_allclose(equations.run(fold(tmp_path, graph), inputs)["read"], wanted)
+    np.testing.assert_allclose(equations.run(folded(tmp_path, graph), inputs)["read"], wanted)
 
 
 def test_pools_and_nested_graphs_are_those_of_the_referee(tmp_path):
@@ -57,6 +50,6 @@ def test_pools_and_nested_graphs_are_those_of_the_referee(tmp_path):
     )
     rows = spikes(72)
     wanted = Referee(graph, DT_S).run({"input": rows.reshape(-1, 2, 6, 6)})["neurons"]
-    found = equations.run(fold(tmp_path, graph), {"input": rows})["neurons"]
+    found = equations.run(folded(tmp_path, graph), {"input": rows})["neurons"]
     assert wanted.sum() > 20
     np.testing.assert_array_equal(found, wanted)

@@ -7,7 +7,8 @@ from scipy import sparse
 from spikeport.networks.loading.nir import units as module
 from spikeport.networks.loading.nir.dynamics import dynamics
 from spikeport.networks.loading.nir.graph import Node
-from spikeport.networks.loading.nir.populations import Population, Signal
+from spikeport.networks.loading.nir.populations import Population
+from spikeport.networks.loading.nir.signals import Signal
 from spikeport.networks.loading.nir.units import CURRENT, INPUT, parts, units
 from spikeport.reading.mismatch import MismatchError
 
