@@ -47,6 +47,7 @@ class SteppedPlant(Protocol):
         """Advance by one step."""
 
 
+T = TypeVar("T")
 P = TypeVar("P", bound=SteppedPlant)
 
 
@@ -136,9 +137,7 @@ class Loop(Generic[P]):
         self._pace: _Pace | None = _Pace(dt_s)
         self.size_in = sum(port.size_in for port in self._ports)
         self.size_out = sum(port.size_out for port in self._ports)
-        ends = np.cumsum([port.size_in for port in self._ports]).tolist()
-        places = map(slice, [0, *ends], ends)
-        self._places = dict(zip(self._ports, places, strict=True))
+        self._places = dict(_placed(self._ports, [port.size_in for port in self._ports]))
         self._observation = np.zeros(self.size_out)
         self._is_begun = False
         self._is_connected = False
@@ -388,12 +387,10 @@ def _check_size(what: str, nodes: Sequence[nengo.Node], found: int, size: int) -
         )
 
 
-def _placed(
-    nodes: Sequence[nengo.Node], sizes: Sequence[int]
-) -> Iterator[tuple[nengo.Node, slice]]:
-    """Yield nodes with their places among the plant's values."""
+def _placed(owners: Sequence[T], sizes: Sequence[int]) -> Iterator[tuple[T, slice]]:
+    """Yield ports or nodes, each with the place of its values, which lie one after the other."""
     ends = np.cumsum(sizes).tolist()
-    return zip(nodes, map(slice, [0, *ends], ends), strict=False)
+    return zip(owners, map(slice, [0, *ends], ends), strict=True)
 
 
 @dataclass(frozen=True)

@@ -131,15 +131,8 @@ class Simulator:
         migration.check_target(target, backend)
         migration.check_precompute(precompute)
         migration.check_hardware_options(hardware_options)
-        _check_seed(seed)
-        if seed is None and network.seed == LARGEST_SEED:
-            # Nengo adds 1 to the network's for that of the simulator.
-            raise ArgumentError("network.seed", network.seed, "a smaller one, or Simulator(seed=)")
-        _check_progress_bar(progress_bar)
-        _check_kind("offload", offload, bool, "a bool")
-        _check_kind("cache", cache, Cache, "a spikeport.cache.Cache")
-        _check_kind("link", link, LinkOptions, "a spikeport.backends.board.link.LinkOptions")
-        _check_kind("counts", counts, (str, Path, NoneType), "None, or the path of a folder")
+        self.seed = _own_seed(seed, network)
+        _check_kinds(progress_bar, offload, cache, link, counts)
         source = registry.Source(
             network=network,
             chip=chip,
@@ -154,8 +147,6 @@ class Simulator:
         )
         self._open = functools.partial(registry.get(backend).open, source)
         self.network, self._probes = network, network.all_probes
-        # Nengo's rule, with 0 for a seed that is not there.
-        self.seed = (network.seed or 0) + 1 if seed is None else seed
         self._dt = dt
         self.progress_bar = progress_bar
         self._start(compilation=None)
@@ -380,6 +371,29 @@ def _is_time(value: float) -> bool:
 def _check_seed(seed: int | None) -> None:
     if not (seed is None or (isinstance(seed, Integral) and 0 <= seed <= LARGEST_SEED)):
         raise ArgumentError("seed", seed, f"None, or an integer from 0 to {LARGEST_SEED}")
+
+
+def _own_seed(seed: int | None, network: nengo.Network) -> int:
+    """Return the seed of a simulator; ArgumentError if it is not valid."""
+    _check_seed(seed)
+    if seed is not None:
+        return seed
+    if network.seed == LARGEST_SEED:
+        # By default the simulator's seed is the network's plus 1, which would be too large.
+        raise ArgumentError("network.seed", network.seed, "a smaller one, or Simulator(seed=)")
+    # Nengo's rule, with 0 for a seed that is not there.
+    return (network.seed or 0) + 1
+
+
+def _check_kinds(
+    progress_bar: object, offload: object, cache: object, link: object, counts: object
+) -> None:
+    """Raise ArgumentError for an argument of a wrong type."""
+    _check_progress_bar(progress_bar)
+    _check_kind("offload", offload, bool, "a bool")
+    _check_kind("cache", cache, Cache, "a spikeport.cache.Cache")
+    _check_kind("link", link, LinkOptions, "a spikeport.backends.board.link.LinkOptions")
+    _check_kind("counts", counts, (str, Path, NoneType), "None, or the path of a folder")
 
 
 def _check_progress_bar(bar: object) -> None:

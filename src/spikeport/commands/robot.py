@@ -26,25 +26,9 @@ def serve(request: RobotService) -> None:
         raise UsageError("--fault is for --lock-step: real time has faults of its own")
     if request.priority is not None and request.lock_step:
         raise UsageError("--priority is for real time; in --lock-step nobody is late")
-    own_hz = LOCK_STEP_HZ if request.lock_step else REAL_TIME_HZ
-    rate_hz = own_hz if request.rate_hz is None else request.rate_hz
-    if request.lock_step and rate_hz != LOCK_STEP_HZ:
-        # A controller steps by its own clock, and would be driven in another time.
-        raise UsageError(
-            f"--rate-hz {rate_hz:g} with --lock-step: controllers step at {LOCK_STEP_HZ:g} Hz; "
-            "cure: leave it out"
-        )
+    rate_hz = _rate_hz(request)
     faults = [FAULTS._replace(option="--fault").parse(text) for text in request.fault]
-    settings = RobotSettings(
-        rate_hz=rate_hz,
-        hoist=request.hoist,
-        watchdog_s=request.watchdog_ms / 1000,
-        seed=request.seed,
-        posture_rad=_posture_rad(request),
-        sport_mode=request.sport_mode,
-        let_down_s=request.let_down,
-        odometer=_odometer(request),
-    )
+    settings = _settings(request, rate_hz)
     from spikeport.robot.link import server  # needs cyclonedds
 
     service = server.Service(
@@ -68,6 +52,33 @@ def listen(interface: str, domain: int, seconds: float) -> None:
     from spikeport.robot.link import listener  # needs mujoco
 
     listener.listen(place, seconds, print)
+
+
+def _rate_hz(request: RobotService) -> float:
+    """Return the states a second; UsageError for a rate that does not go with lock-step."""
+    own_hz = LOCK_STEP_HZ if request.lock_step else REAL_TIME_HZ
+    rate_hz = own_hz if request.rate_hz is None else request.rate_hz
+    if request.lock_step and rate_hz != LOCK_STEP_HZ:
+        # A controller steps by its own clock, and would be driven in another time.
+        raise UsageError(
+            f"--rate-hz {rate_hz:g} with --lock-step: controllers step at {LOCK_STEP_HZ:g} Hz; "
+            "cure: leave it out"
+        )
+    return rate_hz
+
+
+def _settings(request: RobotService, rate_hz: float) -> RobotSettings:
+    """Return the settings of the robot; UsageError for a joint or an error that is not known."""
+    return RobotSettings(
+        rate_hz=rate_hz,
+        hoist=request.hoist,
+        watchdog_s=request.watchdog_ms / 1000,
+        seed=request.seed,
+        posture_rad=_posture_rad(request),
+        sport_mode=request.sport_mode,
+        let_down_s=request.let_down,
+        odometer=_odometer(request),
+    )
 
 
 def _odometer(request: RobotService) -> OdometerErrors | None:
