@@ -9,7 +9,6 @@ alone; memory is what the process grew by during it. ``import`` is that of `Simu
 simulator, with its kernels already on disk.
 """
 
-import argparse
 import contextlib
 import itertools
 import json
@@ -25,7 +24,7 @@ from typing import Any
 
 import markdown_table
 from peak_memory import peak_bytes
-from versions import EXPERIMENTS, HERE, site
+from versions import EXPERIMENTS, HERE, new_parser
 
 HEADS = ("network", "before, CPU s", "now, CPU s", "times", "before, MB", "now, MB")
 RUNS = {"arm": "reach", "humanoid": "switch"}
@@ -171,11 +170,8 @@ def _in_process(folder: str, name: str) -> dict[str, float]:
 def main() -> None:
     """Compare the versions, or compile in one of them."""
     names = ["import", *RUNS, *NETWORKS]
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("old_site", type=site, help="folder in which the other version lies")
-    parser.add_argument("--network", action="append", choices=names)
+    parser = new_parser(__doc__, "--network", names)
     parser.add_argument("--times", type=int, default=1)
-    parser.add_argument("--serve", choices=names, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.serve:
         print(json.dumps(measure(arguments.serve)))

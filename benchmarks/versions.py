@@ -8,7 +8,6 @@ does meets both. Physics are part of a step, and the policy is as it was convert
 is calibrated.
 """
 
-import argparse
 import contextlib
 import os
 import statistics
@@ -16,6 +15,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError
+from collections.abc import Collection
 from pathlib import Path
 from typing import IO
 
@@ -34,7 +35,7 @@ def site(folder: str) -> str:
     """Return a folder if a version lies in it: else this one would be compared with itself."""
     if not Path(folder, "spikeport", "__init__.py").is_file():
         cure = f"pip install --no-deps --target {folder} of a checkout puts one there"
-        raise argparse.ArgumentTypeError(f"{folder}: no spikeport lies in it; {cure}")
+        raise ArgumentTypeError(f"{folder}: no spikeport lies in it; {cure}")
     return folder
 
 
@@ -124,13 +125,22 @@ def compare(experiment: str, old_site: str, blocks: int) -> str:
     )
 
 
+def new_parser(description: str | None, option: str, names: Collection[str]) -> ArgumentParser:
+    """Return a parser of the other version's folder and of the names to compare.
+
+    ``--serve`` is for the processes of the versions: each is given one of the names.
+    """
+    parser = ArgumentParser(description=description)
+    parser.add_argument("old_site", type=site, help="folder in which the other version lies")
+    parser.add_argument(option, action="append", choices=names)
+    parser.add_argument("--serve", choices=names, help=SUPPRESS)
+    return parser
+
+
 def main() -> None:
     """Compare the versions, or be one of them."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("old_site", type=site, help="folder in which the other version lies")
-    parser.add_argument("--experiment", action="append", choices=EXPERIMENTS)
+    parser = new_parser(__doc__, "--experiment", EXPERIMENTS)
     parser.add_argument("--blocks", type=int, default=30)
-    parser.add_argument("--serve", choices=EXPERIMENTS, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.serve:
         answers = os.fdopen(os.dup(1), "w")
