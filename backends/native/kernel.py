@@ -141,7 +141,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
     ``counts`` gains synaptic operations and messages of each core in its rows for them.
     """
     wiring, state = loaded.wiring, loaded.state
-    n = _sort(wiring, state, n_arriving)
+    n = _count_arrivals(wiring, state, n_arriving)
     for i in range(n):
         number = state.touched[i]
         times = state.spikes_of[number]
@@ -158,7 +158,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
 
 
 @compiled
-def _sort(wiring: Wiring, state: State, n_arriving: int) -> int:
+def _count_arrivals(wiring: Wiring, state: State, n_arriving: int) -> int:
     """Count the arriving spikes by delivery and by fan; return the number of deliveries.
 
     Without branches where spikes would make them mispredicted.
@@ -297,7 +297,7 @@ def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray
         _leak(v, state.u[a:b], neurons.bias[a:b], neurons.keep_v[a:b], noise[1, a:b])
         _fire(v, refractory, neurons.vth[a:b], spiked, I32(vmin), I32(vmax))
         _rest(refractory, neurons.refract[a:b], spiked)
-    hold(neurons, state)
+    copy_outputs(neurons, state)
     n = _list_spikes(neurons, state, counts)
     # The host's spikes queue behind the chip's own: they arrive in the next step.
     for i in range(n_pending):
@@ -385,7 +385,7 @@ def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> No
 
 
 @compiled
-def hold(neurons: Neurons, state: State) -> None:
+def copy_outputs(neurons: Neurons, state: State) -> None:
     """Copy the values that outputs read: the voltage, current or spike of each compartment."""
     for k in range(len(state.held)):
         i, key = neurons.read[k]
@@ -400,7 +400,7 @@ def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
         begin, end, core, always_active = neurons.block[block]
         before = n
         for i in range(np.uintp(begin), np.uintp(end)):
-            # As in `_sort`: written always, kept if it spiked.
+            # As in `_count_arrivals`: written always, kept if it spiked.
             state.arriving[np.uintp(n)] = i
             n += state.spiked[i]
         # A bias in every compartment makes each active in every step: nothing is to be counted.
@@ -423,7 +423,7 @@ def _count_active(neurons: Neurons, state: State, begin: int, end: int) -> int:
 
 
 @compiled
-def mark(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray) -> bool:
+def mark_arrivals(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray) -> bool:
     """Mark the axons that spikes arrived at; return whether one was marked before.
 
     ``trace_of`` is the place among traces of each delivery, or -1.
@@ -439,7 +439,7 @@ def mark(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray) -> bool:
 
 
 @compiled
-def train(
+def update_traces(
     traces: np.ndarray, raised: np.ndarray, decay: float, magnitude: float, uniform: np.ndarray
 ) -> bool:
     """Update the traces of a group, and forget its marks; return whether a trace was clipped."""
@@ -455,7 +455,7 @@ def train(
 
 
 @compiled
-def learn(
+def update_weights(
     weights: np.ndarray, traces: np.ndarray, errors: np.ndarray, rule: Rule, uniform: np.ndarray
 ) -> bool:
     """Update the weights (n_axons, n_targets) of a group; return whether one was clipped."""

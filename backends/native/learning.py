@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.backends.native.contacts import first_contacts
-from spikeport.backends.native.kernel import learn, mark, train
+from spikeport.backends.native.kernel import mark_arrivals, update_traces, update_weights
 from spikeport.backends.native.loaded import Rule
 from spikeport.backends.native.rows import kept_synapses
 from spikeport.backends.native.wiring import Wiring
@@ -105,34 +105,34 @@ class Learning:
         self._make_ready()
 
     def _make_ready(self) -> None:
-        make_ready(mark, np.zeros(0, dtype=np.int32), self._trace_of, self._raised)
+        make_ready(mark_arrivals, np.zeros(0, dtype=np.int32), self._trace_of, self._raised)
         one, no_numbers = next(iter(self.groups.values())), np.zeros(0)
-        make_ready(train, one.traces, one.raised, one.decay, one.magnitude, no_numbers)
-        make_ready(learn, one.weights, one.traces, one.traces, one.rule, no_numbers)
+        make_ready(update_traces, one.traces, one.raised, one.decay, one.magnitude, no_numbers)
+        make_ready(update_weights, one.weights, one.traces, one.traces, one.rule, no_numbers)
 
     def step(self, touched: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
         """Learn from the spikes and errors of a step; return the weights updated, (n_cores,)."""
         # Epochs count from the first step, as in the emulator: an epoch of 2 acts in steps 2, 4, 6.
         self._t += 1
-        if mark(touched, self._trace_of, self._raised):
+        if mark_arrivals(touched, self._trace_of, self._raised):
             warnings.warn("Synaptic trace spikes lost", stacklevel=2)
         for one in self.groups.values():
             if self._t % one.train_epoch == 0:
-                self._train(one)
+                self._update_traces(one)
         updated = np.zeros(self._n_cores, dtype=np.int64)
         for number, one in self.groups.items():
             if self._t % one.learn_epoch == 0:
-                self._learn(one, errors.get(number))
+                self._update_weights(one, errors.get(number))
                 updated[one.core] += one.weights.size
         return updated
 
-    def _train(self, one: Group) -> None:
+    def _update_traces(self, one: Group) -> None:
         # Drawn for every trace, even one at zero: the emulator's stream goes on by as many.
         uniform = self._rng.rand(len(one.traces))
-        if train(one.traces, one.raised, one.decay, one.magnitude, uniform):
+        if update_traces(one.traces, one.raised, one.decay, one.magnitude, uniform):
             warnings.warn("Clipping synapse trace", stacklevel=2)
 
-    def _learn(self, one: Group, error: np.ndarray | None) -> None:
+    def _update_weights(self, one: Group, error: np.ndarray | None) -> None:
         uniform = self._rng.rand(one.weights.size)
         pair = np.zeros(one.weights.shape[1], dtype=np.int32)
         if error is not None:
@@ -140,7 +140,7 @@ class Learning:
             # A value is decoded by two compartments of opposite sign, so each gets the error with
             # its own.
             pair[:] = np.concatenate([-scaled, scaled])
-        if learn(one.weights, one.traces, pair, one.rule, uniform):
+        if update_weights(one.weights, one.traces, pair, one.rule, uniform):
             warnings.warn("Clipping learning weights", stacklevel=2)
         if one.place is not None:
             self._wiring.weights[one.place] = one.weights.ravel()[one.number]

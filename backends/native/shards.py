@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from spikeport.backends.native.kernel import advance, hold
+from spikeport.backends.native.kernel import advance, copy_outputs
 from spikeport.backends.native.loaded import Loaded, Neurons, State, neurons_of, resting_state
 from spikeport.backends.native.wiring import line_up, wire
 from spikeport.compile.image.chip_image import ChipImage
@@ -98,7 +98,7 @@ class Threads:
         self._neurons, self._state, self._n_inputs = neurons, state, image.n_inputs
         self.shards = [Shard(image, cores, state) for cores in divided(image, n)]
         self._begin()
-        make_ready(hold, neurons, state)
+        make_ready(copy_outputs, neurons, state)
 
     def _begin(self) -> None:
         self._process = os.getpid()
@@ -118,7 +118,7 @@ class Threads:
         ]
         spikes = [self.shards[0].step(n_arriving, noise, counts)]
         spikes += [other.result() for other in others]
-        hold(self._neurons, self._state)
+        copy_outputs(self._neurons, self._state)
         # The host's spikes queue behind the chip's own: they arrive in the next step.
         arriving = np.concatenate([*spikes, sources + len(self._state.q)])
         for shard in self.shards:
