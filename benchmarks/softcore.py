@@ -23,10 +23,8 @@ from spikeport.backends.board.board import Machine
 from spikeport.backends.board.server import Service, serve
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore.chip import DeviceChip, outputs_of
-from spikeport.backends.softcore.decompile import messages_of
 from spikeport.backends.softcore.design import parameters
 from spikeport.backends.softcore.line import VerilatedLine
-from spikeport.backends.softcore.rows import size_of
 from spikeport.backends.softcore.verilated import BoardBuild
 from spikeport.backends.softcore.writer import MODEL, written
 from spikeport.compile.image.chip_image import ChipImage
@@ -118,6 +116,13 @@ class Sdram:
         return bus
 
 
+def size_of(words: np.ndarray, at: int) -> tuple[int, int]:
+    """Return the words and the entries of the row at an address."""
+    header = int(words[at])
+    entries = (header & 0x3FF) + 1
+    return 2 + (-(-entries // 2) if header >> 10 & 1 else entries), entries
+
+
 class SdramChip(NativeChip):
     """A native chip that reckons a step's rows through an SDRAM, all cores after each other.
 
@@ -141,7 +146,7 @@ class SdramChip(NativeChip):
                 (core, int(base[core]) + at, *size_of(memory.cores[core].rows, at))
                 for core, at in some
             ]
-            for some in messages_of(memory)
+            for some in memory.messages_by_source()
         ]
         self._steps, self._found = 0, list[tuple[int, int, int, float]]()
 

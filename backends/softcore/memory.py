@@ -1,6 +1,7 @@
 """The memories of a soft core: layouts of their words, as in ``hardware_models/softcore/*.v``."""
 
 import hashlib
+import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
@@ -110,6 +111,28 @@ class MemoryImage:
         """Return the messages of the host's sources that spike, (n, 2)."""
         parts = [self.host_messages[self.host_start[s] : self.host_start[s + 1]] for s in sources]
         return np.concatenate(parts) if parts else self.host_messages[:0]
+
+    def messages_by_source(self) -> list[list[tuple[int, int]]]:
+        """Return core and row of each message that a spike of a source sends, by source.
+
+        Sources are the image's compartments, in its order, then those on the host.
+        """
+        n = len(self.order)
+        lists: list[list[tuple[int, int]]] = [[] for _ in range(n)]
+        mask = (1 << self.core_bits) - 1
+        for first, core in zip(self.first, self.cores, strict=True):
+            for local, word in enumerate(core.constants.tolist()):
+                # As laid out in `CoreMemory.constants`: axon from bit 34 on, sends at bit 46.
+                at, more = word >> 34 & 0xFFF, bool(word >> 46)
+                while more:
+                    axon = int(core.axons[at])
+                    found = axon >> ROW_BITS & mask, axon & ((1 << ROW_BITS) - 1)
+                    lists[self.order[first + local]].append(found)
+                    # Axons of a compartment follow each other; the last one's top bit is set.
+                    at, more = at + 1, not axon >> (ROW_BITS + self.core_bits)
+        host = [(core, row) for core, row in self.host_messages.tolist()]
+        ends = self.host_start.tolist()
+        return lists + [host[begin:end] for begin, end in itertools.pairwise(ends)]
 
     @property
     def digest(self) -> str:

@@ -76,25 +76,3 @@ def _sparse(targets: np.ndarray, octets: np.ndarray) -> np.ndarray:
     words = np.full(len(targets) + int(before.sum()), MOST_GAP << 8, dtype=np.int64)
     words[np.arange(len(targets)) + np.cumsum(before)] = (gaps - before * MOST_GAP) << 8 | octets
     return words
-
-
-def size_of(words: np.ndarray, at: int) -> tuple[int, int]:
-    """Return the words and the entries of the row at an address."""
-    header = int(words[at])
-    entries = (header & 0x3FF) + 1
-    return 2 + (-(-entries // 2) if header >> 10 & 1 else entries), entries
-
-
-def decoded(words: np.ndarray, at: int, unit: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the compartments of a core and the weights that the row at an address adds."""
-    header, first, *_ = words[at : at + 2].astype(np.int64)
-    shift, is_dense, entries = header >> 11, header >> 10 & 1, (header & 0x3FF) + 1
-    begin = at + 2
-    if is_dense:
-        pairs = words[begin : begin + -(-entries // 2)].astype(np.int64)
-        octets = np.column_stack([pairs & 0xFF, pairs >> 8]).ravel()[:entries]
-        targets = first + np.arange(entries)
-    else:
-        content = words[begin : begin + entries].astype(np.int64)
-        octets, targets = content & 0xFF, first + np.cumsum(content >> 8)
-    return targets, wrapped(octets, WEIGHT_BITS) << (shift + unit)

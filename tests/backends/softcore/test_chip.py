@@ -14,14 +14,13 @@ from spikeport.backends.board.board import Board, Machine
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore.chip import RtlChip, SoftChip
-from spikeport.backends.softcore.decompile import messages_of
-from spikeport.backends.softcore.rows import size_of
 from spikeport.backends.softcore.simulation import STATE, Simulation
 from spikeport.backends.softcore.writer import written
 from spikeport.compile.image.chip_image import ChipImage
 from tests.helpers.fake_board import FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.side_by_side import random_spikes
 from tests.helpers.soft_images import BUILD, soft_images, wide_image
+from tests.helpers.softcore_integers import decoded
 
 pytestmark = [
     pytest.mark.slow,
@@ -53,14 +52,14 @@ def test_any_image_moves_the_messages_and_weights_of_its_spikes(
     image: ChipImage, seed: int
 ) -> None:
     memory = written(image, BUILD.unit, BUILD.cores)
-    simulation, lists, n = Simulation(memory, BUILD), messages_of(memory), len(memory.order)
+    simulation, lists, n = Simulation(memory, BUILD), memory.messages_by_source(), len(memory.order)
     for spikes in random_spikes(image, 20, seed):
         stepped = simulation.step(memory.messages(spikes))
         fired = memory.order[simulation.state[:, STATE.index("spiked")] != 0]
         sent = [one for source in [*fired, *(n + spikes)] for one in lists[source]]
         weights = np.zeros(len(memory.cores), dtype=int)
         for core, row in sent:
-            weights[core] += size_of(memory.cores[core].rows, row)[1]
+            weights[core] += len(decoded(memory.cores[core].rows, row, memory.unit)[0])
         assert stepped.messages == len(sent)
         np.testing.assert_array_equal(stepped.weights, weights)
     simulation.close()

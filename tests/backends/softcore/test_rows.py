@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from spikeport.backends.softcore.memory import SUM_BITS, wrapped
-from spikeport.backends.softcore.rows import decoded, encoded
+from spikeport.backends.softcore.rows import encoded
+from tests.helpers.softcore_integers import decoded
 
 N = 1024
 

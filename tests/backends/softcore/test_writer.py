@@ -4,12 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
 
+from spikeport.backends.softcore.memory import AXONS
 from spikeport.backends.softcore.writer import written
+from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import small_image
 from tests.helpers.images import Block, Group, Parts, Route
-from tests.helpers.soft_images import wide_image
+from tests.helpers.soft_images import soft_images, wide_image
+from tests.helpers.softcore_integers import of_image, of_memory
 
 
 def test_the_same_image_gives_the_same_digest() -> None:
@@ -21,6 +25,43 @@ def test_the_same_image_gives_the_same_digest() -> None:
 def test_sums_are_in_the_units_of_the_weights() -> None:
     assert written(small_image()).unit == 6
     assert written(small_image(), unit=0).unit == 0
+
+
+def assert_same_integers(image: ChipImage) -> None:
+    expected, found = of_image(image), of_memory(written(image))
+    np.testing.assert_array_equal(found.constants, expected.constants)
+    assert found.weights.shape == expected.weights.shape
+    assert (found.weights != expected.weights).nnz == 0
+
+
+@settings(max_examples=150)
+@given(image=soft_images())
+def test_any_image_comes_back(image: ChipImage) -> None:
+    assert_same_integers(image)
+
+
+def test_wide_rows_come_back() -> None:
+    image = wide_image(1)
+    assert of_image(image).weights.nnz > 40_000
+    assert_same_integers(image)
+
+
+def test_a_silent_compartment_behind_a_full_table_of_axons_sends_nothing() -> None:
+    image = Parts(
+        blocks=[Block(n=513)],
+        groups=[Group([[64]])],
+        routes=[Route([0] * 512 + [-1], block=0) for _ in range(8)],
+    ).image()
+    assert len(written(image).cores[0].axons) == AXONS
+    assert_same_integers(image)
+
+
+def test_a_changed_weight_is_seen() -> None:
+    image = wide_image(1)
+    memory = written(image)
+    row = int(memory.cores[0].axons[0]) & 0xFFFF
+    memory.cores[0].rows[row + 2] ^= 1
+    assert (of_memory(memory).weights != of_image(image).weights).nnz > 0
 
 
 def sparse_rows(n: int) -> Group:

@@ -5,7 +5,6 @@ step computes with, are the constants of each compartment, the bounds of its vol
 spike of each source adds to each compartment, modulo 2^22.
 """
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
@@ -14,15 +13,14 @@ from scipy import sparse
 from spikeport.backends.native.contacts import contacts_of, pairs_of
 from spikeport.backends.native.rows import rows_of
 from spikeport.backends.softcore.memory import (
-    ROW_BITS,
     SUM_BITS,
     VALUE_BITS,
     CoreMemory,
     MemoryImage,
     wrapped,
 )
-from spikeport.backends.softcore.rows import decoded
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.soft_rows import WEIGHT_BITS
 from spikeport.compile.image.tables import ranges
 
 
@@ -57,7 +55,7 @@ def of_memory(memory: MemoryImage) -> Integers:
     n = len(memory.order)
     sources, targets, weights = [], [], []
     for source, (core, row) in (
-        (source, one) for source, some in enumerate(messages_of(memory)) for one in some
+        (source, one) for source, some in enumerate(memory.messages_by_source()) for one in some
     ):
         local, added = decoded(memory.cores[core].rows, row, memory.unit)
         targets.append(memory.order[memory.first[core] + local])
@@ -71,27 +69,19 @@ def of_memory(memory: MemoryImage) -> Integers:
     return Integers(constants, _summed(of, to, sizes, shape))
 
 
-def messages_of(memory: MemoryImage) -> list[list[tuple[int, int]]]:
-    """Return core and row of each message that a spike of a source sends, by source.
-
-    Sources are the image's compartments, in its order, then those on the host.
-    """
-    n = len(memory.order)
-    lists: list[list[tuple[int, int]]] = [[] for _ in range(n)]
-    mask = (1 << memory.core_bits) - 1
-    for first, core in zip(memory.first, memory.cores, strict=True):
-        for local, word in enumerate(core.constants.tolist()):
-            # The layout is that of `CoreMemory.constants`: axon from bit 34 on, sends at bit 46.
-            at, more = word >> 34 & 0xFFF, bool(word >> 46)
-            while more:
-                axon = int(core.axons[at])
-                found = axon >> ROW_BITS & mask, axon & ((1 << ROW_BITS) - 1)
-                lists[memory.order[first + local]].append(found)
-                # Axons of a compartment follow each other; the last one's top bit is set.
-                at, more = at + 1, not axon >> (ROW_BITS + memory.core_bits)
-    host = [(core, row) for core, row in memory.host_messages.tolist()]
-    ends = memory.host_start.tolist()
-    return lists + [host[begin:end] for begin, end in itertools.pairwise(ends)]
+def decoded(words: np.ndarray, at: int, unit: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the compartments of a core and the weights that the row at an address adds."""
+    header, first, *_ = words[at : at + 2].astype(np.int64)
+    shift, is_dense, entries = header >> 11, header >> 10 & 1, (header & 0x3FF) + 1
+    begin = at + 2
+    if is_dense:
+        pairs = words[begin : begin + -(-entries // 2)].astype(np.int64)
+        octets = np.column_stack([pairs & 0xFF, pairs >> 8]).ravel()[:entries]
+        targets = first + np.arange(entries)
+    else:
+        content = words[begin : begin + entries].astype(np.int64)
+        octets, targets = content & 0xFF, first + np.cumsum(content >> 8)
+    return targets, wrapped(octets, WEIGHT_BITS) << (shift + unit)
 
 
 def _constants(core: CoreMemory) -> np.ndarray:
