@@ -13,9 +13,10 @@ from nengo.ensemble import Neurons
 from spikeport.backends.attempt import attempt
 from spikeport.backends.float_simulator import float_simulator
 from spikeport.backends.host_loop import HostLoop
-from spikeport.backends.rerun import error, low_pass
+from spikeport.backends.rerun import low_pass
 from spikeport.backends.sampling import recorded
 from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.quantisation import relative_rms
 from spikeport.compile.ground.rewrite import Rewrite
 
 NOISE = (nengo.processes.WhiteNoise, nengo.processes.FilteredNoise, nengo.processes.WhiteSignal)
@@ -62,7 +63,7 @@ def error_against_float(
     steps = [probe.sample_every or dt_s for probe in probes]
     ours = _joined([loop.data(probe) for probe in probes], steps)
     exact = _joined([wanted[twin] for twin in probes.values()], steps)
-    return error(ours, exact) if exact.size else None
+    return relative_rms(ours, exact) if exact.size else None
 
 
 def _is_value(probe: nengo.Probe) -> bool:

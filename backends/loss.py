@@ -19,8 +19,9 @@ from spikeport.backends.attempt import attempt
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.recorder import Recorder
-from spikeport.backends.rerun import TAU_S, Rerun, check, error
+from spikeport.backends.rerun import TAU_S, Rerun, check
 from spikeport.backends.step_log import LogOptions
+from spikeport.compile.ground.quantisation import relative_rms
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.modules import by_module
 from spikeport.compile.image.tables import offsets, part
@@ -64,7 +65,7 @@ class Cause(NamedTuple):
     def rounding(self, exact: Numbers, rounded: Numbers) -> float:
         """Return the relative rms error of the part."""
         pair = (getattr(numbers, self.array)[self.part] for numbers in (rounded, exact))
-        return error(*pair)
+        return relative_rms(*pair)
 
 
 def measure(
@@ -105,8 +106,8 @@ def measure(
         n_steps=len(spikes),
         tau_s=TAU_S,
         network_error=against_float,
-        output_error=error(rerun.integers(), baseline),
-        floor=error(rerun.floats(replace(exact, bias=exact.bias * LAST_BIT)), baseline),
+        output_error=relative_rms(rerun.integers(), baseline),
+        floor=relative_rms(rerun.floats(replace(exact, bias=exact.bias * LAST_BIT)), baseline),
         parts=_parts(rerun, exact, restored(blocks), baseline, list(causes(image)), progress),
         aliasing=rate_aliasing(blocks.floats),
         readout_spikes=activity.readout_spikes,
@@ -181,7 +182,7 @@ def _parts(
     for i, cause in enumerate(found):
         progress("rounding one part at a time", i / len(found))
         mixed = exact.with_part(cause.array, rounded, cause.part)
-        errors.append(error(rerun.floats(mixed), baseline))
+        errors.append(relative_rms(rerun.floats(mixed), baseline))
     # Independent errors add in squares, and so do their shares.
     squares = sum(one**2 for one in errors) or 1.0
     parts = [

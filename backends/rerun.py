@@ -112,9 +112,3 @@ def low_pass(values: np.ndarray, dt_s: float) -> np.ndarray:
     decay = np.exp(-dt_s / TAU_S)
     result: np.ndarray = lfilter([1 - decay], [1, -decay], values, axis=0)
     return result
-
-
-def error(outputs: np.ndarray, reference: np.ndarray) -> float:
-    """Return rms(outputs - reference) / rms(reference); 0 where the reference is 0 throughout."""
-    norm = np.linalg.norm(reference)
-    return float(np.linalg.norm(outputs - reference) / norm) if norm > 0 else 0.0

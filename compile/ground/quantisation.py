@@ -89,11 +89,17 @@ def block_error(label: str, wanted: BlockValues, block: LoihiBlock) -> BlockErro
     lost = np.mean(_flat(_integers(block))[nonzero] == 0) if nonzero.any() else 0.0
     return BlockError(
         label,
-        _relative(_flat(found.weights), _flat(wanted.weights)),
-        _relative(found.bias, wanted.bias),
+        relative_rms(_flat(found.weights), _flat(wanted.weights)),
+        relative_rms(found.bias, wanted.bias),
         float(lost),
-        *(_relative(*pair) for pair in pairs),
+        *(relative_rms(*pair) for pair in pairs),
     )
+
+
+def relative_rms(found: np.ndarray, wanted: np.ndarray) -> float:
+    """Return rms(found - wanted) / rms(wanted); 0 where all wanted values are 0."""
+    norm = np.linalg.norm(wanted)
+    return float(np.linalg.norm(found - wanted) / norm) if norm > 0 else 0.0
 
 
 def _integers(block: LoihiBlock) -> list[np.ndarray]:
@@ -107,8 +113,3 @@ def _joined(rows: list[np.ndarray]) -> np.ndarray:
 
 def _flat(arrays: list[np.ndarray]) -> np.ndarray:
     return np.concatenate(arrays) if arrays else np.zeros(0)
-
-
-def _relative(restored: np.ndarray, wanted: np.ndarray) -> float:
-    norm = np.linalg.norm(wanted)
-    return float(np.linalg.norm(restored - wanted) / norm) if norm > 0 else 0.0

@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-import nengo
 import numpy as np
 
-TAU_S = 0.02
-"""The low-pass filter through which runs are compared, as those of a measured loss."""
+from spikeport.backends.rerun import low_pass
+
 LATEST_S = 0.05
 """The longest delay of a chip that is looked for."""
 MOST_VALUES = 10**7
@@ -73,10 +72,8 @@ class Recorded:
         """The values of both runs, filtered; None where there are none to compare."""
         if self.values_float is None or len(self.times_s) < 2 or not self.values_float.any():
             return None
-        ours, exact = (
-            nengo.Lowpass(TAU_S).filt(x.astype(float), dt=self._every_s, y0=0)
-            for x in (self.values, self.values_float)
-        )
+        pair = (self.values, self.values_float)
+        ours, exact = (low_pass(x.astype(float), self._every_s) for x in pair)
         return ours, exact
 
 

@@ -3,7 +3,7 @@ import pytest
 from nengo_loihi.block import LoihiBlock, Synapse
 from nengo_loihi.builder import Model
 
-from spikeport.compile.ground.quantisation import BlockError, block_values
+from spikeport.compile.ground.quantisation import BlockError, block_values, relative_rms
 from spikeport.compile.image.manifest import BlockEntry
 from spikeport.compile.loihi.blocks import FloatBlocks
 from spikeport.compile.loihi.discretise import discretise
@@ -29,6 +29,13 @@ def discretised(
     entry = BlockEntry("ensemble", "block")
     blocks = discretise(FloatBlocks(model, (block,), (entry,), (), ()))
     return blocks.blocks[0], blocks.errors[0]
+
+
+def test_errors_are_relative_to_the_wanted_values() -> None:
+    wanted = np.array([[3.0, 0.0], [0.0, 4.0]])
+    assert relative_rms(wanted, wanted) == 0
+    assert relative_rms(np.array([[3.0, 1.0], [0.0, 4.0]]), wanted) == pytest.approx(0.2)
+    assert relative_rms(wanted, 0 * wanted) == 0
 
 
 def test_the_error_is_the_rms_of_what_rounding_changed() -> None:
