@@ -20,8 +20,8 @@ class Cost(NamedTuple):
     hops: int
 
 
-class Usage(NamedTuple):
-    """The load of sets of messages, each array with a row for each set.
+class LinkLoads(NamedTuple):
+    """The loads of sets of messages, each array with a row for each set.
 
     Messages between chips, (n,); messages on each link between two tiles in one direction,
     (n, n_links); and hops between tiles, (n,).
@@ -57,13 +57,13 @@ class Links:
 
     def cost(self, source: np.ndarray, target: np.ndarray, messages: np.ndarray) -> Cost:
         """Return the cost of messages between cores, each an (n,) array."""
-        usage = self.usage(source, target, messages, np.zeros(len(messages), dtype=int), 1)
-        return Cost(int(usage.between_chips[0]), int(usage.links.max()), int(usage.hops[0]))
+        loads = self.loads(source, target, messages, np.zeros(len(messages), dtype=int), 1)
+        return Cost(int(loads.between_chips[0]), int(loads.links.max()), int(loads.hops[0]))
 
-    def usage(
+    def loads(
         self, source: np.ndarray, target: np.ndarray, messages: np.ndarray, of: np.ndarray, n: int
-    ) -> Usage:
-        """Return the load of each of n sets of messages.
+    ) -> LinkLoads:
+        """Return the loads of each of n sets of messages.
 
         ``of`` is the number of each message's set, an array like the others. A negative number of
         messages takes as many away.
@@ -78,7 +78,7 @@ class Links:
         rows = _loads(carried, board * n_y + y, n * n_chips * n_y, x, to_x, n_x)
         columns = _loads(carried, board * n_x + to_x, n * n_chips * n_x, y, to_y, n_y)
         hops = _sums(carried * (np.abs(x - to_x) + np.abs(y - to_y)), of, n)
-        return Usage(between, np.hstack([rows.reshape(n, -1), columns.reshape(n, -1)]), hops)
+        return LinkLoads(between, np.hstack([rows.reshape(n, -1), columns.reshape(n, -1)]), hops)
 
 
 def _loads(

@@ -14,7 +14,7 @@ from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.backends.board.line import Line
 from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import SessionRecorder
-from spikeport.backends.board.timing import WAITING, Pace, RealTime, Timing
+from spikeport.backends.board.timing import WAITING, RealTime, StepDeadlines, Timing
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, BoardLostError
@@ -109,7 +109,7 @@ class BoardChip:
         self._codec, self._faults = Codec(image), faults
         self._session = 0
         self.welcome = self._greeted(image, seed)
-        self._pace = Pace(timing, self._clock)
+        self._deadlines = StepDeadlines(timing, self._clock)
         self._trips = RoundTrips()
         self.figures = LinkFigures()
         self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
@@ -185,7 +185,7 @@ class BoardChip:
                 "runs it"
             )
         self._refuse_lost()
-        end = self._pace.begin()
+        end = self._deadlines.begin()
         self.figures.steps += 1
         body, flags = self._codec.pack_step(spikes, errors)
         try:
@@ -292,7 +292,7 @@ class BoardChip:
     def link(self) -> dict[str, object] | None:
         """The figures of the session and its round trips, in us."""
         figures = self.figures
-        figures.damaged, figures.overruns = self._line.bad, self._pace.overruns
+        figures.damaged, figures.overruns = self._line.bad, self._deadlines.overruns
         return {
             "runs": self.welcome.runs,
             "real_time": isinstance(self._timing, RealTime),

@@ -67,8 +67,8 @@ class RealTime:
 Timing = SimulatedTime | RealTime
 
 
-class Pace:
-    """The beginnings of a chip's steps by a clock; see `spikeport.pacing.Deadlines`.
+class StepDeadlines:
+    """The deadlines of a chip's steps by a clock; see `spikeport.pacing.Deadlines`.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.compile.image.tables import offsets, part, ranges
-from spikeport.hardware_models.links import Links, Usage
+from spikeport.hardware_models.links import LinkLoads, Links
 
 BUSIEST = 16
 """The number of cores, by messages, that are swapped to relieve links."""
@@ -70,7 +70,7 @@ class Relief:
         """Return the first place, from one on, with whose core a swap lowers the cost."""
         place = np.argsort(order)
         source, target, number = self._messages
-        now = self._links.usage(place[source], place[target], number, np.zeros_like(number), 1)
+        now = self._links.loads(place[source], place[target], number, np.zeros_like(number), 1)
         for first in range(after, len(order), TOGETHER):
             places = np.arange(first, min(first + TOGETHER, len(order)))
             better = _lower(now, self._changes(place, core, order[places], places))
@@ -80,7 +80,7 @@ class Relief:
 
     def _changes(
         self, place: np.ndarray, core: int, others: np.ndarray, places: np.ndarray
-    ) -> Usage:
+    ) -> LinkLoads:
         """Return what changes when a core swaps with others, which lie on these places."""
         swap, message = self._touched(core, others)
         ends = self._messages.source[message], self._messages.target[message]
@@ -92,7 +92,7 @@ class Relief:
         ]
         source, target = (np.concatenate(both) for both in zip(after, before, strict=True))
         signed = np.concatenate([number, -number])
-        return self._links.usage(source, target, signed, np.tile(swap, 2), len(places))
+        return self._links.loads(source, target, signed, np.tile(swap, 2), len(places))
 
     def _touched(self, core: int, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the messages of a core and of each other, once: their swap, and their number."""
@@ -105,7 +105,7 @@ class Relief:
         return np.concatenate(swaps), np.concatenate([np.tile(ours, len(others)), theirs[~twice]])
 
 
-def _lower(now: Usage, change: Usage) -> np.ndarray:
+def _lower(now: LinkLoads, change: LinkLoads) -> np.ndarray:
     """Return the changes that lower a cost, (n,): they are compared as `Cost` is."""
     worst = (now.links + change.links).max(axis=1)
     differences = (change.between_chips, worst - now.links.max(), change.hops)

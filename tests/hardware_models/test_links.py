@@ -59,12 +59,12 @@ def test_what_several_sets_of_messages_ask_is_what_each_does(chip):
     links = Links(16, board(chip))
     rng = np.random.RandomState(0)
     source, target, messages, of = (rng.randint(high, size=60) for high in (16, 16, 9, 3))
-    together = links.usage(source, target, messages, of, 4)
+    together = links.loads(source, target, messages, of, 4)
     for one in range(4):
         mine = of == one
         n = int(mine.sum())
-        alone = links.usage(source[mine], target[mine], messages[mine], np.zeros(n, int), 1)
+        alone = links.loads(source[mine], target[mine], messages[mine], np.zeros(n, int), 1)
         assert all(np.array_equal(a[one], b[0]) for a, b in zip(together, alone, strict=True))
     both = [np.tile(array, 2) for array in (source, target)]
-    none = links.usage(*both, np.concatenate([messages, -messages]), np.tile(of, 2), 4)
+    none = links.loads(*both, np.concatenate([messages, -messages]), np.tile(of, 2), 4)
     assert not any(array.any() for array in none)

@@ -1,14 +1,14 @@
 """A chip's steps by either clock: simulated time waits, real time does not."""
 
-from spikeport.backends.board.timing import Pace, RealTime, SimulatedTime
+from spikeport.backends.board.timing import RealTime, SimulatedTime, StepDeadlines
 from tests.helpers.fake_board import FakeClock
 
 
-def begins(clock: FakeClock, pace: Pace, lasts_s: list[float]) -> list[float]:
+def begins(clock: FakeClock, deadlines: StepDeadlines, lasts_s: list[float]) -> list[float]:
     """Return when steps that last so long begin, in ms after the first."""
     found = []
     for last_s in lasts_s:
-        pace.begin()
+        deadlines.begin()
         found.append(round(1000 * (clock.now() - 100), 3))
         clock.time_s += last_s
     return found
@@ -16,31 +16,31 @@ def begins(clock: FakeClock, pace: Pace, lasts_s: list[float]) -> list[float]:
 
 def test_steps_begin_at_multiples_of_the_period_whatever_they_take() -> None:
     clock = FakeClock()
-    pace = Pace(RealTime(0.001), clock)
-    assert begins(clock, pace, [0.0002, 0.0009, 0.0, 0.0005]) == [0, 1, 2, 3]
-    assert pace.overruns == 0
+    deadlines = StepDeadlines(RealTime(0.001), clock)
+    assert begins(clock, deadlines, [0.0002, 0.0009, 0.0, 0.0005]) == [0, 1, 2, 3]
+    assert deadlines.overruns == 0
 
 
 def test_a_step_that_is_a_little_late_does_not_shift_the_next() -> None:
     clock = FakeClock()
-    pace = Pace(RealTime(0.001), clock)
-    assert begins(clock, pace, [0.0013, 0.0001, 0.0]) == [0, 1.3, 2]
-    assert pace.overruns == 1
+    deadlines = StepDeadlines(RealTime(0.001), clock)
+    assert begins(clock, deadlines, [0.0013, 0.0001, 0.0]) == [0, 1.3, 2]
+    assert deadlines.overruns == 1
 
 
 def test_after_a_stall_time_goes_on_from_there() -> None:
     clock = FakeClock()
-    pace = Pace(RealTime(0.001), clock)
-    assert begins(clock, pace, [0.0001, 0.0504, 0.0001, 0.0001]) == [0, 1, 51.4, 52.4]
-    assert pace.overruns == 1
+    deadlines = StepDeadlines(RealTime(0.001), clock)
+    assert begins(clock, deadlines, [0.0001, 0.0504, 0.0001, 0.0001]) == [0, 1, 51.4, 52.4]
+    assert deadlines.overruns == 1
 
 
 def test_simulated_time_does_not_wait() -> None:
     clock = FakeClock()
-    pace = Pace(SimulatedTime(patience_s=2.0), clock)
-    assert begins(clock, pace, [0.5, 0.0, 0.0]) == [0, 500, 500]
-    assert pace.begin() == clock.now() + 2.0
-    assert pace.overruns == 0
+    deadlines = StepDeadlines(SimulatedTime(patience_s=2.0), clock)
+    assert begins(clock, deadlines, [0.5, 0.0, 0.0]) == [0, 500, 500]
+    assert deadlines.begin() == clock.now() + 2.0
+    assert deadlines.overruns == 0
 
 
 def test_the_time_after_which_a_board_is_given_up_is_said() -> None:

@@ -67,8 +67,8 @@ def n_routed(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
     """Return the messages routed to find that no swap helps, in a ring laid along the tiles."""
     ring = Messages(np.arange(n), np.roll(np.arange(n), -1), np.ones(n, dtype=int))
     routed = []
-    usage = Links.usage
+    loads = Links.loads
     with monkeypatch.context() as patch:
-        patch.setattr(Links, "usage", lambda me, *a: routed.append(len(a[0])) or usage(me, *a))
+        patch.setattr(Links, "loads", lambda me, *a: routed.append(len(a[0])) or loads(me, *a))
         Relief(ring, Links(n, small_chip(chips=4)), n).relieved(np.arange(n))
     return sum(routed)
