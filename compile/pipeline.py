@@ -21,7 +21,12 @@ from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.offload import Offload
 from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
-from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, OnHost
+from spikeport.compile.check.violation import (
+    DoesNotFitError,
+    NothingOnChipError,
+    OnHost,
+    Violation,
+)
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import (
     ArgumentError,
@@ -224,8 +229,8 @@ def _cores_by(job: Job, passes: str) -> int:
 
 
 def _compiled(job: Job) -> Compilation:
-    network, target, dt, stages = job.network, job.chip, job.dt_s, job.stages
-    run = PassRun(job.pipeline, target, dt, job.observer, stages.begin)
+    network, target, stages = job.network, job.chip, job.stages
+    run = PassRun(job.pipeline, target, job.dt_s, job.observer, stages.begin)
     names = Names(network)
     with collected_warnings() as notices:
         stages.begin(RULES)
@@ -234,7 +239,7 @@ def _compiled(job: Job) -> Compilation:
         floats = _built(rewrite, job, run)
         stages.begin(ROUND)
         blocks = discretise(floats)
-    unplaced, rewritten = extract(blocks, target.name), bool(job.pipeline.networks)
+    unplaced = extract(blocks, target.name)
     image = run.images(unplaced)
     stages.begin(VERIFY)
     cores = _verified(image, target, floats, rewrite)
@@ -248,14 +253,7 @@ def _compiled(job: Job) -> Compilation:
         passes=tuple(run.record),
         lower_bound=lower_bound(block_loads(image, target), capacity(target)),
         neurobench=neurobench(image, cores),
-        hints=(
-            *network_hints(network, names),
-            *loop_hints(network, names),
-            *host_loop_hints(network, names, dt),
-            *host_neuron_hints(network, names, dt),
-            *filter_hints(floats.passages, dt, rewritten),
-            *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
-        ),
+        hints=_hints(job, names, blocks, unplaced),
         on_host=_on_host(network, names),
         host=host_traffic(image, target),
     )
@@ -269,6 +267,21 @@ def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:
         about = {one.object: rewrite.unfused(floats.about(one.object)) for one in broken}
         raise DoesNotFitError(job.chip.name, broken, about)
     return run.blocks(floats)
+
+
+def _hints(
+    job: Job, names: Names, blocks: IntegerBlocks, unplaced: ChipImage
+) -> tuple[Violation, ...]:
+    """Return the hints on a network and on its image before it is placed."""
+    network, dt_s, rewritten = job.network, job.dt_s, bool(job.pipeline.networks)
+    return (
+        *network_hints(network, names),
+        *loop_hints(network, names),
+        *host_loop_hints(network, names, dt_s),
+        *host_neuron_hints(network, names, dt_s),
+        *filter_hints(blocks.floats.passages, dt_s, rewritten),
+        *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
+    )
 
 
 def _on_host(network: nengo.Network, names: Names) -> tuple[OnHost, ...]:
@@ -310,6 +323,17 @@ def _stages(passes: Pipeline) -> list[str]:
 
 def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
     """Return the rewritten network; rules hold before and after."""
+    _refuse_unbuildable(job, names, run)
+    once = each_once(Rewrite(job.network, names))
+    rewrite = whole_targets(run.networks(once), run.dt_s)
+    # Once more: a pass may have made what a rule forbids, or mended what it forbade.
+    if broken := lint(rewrite.network, rewrite.names):
+        raise DoesNotFitError(job.chip.name, broken)
+    return rewrite
+
+
+def _refuse_unbuildable(job: Job, names: Names, run: PassRun) -> None:
+    """Refuse a network that breaks a rule, or is too large for the chip or for memory."""
     network, chip = job.network, job.chip
     if broken := lint(network, names, rewritten=not run.rewrites):
         # A network that has nothing for the chip breaks this rule alone, and is no fault.
@@ -321,12 +345,6 @@ def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
         raise DoesNotFitError(chip.name, much)
     if too_large := over_memory(network):
         raise DoesNotFitError(chip.name, too_large)
-    once = each_once(Rewrite(network, names))
-    rewrite = whole_targets(run.networks(once), run.dt_s)
-    # Once more: a pass may have made what a rule forbids, or mended what it forbade.
-    if broken := lint(rewrite.network, rewrite.names):
-        raise DoesNotFitError(chip.name, broken)
-    return rewrite
 
 
 def _verified(

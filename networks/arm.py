@@ -268,12 +268,13 @@ class _Builder:
             synapse=self.synapses.torque_s,
         )
         scales = [self.scales[f"M1 {axis}"] for axis in AXES]
-        # The most that M1 asks for, so that errors stay below 1: the chip's end at 1.27.
+        # In units of the largest torque that M1 asks for, errors stay below 1; the chip clips them
+        # at 1.27.
         unit = np.sum(scales, axis=0)
         nengo.Connection(learned, self.net.torque, transform=unit, synapse=None)
         for i, scale in enumerate(scales):
             copy = self.shares[4 * i : 4 * i + 4]
-            # An error of PES is what is decoded too much, and this is what is missing.
+            # PES expects decoded minus wanted; M1's torque is what is missing, hence the sign.
             nengo.Connection(copy, decoded.learning_rule, transform=-scale / unit, synapse=None)
 
     def _term(self, label: str, n: int, transform: np.ndarray) -> list[nengo.Ensemble]:

@@ -181,7 +181,10 @@ def weights_to_host(scope: Scope) -> Iterator[Violation]:
 
 
 def chip_process(scope: Scope) -> Iterator[Violation]:
-    """Refuse nodes that would run on the board, but for event files, and what reads these here."""
+    """Refuse nodes that would run on the board, except event files.
+
+    Connections from event files to the host are refused as well.
+    """
     for node in scope.network.all_nodes:
         if isinstance(node.output, ChipProcess) and type(node.output) is not DVSFileChipProcess:
             yield rules.get("SP009").broken(scope.names[node], type(node.output).__name__)
@@ -267,10 +270,10 @@ def _ways_through(connection: nengo.Connection) -> Iterator[tuple[Hashable, Hash
 
 
 def _entries(end: End, part: slice | list[int]) -> list[tuple[object, int]]:
-    """Return the entries of a passthrough node that Nengo takes a slice for, or the object whole.
+    """Return the entries of a passthrough node that a slice covers in Nengo's search for cycles.
 
-    A function of a node makes each of its values depend on all. Nengo takes a slice by a list as
-    all entries, and one with a step as all between its ends.
+    Any other object is a single entry, since each of its values may depend on all inputs. Nengo
+    takes a list to cover all entries, and a slice with a step all entries between its ends.
     """
     if not is_passthrough(end):
         return [(base(end), 0)]

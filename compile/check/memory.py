@@ -42,8 +42,8 @@ them, and of an entry of the square matrix of neurons, or of points where these 
 DECODE_NEURONS = 20
 """The neurons that relay a dimension from ensemble to ensemble: nengo-loihi's decode neurons."""
 KERNELS, PER_KERNEL = 16, 128
-"""The copies of a convolution's kernel that are stored: so many, cut at borders and by strides, and
-one for so many neurons, as each core has its own."""
+"""Copies of a convolution's kernel that are stored: 16, as kernels are cut at borders and by
+strides, and one more for every 128 output neurons, as each core has its own."""
 CGROUP = Path("/sys/fs/cgroup")
 
 

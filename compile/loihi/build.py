@@ -56,8 +56,8 @@ class OrderedModel(Model):
 
     ``building`` names the object under construction, and its ends, for error messages;
     ``crossings`` maps inputs and probes to the connection, probe or node of the network that made
-    them; ``events`` has the spikes of inputs that are read from files; ``asked`` maps connections
-    that end on the chip to the time constant they ask of their target, in seconds.
+    them; ``events`` has the spikes of inputs that are read from files; ``target_filters_s`` maps
+    connections that end on the chip to the time constant they ask of their target, in seconds.
     """
 
     def __init__(self, rewrite: Rewrite, dt_s: float) -> None:
@@ -67,7 +67,7 @@ class OrderedModel(Model):
         self.building: tuple[str, ...] = ("network",)
         self.crossings: dict[LoihiInput | LoihiProbe, Crossing] = {}
         self.events: dict[LoihiInput, EventSteps] = {}
-        self.asked: dict[nengo.Connection, float] = {}
+        self.target_filters_s: dict[nengo.Connection, float] = {}
         # Limits are checked by spikeport.compile.check.verify, which reports all of them at once.
         self.validation_level = ValidationLevel.NONE
 
@@ -85,11 +85,11 @@ class OrderedModel(Model):
             self._build_error_on_host(obj)
             return None
         n_inputs, n_probes = len(self.inputs), len(self.probes)
-        with self._path(obj), warnings_about(self.building[0]):
+        with self._path_context(obj), warnings_about(self.building[0]):
             built = super().build(obj, *args, **kwargs)
             if isinstance(obj, nengo.Connection) and self._ends_on_chip(obj):
                 fit_range(self, obj)
-                self.asked[obj] = self._asked_filter_s(obj)
+                self.target_filters_s[obj] = self._target_filter_s(obj)
         if isinstance(obj, NAMED):
             # Builders call each other: the outermost object is the one of the network.
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
@@ -106,7 +106,7 @@ class OrderedModel(Model):
         post = base(connection.post_obj)  # of an error, the connection that learns
         return isinstance(post, nengo.Ensemble) and self.split.on_chip(post)
 
-    def _asked_filter_s(self, connection: nengo.Connection) -> float:
+    def _target_filter_s(self, connection: nengo.Connection) -> float:
         """Return the time constant that a connection under construction asks of its target."""
         from_chip = self.split.on_chip(base(connection.pre_obj))
         relayed = from_chip and "decoded" in self.objs[connection]
@@ -129,7 +129,7 @@ class OrderedModel(Model):
         host.seeded[connection] = self.seeded[connection]
         host.build(connection)
 
-    def _path(self, obj: object) -> contextlib.ExitStack[bool | None]:
+    def _path_context(self, obj: object) -> contextlib.ExitStack[bool | None]:
         """Return a context for the path that the network's config asks for, if any."""
         stack = contextlib.ExitStack()
         if isinstance(obj, nengo.Connection):
@@ -168,8 +168,9 @@ class OrderedModel(Model):
         points = function if isinstance(function, np.ndarray) else None
         solver, decoders = connection.solver, getattr(connection.solver, "values", None)
         more = (connection.synapse, connection.eval_points, connection.scale_eval_points, points)
-        # All but functions by which two connections between the same ends can differ, as text that
-        # sorts. What comes last decides between few, and was added last: images keep their order.
+        # Everything except functions by which two connections between the same ends can differ, as
+        # text that sorts. The last entries only break ties; they were added later, and come last so
+        # that images keep their order.
         return (
             *(*ends, *slices, getattr(function, "__qualname__", ""), init.tobytes().hex()),
             *(*kinds, *map(_as_text, (*more, solver, decoders))),
@@ -333,7 +334,7 @@ def _ensemble_entry(ensemble: nengo.Ensemble, rewrite: Rewrite) -> BlockEntry:
 def _passages(model: OrderedModel) -> Iterator[Passage]:
     """Yield the filters of each connection that ends on the chip."""
     names = model.names
-    for connection, target_s in model.asked.items():
+    for connection, target_s in model.target_filters_s.items():
         pre, post = base(connection.pre_obj), base(connection.post_obj)
         source = names[pre] if model.split.on_chip(pre) else ""
         relay = model.objs[connection].get("decoded") if source else None

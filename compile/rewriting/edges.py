@@ -29,8 +29,9 @@ NO_GROUP = -1
 class EdgeSource(NamedTuple):
     """The start of an edge.
 
-    Either the neurons of a group, or the whole output of an object that stays, or, where this is a
-    function or decoded, what a connection from an object that stays computes.
+    It is one of three: the neurons of a group; the whole output of `obj`, an object outside all
+    groups; or, if `connection` is set, the values that this connection decodes, or computes by a
+    function, from `obj`.
     """
 
     group: int
