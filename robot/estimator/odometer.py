@@ -18,10 +18,14 @@ from spikeport.robot.state import RobotState
 class Odometer:
     """Estimator that returns fixes; without a new one, the last one's place and velocity."""
 
+    def __init__(self) -> None:
+        # Not at a reset: a robot that waits for its first command is damped after 40 ms.
+        self._legs = Legs()
+
     def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
         """Start over; see `StateEstimator.reset`."""
-        legs = Legs()
-        begun = start(sensors, legs.soles(sensors.q).points, legs.radii_m, position)
+        soles = self._legs.soles(sensors.q)
+        begun = start(sensors, soles.points, self._legs.radii_m, position)
         self._place, self._velocity, self._turn_rad = begun.position, np.zeros(3), 0.0
         return self.update(sensors, position)
 

@@ -80,7 +80,7 @@ class EstimatedMotion:
             Truth(lambda: estimate(self._observed)) if name == TRUTH else BY_SENSORS[name]()
         )
         self._begun = False
-        self._fixes: OdometryFixes | None = None
+        self._fixes = OdometryFixes() if name in _BY_ODOMETRY else None
         self.true: RobotState | None = None
         self._squares, self._compared = np.zeros(3), 0
 
@@ -104,16 +104,14 @@ class EstimatedMotion:
 
     def _fix(self, observed: Observed) -> Fix | None:
         """Return what is known of the pelvis beside the sensors: its hoist, else its odometry."""
-        if self._held is not None or self._name not in _BY_ODOMETRY:
+        if self._held is not None or self._fixes is None:
             return self._held
         if observed.odometry is None:
             raise RobotLostError(
                 "the robot publishes no odometry; give --estimator ekf, or serve a simulation with "
                 "--odometer"
             )
-        if self._fixes is None:
-            self._fixes = OdometryFixes(observed.odometry, observed.sensors)
-        return self._fixes.fix(observed.odometry)
+        return self._fixes.fix(observed.odometry, observed.sensors)
 
     def _compare(self, true: RobotState, same_tick: bool) -> None:
         """Keep the true motion; velocities are compared where both are of one moment."""

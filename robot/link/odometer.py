@@ -78,33 +78,35 @@ class OdometryFixes:
     """Fixes of what is published, in a world that begins at the first one.
 
     The robot is then above the origin, its lowest sole at height 0, with the heading of its IMU.
-
-    Parameters
-    ----------
-    first : Base
-        The first odometry.
-    sensors : Sensors
-        The observation of that moment.
     """
 
-    def __init__(self, first: Base, sensors: Sensors) -> None:
-        legs = Legs()
-        begun = start(sensors, legs.soles(sensors.q).points, legs.radii_m, None)
-        own = begun.rotation @ torso.waist_rotation(sensors.q.item(WAIST)).T
-        yaw_rad = _yaw_rad(first)
-        self._turn_rad = 0.0 if yaw_rad is None else torso.heading_rad(own) - yaw_rad
-        self._turn = torso.waist_rotation(self._turn_rad)
-        self._origin, self._begun = first.position, begun.position
+    _turn_rad: float
+    _turn: np.ndarray
+    _origin: np.ndarray
+    _begun: np.ndarray
+
+    def __init__(self) -> None:
+        # Not at the first odometry: a robot that waits for its first command is damped after 40 ms.
+        self._legs = Legs()
         self._last: Base | None = None
 
-    def fix(self, odometry: Base) -> Fix | None:
+    def fix(self, odometry: Base, sensors: Sensors) -> Fix | None:
         """Return the fix of an odometry, without a heading where it has no orientation.
 
         It is None where the odometry is the last one still, which is no second measurement.
+
+        Parameters
+        ----------
+        odometry : Base
+            The odometry.
+        sensors : Sensors
+            The observation of that moment.
         """
         # By identity: a publisher that sets no stamp has the same one in all messages.
         if odometry is self._last:
             return None
+        if self._last is None:
+            self._begin(odometry, sensors)
         self._last = odometry
         yaw_rad = _yaw_rad(odometry)
         return Fix(
@@ -112,6 +114,15 @@ class OdometryFixes:
             None if yaw_rad is None else yaw_rad + self._turn_rad,
             self._turn @ odometry.velocity,
         )
+
+    def _begin(self, first: Base, sensors: Sensors) -> None:
+        """Put the robot above the origin, and turn the world of the odometry to its heading."""
+        begun = start(sensors, self._legs.soles(sensors.q).points, self._legs.radii_m, None)
+        own = begun.rotation @ torso.waist_rotation(sensors.q.item(WAIST)).T
+        yaw_rad = _yaw_rad(first)
+        self._turn_rad = 0.0 if yaw_rad is None else torso.heading_rad(own) - yaw_rad
+        self._turn = torso.waist_rotation(self._turn_rad)
+        self._origin, self._begun = first.position, begun.position
 
 
 def _yaw_rad(odometry: Base) -> float | None:

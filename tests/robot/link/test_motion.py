@@ -5,10 +5,12 @@ import pytest
 
 from spikeport.errors import RobotLostError, UsageError
 from spikeport.robot.estimator.base import Fix
+from spikeport.robot.estimator.legs import Legs
 from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS
 from spikeport.robot.link.motion import (
+    BY_SENSORS,
     EKF,
     EKF_ODOMETER,
     ESTIMATORS,
@@ -88,6 +90,18 @@ def test_headings_are_apart_the_short_way_round() -> None:
         for yaw_rad, offset in ((3.1, 0.0), (-3.1, [0.0, 3.0, 4.0]))
     )
     assert apart(east, west) == pytest.approx((5.0, 2 * np.pi - 6.2))
+
+
+@pytest.mark.parametrize("name", BY_SENSORS)
+def test_no_model_is_compiled_at_the_first_observation(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A robot that waits for its first command is damped after 40 ms; two models took 50."""
+    (seen,) = observations(0)
+    motion, made = EstimatedMotion(name), []
+    monkeypatch.setattr(Legs, "__init__", lambda _legs: made.append(name))
+    motion(seen)
+    assert made == []
 
 
 def test_truth_of_another_moment_is_not_compared() -> None:

@@ -59,12 +59,12 @@ def test_a_robot_publishes_the_same_of_the_same_seed_and_begins_anew() -> None:
 
 
 def test_fixes_begin_above_the_origin_with_the_heading_of_the_imu() -> None:
-    fixes = OdometryFixes(base(3, 4, np.pi / 2), STANDING)
-    first = fixes.fix(base(3, 4, np.pi / 2))
+    fixes = OdometryFixes()
+    first = fixes.fix(base(3, 4, np.pi / 2), STANDING)
     np.testing.assert_allclose(first.position[:2], 0, atol=1e-12)
     assert 0.9 < first.position[2] < 1.1
     assert first.yaw_rad == pytest.approx(0)
-    ahead = fixes.fix(base(3, 5, np.pi, speed=(0, 1, 0)))
+    ahead = fixes.fix(base(3, 5, np.pi, speed=(0, 1, 0)), STANDING)
     np.testing.assert_allclose(ahead.position[:2], [1, 0], atol=1e-12)
     np.testing.assert_allclose(ahead.velocity, [1, 0, 0], atol=1e-12)
     assert ahead.yaw_rad == pytest.approx(np.pi / 2)
@@ -72,7 +72,7 @@ def test_fixes_begin_above_the_origin_with_the_heading_of_the_imu() -> None:
 
 def test_an_odometer_without_an_orientation_has_no_heading() -> None:
     blind = base(1, 2)._replace(quaternion=np.zeros(4))
-    fix = OdometryFixes(blind, STANDING).fix(blind)
+    fix = OdometryFixes().fix(blind, STANDING)
     assert fix.yaw_rad is None
     np.testing.assert_array_equal(fix.position[:2], 0)
 
