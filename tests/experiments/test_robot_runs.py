@@ -13,10 +13,11 @@ import pytest
 from nengo.exceptions import SimulationError
 
 from spikeport.backends.board.link import LinkOptions
-from spikeport.errors import DivergedError, RobotLostError, UsageError
+from spikeport.errors import BoardLostError, DivergedError, RobotLostError, UsageError
 from spikeport.experiments import driver, registry
 from spikeport.experiments.driver import Ready, robot_line
 from spikeport.experiments.options import Options
+from spikeport.experiments.walk import port
 from spikeport.robot.link.client import InlineRobot
 from spikeport.robot.link.connection import RobotOptions
 from tests.helpers.namespace import in_namespace
@@ -126,6 +127,33 @@ def test_a_robot_that_never_came_leaves_no_states(monkeypatch, tmp_path: Path) -
     with pytest.raises(RobotLostError, match=r"^no robot to begin with$"):
         run("walk", "analytic", "inline", 1.0, str(tmp_path))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_robot_that_lies_on_the_floor_as_its_run_begins_ends_it_in_words(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(port, "fallen", lambda height_m, upright: True)
+    with pytest.raises(RobotLostError, match="lies on the floor as the run begins; cure: stand it"):
+        run("walk", "analytic", "inline", 1.0, str(tmp_path))
+
+
+def test_a_board_that_is_lost_is_named_though_its_robot_left_the_run(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A controller that is led by hand leaves its run where no state came for long."""
+
+    def fail(_trial: object, ready: Ready, _watched: object) -> None:
+        ready.closed.rig.plant.step()
+        monkeypatch.setattr(InlineRobot, "exchange", leave)
+        raise BoardLostError("the board does not answer")
+
+    def leave(_robot: InlineRobot, _last: object, _motors: object) -> None:
+        raise RobotLostError("no new state for 10000 ms")
+
+    monkeypatch.setattr(driver, "_simulate", fail)
+    with pytest.raises(BoardLostError, match=r"the board does not answer; .* last states are in"):
+        run("walk", "analytic", "inline", 1.0, str(tmp_path))
+    assert (tmp_path / "last_states.npz").exists()
 
 
 @pytest.mark.parametrize("error", [DivergedError, SimulationError, RobotLostError])
