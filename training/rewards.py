@@ -41,7 +41,8 @@ class RewardSettings:
     lift_m : float
         Height at which `lift` pays in full.
     clearance_m, high_m : float
-        Height of a moving foot below which `clearance`, and beyond which `high_foot` costs.
+        Height of a moving foot below which `clearance`, and beyond which `high_foot` costs; feet
+        on the floor count, too.
     pelvis_m : float
         Height of the pelvis below which `low_pelvis` costs.
     impact_n : float
@@ -212,7 +213,7 @@ def hard_touchdown(s: Step) -> Floats:
 
 
 def clearance(s: Step) -> Floats:
-    """Return the missing height squared times speed of each foot in the air, m^3/s."""
+    """Return the missing height squared times speed of each foot, m^3/s."""
     missing = np.clip(s.settings.clearance_m - s.feet.height_m, 0.0, None) ** 2
     speed = np.linalg.norm(s.feet.velocity[..., :2], axis=-1)
     return _sum(missing * speed)
@@ -234,7 +235,7 @@ def flight(s: Step) -> Floats:
 
 
 def impact(s: Step) -> Floats:
-    """Return the contact force of each foot beyond ``impact_n``."""
+    """Return the contact force of each foot beyond ``impact_n``, of which 1,000 N count."""
     return _sum(np.clip(s.feet.force_n - s.settings.impact_n, 0.0, 1000.0))
 
 

@@ -102,16 +102,19 @@ def train(options: TrainOptions, progress: Progress) -> list[Entry]:
             f"'{options.folder}' holds {done} segments, --steps asks for {options.segments}; "
             f"cure: --steps {done * options.steps_per_segment} or more, or another --out"
         )
-    if done == options.segments:
-        return log
+    # A run may have ended between its last checkpoint and the log.
+    _write_log(options.folder, log)
     with others(options.workers - 1, _help, options):
         for segment in range(done, options.segments):
             log.append(_segment(learner, options, segment, progress))
             state = Checkpoint(options.identity(), segment + 1, learner.state(), log)
             checkpoint.save(options.folder, state)
-            lines = "".join(json.dumps(entry) + "\n" for entry in log)
-            write_text(options.folder / "log.jsonl", lines)
+            _write_log(options.folder, log)
     return log
+
+
+def _write_log(folder: Path, log: list[Entry]) -> None:
+    write_text(folder / "log.jsonl", "".join(json.dumps(entry) + "\n" for entry in log))
 
 
 def _help(worker: Worker, options: TrainOptions) -> None:

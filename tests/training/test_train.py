@@ -91,6 +91,15 @@ def test_a_finished_run_trains_no_more(options):
     assert train(options, killed_after(-1)) == log
 
 
+def test_a_run_that_ended_before_it_wrote_its_log_writes_it(options):
+    train(options, silent)
+    log = options.folder / "log.jsonl"
+    whole = log.read_text()
+    log.write_text(whole.splitlines(keepends=True)[0])
+    train(options, silent)
+    assert log.read_text() == whole
+
+
 def test_a_run_with_another_seed_is_not_continued(options):
     train(replace(options, steps=32), silent)
     with pytest.raises(UsageError) as error:
