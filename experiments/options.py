@@ -19,8 +19,10 @@ if TYPE_CHECKING:
     from spikeport.experiments.trial import Settings, Trial
     from spikeport.robot.link.connection import RobotOptions
 
+WITHOUT_NEURONS = "analytic"
+"""The backend on which experiments run the exact control laws."""
 BACKENDS = (
-    "analytic",
+    WITHOUT_NEURONS,
     "reference",
     "native",
     "native-threads",

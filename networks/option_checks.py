@@ -1,7 +1,11 @@
-"""Checks of options of networks: counts of neurons, seeds, filters and firing rates."""
+"""Checks of options of networks: counts of neurons, seeds, filters, firing rates and files."""
+
+import os
+from collections.abc import Collection
+from pathlib import Path
 
 from spikeport.constants import LARGEST_SEED
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, unknown
 
 
 def check_counts(**counts: int) -> None:
@@ -41,3 +45,13 @@ def check_rates(**ranges_hz: tuple[float, float]) -> None:
                 f"{key}=({low:g}, {high:g}): firing rates in Hz must be above 0, and the lowest "
                 "first"
             )
+
+
+def check_name_or_file(key: str, text: str, names: Collection[str]) -> None:
+    """Refuse the value of a setting that is neither a name nor the path of a file."""
+    # os.path's, which is false, too, of a name that is too long for a file
+    if text in names or os.path.exists(text):
+        return
+    if Path(text).suffix or os.sep in text:
+        raise UsageError(f"{key}={text}: no such file")
+    raise unknown(key, text, (*names, "the path of a file"))

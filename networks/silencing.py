@@ -18,10 +18,11 @@ def silence(
     """Silence a share of a network's ensembles, drawn from a seed, at a time in seconds.
 
     ``synapse`` is the filter of the inhibition: that of the ensembles' other inputs. Returns the
-    ones that fall silent, in the network's order.
+    ones that fall silent, in the network's order; a share above 0 is of at least one.
     """
     ensembles = list(net.all_ensembles)
-    drawn = np.random.RandomState(seed).permutation(len(ensembles))[: round(share * len(ensembles))]
+    n = max(round(share * len(ensembles)), int(share > 0))
+    drawn = np.random.RandomState(seed).permutation(len(ensembles))[:n]
     chosen = [ensembles[i] for i in sorted(drawn)]
     with net:
         onset = nengo.Node(lambda t: float(t > at_s), label="onset of silence")

@@ -15,7 +15,7 @@ from spikeport.experiments.arm.figures import draw_figure
 from spikeport.experiments.arm.metrics import draw_metrics, drawing
 from spikeport.experiments.arm.recording import ArmRun
 from spikeport.experiments.arm.region import Rehearsal
-from spikeport.experiments.arm.settings import ArmSettings
+from spikeport.experiments.arm.settings import FARTHEST_M, ArmSettings
 from spikeport.experiments.arm.strokes import DIGITS
 from spikeport.experiments.arm.trial import ArmTrial
 from spikeport.experiments.options import BACKENDS, Experiment
@@ -23,8 +23,6 @@ from spikeport.experiments.run_folder import Result
 
 CHECKED_POINTS = 25
 """Points along each stroke that must be reachable, at most three cm apart on the default sheet."""
-FARTHEST_M = 100.0
-"""The largest place or size: farther than any arm reaches, and one that can be computed with."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,6 +11,7 @@ import numpy as np
 
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments.arm.region import Rehearsal
+from spikeport.experiments.arm.settings import FARTHEST_M
 
 SHOULDER_M = (0.0, -0.2135, 1.4989)
 """The right shoulder with the pelvis anchored at 1.06 m: centre of the reachable shell."""
@@ -71,6 +72,8 @@ def find_box(text: str) -> TargetBox:
     if edges.shape != (3, 2) or not np.isfinite(edges).all():
         raise unknown("box", text, [*BOXES, "x0:x1,y0:y1,z0:z1 (m)"])
     low, high = edges.T
+    if (np.abs(edges) > FARTHEST_M).any():
+        raise UsageError(f"box {text}: each edge must be from -{FARTHEST_M:g} to {FARTHEST_M:g} m")
     if (high < low).any() or np.linalg.norm(high - low) <= 2 * MIN_JUMP_M:
         raise UsageError(
             f"box {text}: each edge must rise, and the diagonal exceed {2 * MIN_JUMP_M:g} m"

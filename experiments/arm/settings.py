@@ -6,7 +6,10 @@ from pathlib import Path
 
 from spikeport.errors import unknown
 from spikeport.networks.arm import PRESETS, ArmSizes
-from spikeport.networks.option_checks import check_counts, check_seed
+from spikeport.networks.option_checks import check_counts, check_name_or_file, check_seed
+
+FARTHEST_M = 100.0
+"""The largest place or size: farther than any arm reaches, and one that can be computed with."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,6 +39,8 @@ class ArmSettings:
             raise unknown("preset", self.preset, PRESETS)
         check_counts(**self._own_sizes())
         check_seed("network_seed", self.network_seed)
+        if isinstance(self.calibrated, str):
+            check_name_or_file("calibrated", self.calibrated, ("true", "false"))
 
     @property
     def files(self) -> list[Path]:

@@ -15,6 +15,7 @@ BEFORE_FALL_S = 1.0
 """A fall is no walking from here on: nothing but the fall is counted."""
 SHORTEST_S = 3.0
 """The least time that is left after that; figures of less are None."""
+ROUNDING_S = 1e-6
 SETTLING_S = 1.0
 """After a change of command, in which no error is counted."""
 CONTACT_N = 1.0
@@ -79,7 +80,7 @@ def measure(stage: Stage) -> dict[str, float | int | None]:
     # A robot that falls swings its joints and feet as no walk does.
     end_s = np.inf if fallen_at_s is None else fallen_at_s - BEFORE_FALL_S
     walked = recording.where(recording.time_s < end_s)
-    if len(walked.time_s) and walked.time_s[-1] >= SHORTEST_S:
+    if len(walked.time_s) and walked.time_s[-1] >= SHORTEST_S - ROUNDING_S:
         figures |= _tracking(stage, walked) | _margins(stage.plant, walked)
         figures |= _gait(stage.plant, walked)
     return figures

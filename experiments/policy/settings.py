@@ -1,7 +1,5 @@
 """The settings of all experiments in which a policy of neurons walks the robot."""
 
-import os
-from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import ClassVar
@@ -10,7 +8,7 @@ from spikeport.errors import UsageError, unknown
 from spikeport.networks.loading.description import Description
 from spikeport.networks.loading.files import files_of
 from spikeport.networks.loading.walking import DESCRIBE, load_walking
-from spikeport.networks.option_checks import check_seed
+from spikeport.networks.option_checks import check_name_or_file, check_seed
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import SHIPPED, WalkingPolicy
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
@@ -53,16 +51,6 @@ def load_policy(
 ) -> WalkingPolicy:
     """Load a policy for the H1; see `spikeport.networks.loading.walking.load_walking`."""
     return load_walking(path, H1, description, activation, describe)
-
-
-def check_name_or_file(key: str, text: str, names: Collection[str]) -> None:
-    """Refuse the value of a setting that is neither a name nor the path of a file."""
-    # os.path's, which is false, too, of a name that is too long for a file
-    if text in names or os.path.exists(text):
-        return
-    if Path(text).suffix or os.sep in text:
-        raise UsageError(f"{key}={text}: no such file")
-    raise unknown(key, text, (*names, "the path of a file"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +97,8 @@ class PolicySettings(Perturbation):
                 "policy=FILE, or leave it out"
             )
         _ = self.policy_options  # whose values are checked as it is made
+        if isinstance(self.calibrated, str):
+            check_name_or_file("calibrated", self.calibrated, ("true", "false", AUTO))
         if self.gait not in GAITS:
             raise unknown("gait", self.gait, GAITS)
         check_seed("network_seed", self.network_seed)

@@ -6,10 +6,11 @@ from pathlib import Path
 
 from spikeport.errors import unknown
 from spikeport.experiments.arm.strokes import DIGITS
-from spikeport.experiments.policy.settings import PolicySettings, check_name_or_file
+from spikeport.experiments.policy.settings import PolicySettings
 from spikeport.experiments.switch.schedule import SHIPPED, Schedule, load
 from spikeport.experiments.walk.path_file import path_files
 from spikeport.networks.arm import PRESETS
+from spikeport.networks.option_checks import check_name_or_file
 
 SELECTIONS = ("own", "spa")
 

@@ -35,6 +35,7 @@ from spikeport.experiments.switch.rehearsal import ExactControllers, Rehearsals,
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.experiments.walk.gait import encoding
+from spikeport.experiments.walk.path_file import path_files
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.networks.humanoid import HumanoidNetwork
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -76,6 +77,10 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def recorded(self) -> dict[str, object]:
         """Everything that the rehearsals depend on beside the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
+        for goal in self.goals(self.options.seed):
+            if goal.path is not None and path_files(str(goal.phase.path)):
+                # A user's file may change under the same name.
+                digest.update(goal.path.points.tobytes())
         # Settings that change what is recorded of the exact controllers; sizes of neurons do not.
         names = ("digit", "anchor", "gait")
         chosen = {name: getattr(self.settings, name) for name in names}
@@ -139,9 +144,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             self.options.progress("rehearsing with the exact controllers", None)
             return rehearsals.record().arrays()
 
-        paths = [goal.path for goal in self.goals(self.options.seed)]
-        # Paths as points: a user's file may change under the same name.
-        inputs = (self.recorded, paths, rehearsals.exact.policy)
+        inputs = (self.recorded, rehearsals.exact.policy)
         return Rehearsed.of(self.options.cache.kept("rehearsal", inputs, rehearse))
 
     def _spiking(self, exact: ExactControllers) -> tuple[HumanoidNetwork, Box]:

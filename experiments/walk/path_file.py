@@ -118,13 +118,29 @@ def _check_turns(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
         return
     # A path that rests has no heading; unwrapped, so that turns beyond pi add up.
     begun_s, heading = time_s[:-1][moves], np.unwrap(np.arctan2(*steps[moves].T[::-1]))
-    # For each piece, the last one that begins within the time.
-    last = np.searchsorted(begun_s, begun_s + TURN_S * (1 - ROUNDING), side="right") - 1
-    turned = np.abs(heading[last] - heading)
+    # For each piece, the end of those that begin within the time.
+    end = np.searchsorted(begun_s, begun_s + TURN_S * (1 - ROUNDING), side="right")
+    # A turn to the left may follow one to the right: the ends of the time are not enough.
+    turned = _extremes(heading, end, np.maximum) - _extremes(heading, end, np.minimum)
     worst, limit = int(np.argmax(turned)), FASTEST_RAD_S * TURN_S
     if turned[worst] > limit:
+        within = heading[worst : end[worst]]
+        first, last = worst + np.sort((int(within.argmin()), int(within.argmax())))
         raise UsageError(
-            f"path '{file}': turns by {turned[worst]:.2f} rad from {begun_s[worst]:g} to "
-            f"{begun_s[last[worst]]:g} s, limit {limit:g} rad in {TURN_S:g} s, {FASTEST_RAD_S:g} "
+            f"path '{file}': turns by {turned[worst]:.2f} rad from {begun_s[first]:g} to "
+            f"{begun_s[last]:g} s, limit {limit:g} rad in {TURN_S:g} s, {FASTEST_RAD_S:g} "
             "rad/s, for which the policy is trained; cure: more time for it, or wider turns"
         )
+
+
+def _extremes(values: np.ndarray, end: np.ndarray, larger: np.ufunc) -> np.ndarray:
+    """Return the extreme of ``values[i:end[i]]`` for each i, by stretches of 2^k values."""
+    first = np.arange(len(values))
+    # Two stretches of the largest power of two that fits cover each range.
+    power = np.log2(end - first).astype(int)
+    found, stretch = np.empty_like(values), values
+    for k in range(power.max() + 1):
+        here = power == k
+        found[here] = larger(stretch[first[here]], stretch[end[here] - 2**k])
+        stretch = larger(stretch[: -(2**k)], stretch[2**k :])
+    return found

@@ -97,7 +97,9 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
 
     def calibrate(self) -> DecoderCalibration:
-        """Fit the policy to what its neurons do where they run."""
+        """Fit the policy to what its neurons do where they run; UsageError if it has none."""
+        if self.exact_policy:
+            raise UsageError(f"policy={EXACT}: has no neurons to calibrate; cure: leave it out")
         weights = self.settings.walking_policy()
         gait = self._gait(weights)
         layers = policy_layers(weights)

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+from spikeport.errors import UsageError
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.loading.description import Description, check_robot, translated
@@ -47,6 +48,10 @@ def load_walking(
     """
     mlp = load_mlp(path, activation)
     if file_format(path) == "npz":
+        if description is not None:
+            raise UsageError(
+                f"description '{description}': policy '{path}' has its own; cure: leave it out"
+            )
         return _ours(path, mlp, robot)
     if description is None:
         with refusing(path, cure=f"give it with {describe}"):

@@ -18,6 +18,11 @@ from spikeport.networks import option_checks as check
         (lambda: check.check_filters(b=float("nan")), "b=nan: a filter must be above 0 and "),
         (lambda: check.check_rates(r=(0.0, 5.0)), "r=(0, 5): firing rates in Hz must be above 0"),
         (lambda: check.check_rates(r=(5.0, 4.0)), "r=(5, 4): firing rates in Hz must be above 0"),
+        (
+            lambda: check.check_name_or_file("k", "nix", ["a", "b"]),
+            "unknown k 'nix'; choose from: a, b, the path of a file",
+        ),
+        (lambda: check.check_name_or_file("k", "nix.csv", ["a"]), "k=nix.csv: no such file"),
     ],
 )
 def test_what_cannot_be_is_refused(refused, message):
@@ -33,3 +38,5 @@ def test_bounds_themselves_are_taken():
     check.check_seed("s", 2**32 - 1)
     check.check_filters(a=1e-6, b=0.999)
     check.check_rates(r=(5.0, 5.0))
+    check.check_name_or_file("k", "a", ["a"])
+    check.check_name_or_file("k", __file__, ["a"])

@@ -12,9 +12,8 @@ from spikeport.commands.run import check_target, seconds_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.calibration import is_calibration
-from spikeport.experiments.options import Experiment, Options
+from spikeport.experiments.options import WITHOUT_NEURONS, Experiment, Options
 
-WITHOUT_NEURONS = "analytic"
 CALIBRATED = "calibrated"
 
 

@@ -11,12 +11,12 @@ from rich.table import Table
 
 from spikeport.atomic import write_text
 from spikeport.commands.ending import resumable
-from spikeport.commands.options import Target, Workers
+from spikeport.commands.options import Target, Workers, seeds_from
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
 from spikeport.commands.screen import print_written
 from spikeport.commands.sweep import check_workers
-from spikeport.constants import LARGEST_SEED, MOST_POINTS
+from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.run_folder import write_figure
@@ -112,7 +112,7 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
         # One network for all episodes: it is made once, and seeds change what an episode meets.
         settings={"network_seed": 0, **settings},
         varied={},
-        seeds=tuple(range(request.seed, request.seed + request.episodes)),
+        seeds=seeds_from(request.seed, request.episodes, "episodes"),
         rows=find_rows(request.rows),
     )
     _check(evaluation)
@@ -146,11 +146,6 @@ def _check(evaluation: "EvaluationSweep") -> None:
             "--episodes"
         )
     experiment, seed = registry.get(EXPERIMENT), evaluation.seeds[0]
-    if evaluation.seeds[-1] > LARGEST_SEED:
-        raise UsageError(
-            f"--seed {seed}: the last of {len(evaluation.seeds):,} episodes has seed "
-            f"{evaluation.seeds[-1]}, limit {LARGEST_SEED}; cure: a smaller --seed"
-        )
     # A row's settings are the same in all of its episodes, so one of each is enough.
     for point in (evaluation.point(row, seed) for row in evaluation.rows):
         experiment.trial(experiment.settings(**point.settings), point.options).check()

@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from spikeport.commands import run, sweep
-from spikeport.commands.options import RunOptions, Target, Workers
+from spikeport.commands.options import RunOptions, Target, Workers, seeds_from
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
+from spikeport.experiments.options import WITHOUT_NEURONS
 from spikeport.experiments.sweep.plan import BACKEND
 from spikeport.find_network import built_in
 from spikeport.plots import rendered
@@ -69,12 +70,17 @@ class PaperSweep:
                 "leave out --video, --overwrite and --counts"
             )
         self._check_varied(request)
+        if request.target.backend == WITHOUT_NEURONS:
+            raise UsageError(
+                f"--backend {WITHOUT_NEURONS}: has no neurons, which figure '{request.figure}' "
+                "shows; cure: leave it out"
+            )
         return sweep.run(
             sweep.SweepRequest(
                 experiment=self.experiment,
                 target=request.target,
                 vary=list(self.vary),
-                seeds=tuple(range(asked.seed, asked.seed + self.n_seeds)),
+                seeds=seeds_from(asked.seed, self.n_seeds, "runs"),
                 seconds=self.seconds if asked.seconds is None else asked.seconds,
                 settings=_replaced(self.settings, asked.settings),
                 out=asked.out,

@@ -353,6 +353,17 @@ def check_seconds(option: str, seconds: float) -> None:
         )
 
 
+def seeds_from(first: int, n: int, what: str) -> tuple[int, ...]:
+    """Return ``n`` seeds in a row; UsageError if the last one is too large."""
+    last = first + n - 1
+    if last > LARGEST_SEED:
+        raise UsageError(
+            f"--seed {first}: the last of {n:,} {what} has seed {last}, limit {LARGEST_SEED}; "
+            "cure: a smaller --seed"
+        )
+    return tuple(range(first, last + 1))
+
+
 def given(*groups: Any) -> str:
     """Return the names of the options of groups that have another value than by default."""
     return ", ".join(

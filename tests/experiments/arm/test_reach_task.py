@@ -136,6 +136,11 @@ def test_what_is_no_box_is_refused(text):
     )
 
 
+def test_a_box_that_no_arm_reaches_is_refused():
+    with pytest.raises(UsageError, match="each edge must be from -100 to 100 m"):
+        find_box("0.3:1e160,-0.3:0,1:1.2")
+
+
 @pytest.mark.parametrize("text", ["0:0.1,0:0.1,0:0.1", "1:0,0:1,0:1"])
 def test_a_box_without_room_for_targets_is_refused(text):
     with pytest.raises(UsageError) as caught:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spikeport.experiments.evaluate.measures import MEASURES, measure
+from spikeport.experiments.evaluate.measures import MEASURES, SHORTEST_S, measure
 from spikeport.experiments.evaluate.stage import EpisodeRecording, Stage
 from spikeport.experiments.evaluate.walker import ExactWalker
 from spikeport.experiments.policy.settings import load_policy
@@ -28,6 +28,11 @@ def test_the_exact_policy_walks_as_it_was_measured(walker):
     assert 0.05 < figures["clearance_m"] < 0.2
     assert 2 < figures["steps_per_s"] < 6
     assert figures["torque_use"] <= 1
+
+
+def test_the_shortest_episode_that_is_accepted_has_figures(walker):
+    figures = measure(walker.walk(NONE, SHORTEST_S + 0.001, 4))
+    assert figures["speed_error_m_s"] < 0.2
 
 
 def test_nothing_but_the_fall_is_counted_of_an_early_one(walker):

@@ -27,6 +27,11 @@ from spikeport.networks.policy import PolicyOptions
         ),
         ({"tau_fwd": 0.0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"tau_out": 1.0}, "tau_out=1: a filter must be above 0 and below 1 s"),
+        (
+            {"calibrated": ""},
+            "unknown calibrated ''; choose from: auto, false, the path of a file, true",
+        ),
+        ({"calibrated": "no.npz"}, "calibrated=no.npz: no such file"),
         ({"gait": "wild"}, "unknown gait 'wild'; choose from: calm, rough"),
         ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
         ({"units": "hh"}, "unknown units 'hh'; choose from: hybrid, if, lif, relu"),

@@ -1,8 +1,12 @@
 """Paths of a user's own, from a file."""
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from spikeport.errors import UsageError
+from spikeport.experiments.walk.path_file import _extremes
 from spikeport.experiments.walk.paths import find_path
 
 
@@ -28,6 +32,26 @@ def test_a_path_may_stop_and_turn_back(written):
     path = written("0,0,0", "4,2,0", "8,2,0", "20,-3,0")
     assert path.at(6.0) == pytest.approx([2, 0, 0, 0])
     assert path.at(14.0)[2] < 0
+
+
+def test_turns_to_both_sides_add_up_to_no_less_than_one(written):
+    """A circle of 0.3 m to the left, and one to the right, each in 2 s: 6 rad, and back."""
+    turn = np.linspace(0, 2 * np.pi, 64)
+    left = 0.3 * np.stack((np.sin(turn), 1 - np.cos(turn)), axis=1)
+    points = np.concatenate([left, (left * (1, -1))[1:]] * 4)
+    times = np.linspace(0, 16, len(points))
+    rows = [f"{t},{x},{y}" for t, (x, y) in zip(times, points, strict=True)]
+    with pytest.raises(UsageError, match=r"turns by 6.*, limit 4 rad in 4 s"):
+        written(*rows)
+
+
+@given(st.lists(st.integers(0, 9), min_size=1, max_size=40), st.randoms(use_true_random=False))
+def test_extremes_are_those_of_each_stretch(values, random):
+    values = np.array(values, dtype=float)
+    end = np.array([random.randint(i + 1, len(values)) for i in range(len(values))])
+    stretches = [values[i : end[i]] for i in range(len(values))]
+    highest = _extremes(values, end, np.maximum)
+    np.testing.assert_array_equal(highest, [stretch.max() for stretch in stretches])
 
 
 TABLE = "expected columns 't_s,x_m,y_m' and two rows or more of rising times, found "

@@ -280,6 +280,11 @@ def test_a_calibration_of_something_else_is_refused_before_the_run(tmp_path):
         WalkTrial(WalkSettings(calibrated=str(file)), Options(1.0)).check()
 
 
+def test_a_policy_without_neurons_is_not_calibrated():
+    with pytest.raises(UsageError, match="policy=mlp: has no neurons to calibrate"):
+        WalkTrial(WalkSettings(policy="mlp"), Options(1.0)).calibrate()
+
+
 def test_a_path_that_cannot_be_followed_is_refused_before_the_run(tmp_path, spikeport):
     out = tmp_path / "run"
     code, printed, error = spikeport(*ANALYTIC, "--set", "path=circle", "--out", out)

@@ -1,6 +1,7 @@
 """Walking policies of others become ours, or are refused with what was found."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -90,6 +91,12 @@ def test_a_file_of_ours_keeps_the_gains_of_its_follower(tmp_path):
     path, gains = tmp_path / "policy.npz", FollowerGains(kp_speed=1.1, kp_heading=3.5)
     replace(walking_policy.load(), gains=gains).save(path)
     assert load_policy(path).gains == gains
+
+
+def test_a_file_of_ours_takes_no_description(tmp_path):
+    walking_policy.load().save(tmp_path / "policy.npz")
+    with pytest.raises(UsageError, match=r"description 'env.yaml': .* has its own; cure: leave"):
+        load_policy(tmp_path / "policy.npz", Path("env.yaml"))
 
 
 def test_a_file_of_ours_for_other_joints_is_refused(tmp_path):

@@ -106,5 +106,5 @@ def test_a_folder_is_no_file(spikeport, asked, tmp_path):
 def test_a_calibration_that_is_not_there_is_named(spikeport, tmp_path):
     path, out = tmp_path / "none.npz", tmp_path / "run"
     done = spikeport("run", "reach", "--set", f"calibrated={path}", "--out", str(out))
-    assert done == (2, "", f"error: {path}: no such file\n")
+    assert done == (2, "", f"error: calibrated={path}: no such file\n")
     assert not out.exists()

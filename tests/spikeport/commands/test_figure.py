@@ -51,6 +51,20 @@ def test_what_is_asked_for_replaces_the_papers_settings(spikeport, asked, tmp_pa
     )
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--backend", "analytic"), "--backend analytic: has no neurons, which figure '5a' shows"),
+        (("--seed", str(2**32 - 1)), "--seed 4294967295: the last of 5 runs has seed 4294967299"),
+    ],
+)
+def test_what_the_figure_of_the_walks_cannot_have_is_refused(spikeport, asked, options, words):
+    refused = spikeport("figure", "5a", *options)
+    assert refused.code == 2
+    assert refused.err.startswith(f"error: {words}")
+    assert not asked
+
+
 @pytest.mark.slow
 def test_a_figure_leaves_the_folder_of_its_run(spikeport, tmp_path):
     out = tmp_path / "figure"
