@@ -42,7 +42,7 @@ LEASE_S = 5
 XCDR1 = bytes((0, 1, 0, 0))
 """The head of a message: CDR, little-endian."""
 MOST_TAKEN = 64
-"""Messages kept for a side that is late, in lock-step."""
+"""Messages of a topic that are kept until they are taken; all that are kept are taken at once."""
 
 _CONFINED = """<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface name="{name}"
 {multicast}/></Interfaces>{allow}</General><Discovery><ParticipantIndex>auto</ParticipantIndex>
@@ -69,8 +69,8 @@ class Bus:
     place : Place
         The domain and interface it takes part in.
     keeps_all : bool
-        True if readers ask for what is lost, and keep what is not yet read, as lock-step is in need
-        of; else the latest message wins, as with Unitree's.
+        True if readers ask again for messages that were lost, as lock-step is in need of; else a
+        lost message is lost, as with Unitree's.
 
     Raises
     ------
@@ -102,7 +102,7 @@ class Bus:
         return made
 
     def reader(self, topic: Topic, *, keeps_all: bool = False) -> "Reader":
-        """Return a reader of a topic, which keeps all if that or the bus does."""
+        """Return a reader of a topic, which asks for lost messages if that or the bus does."""
         made = Reader(self._participant, topic, keeps_all or self._keeps_all)
         self._entities += made.entities
         return made
@@ -157,10 +157,12 @@ class Reader:
     def __init__(self, participant: DomainParticipant, topic: Topic, keeps_all: bool) -> None:
         kind = idl_type(topic.message)
         # The latest state wins: to repeat a lost one would only delay those after it.
-        qos = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(1))
+        reliability = Policy.Reliability.BestEffort
         if keeps_all:
-            patience = Policy.Reliability.Reliable(duration(seconds=1))
-            qos = Qos(patience, Policy.History.KeepLast(MOST_TAKEN))
+            reliability = Policy.Reliability.Reliable(duration(seconds=1))
+        # All writers share this history. With room for one message, those of another writer would
+        # push out those of the first, and nobody would see that both write.
+        qos = Qos(reliability, Policy.History.KeepLast(MOST_TAKEN))
         named = DdsTopic(participant, topic.name, kind)
         self._reader = DataReader(participant, named, qos)
         self._any = SampleState.Any | ViewState.Any | InstanceState.Any

@@ -48,7 +48,29 @@ def test_messages_arrive_whole_in_order_and_with_their_writer() -> None:
     }
 
 
-def latest() -> list[int]:
+def in_between() -> list[tuple[int, bool]]:
+    """Return the numbers of four messages, and whether the first of two writers wrote them."""
+    from spikeport.robot.link.bus import Bus
+    from spikeport.robot.link.messages import STATES
+    from spikeport.robot.link.place import Place
+
+    with Bus(Place(), keeps_all=False) as bus:
+        reader, first, other = bus.reader(STATES), bus.writer(STATES), bus.writer(STATES)
+        while len(reader.writers) < 2:
+            time.sleep(0.01)
+        for number, writer in enumerate((first, other, first, first)):
+            writer.write(bytes([number]) * 1176)
+        time.sleep(0.2)
+        return [(arrival.message[0], arrival.writer == first.number) for arrival in reader.take()]
+
+
+def test_in_real_time_another_writer_is_seen_and_pushes_nobody_out() -> None:
+    found = in_namespace(in_between)
+    assert found == [[0, True], [1, False], [2, True], [3, True]]
+
+
+def late() -> list[int]:
+    """Return the numbers of the messages that are left to a reader of 100 messages at once."""
     from spikeport.robot.link.bus import Bus
     from spikeport.robot.link.messages import STATES
     from spikeport.robot.link.place import Place
@@ -57,14 +79,16 @@ def latest() -> list[int]:
         reader, writer = bus.reader(STATES), bus.writer(STATES)
         while not reader.writers:
             time.sleep(0.01)
-        for number in range(20):
+        for number in range(100):
             writer.write(bytes([number]) * 1176)
         time.sleep(0.2)
-        return [arrival.message[0] for arrival in reader.take()]
+        taken = [arrival.message[0] for arrival in reader.take()]
+        assert not reader.take()
+        return taken
 
 
-def test_in_real_time_the_latest_wins() -> None:
-    assert in_namespace(latest) == [19]
+def test_in_real_time_a_late_reader_takes_the_newest_at_once() -> None:
+    assert in_namespace(late) == list(range(36, 100))
 
 
 def again() -> list[str]:
