@@ -2,8 +2,6 @@
 
 from enum import Enum
 
-import numpy as np
-
 from spikeport.robot.plant import Plant
 
 LOWERS_M_S = 0.05
@@ -42,20 +40,20 @@ class Hoist:
         plant = self._plant
         if self.held is Held.HANGS:
             self.held = Held.LOWERS
-            self._pose, self._left_m = plant.data.qpos[:7].copy(), plant.lowest_sole_m()
+            self._pose = plant.data.qpos[:7].copy()
             self._torso_rad = float(plant.data.joint("torso").qpos[0])
         elif self.held is Held.STANDS:
             self.held = Held.FREE
             plant.release()
 
     def step(self) -> None:
-        """Let a robot that is on its way down further down, by as much as fits in a step."""
+        """Let a robot on its way down further down, by as much as fits in a step, to the floor."""
         if self.held is not Held.LOWERS:
             return
-        down_m = float(np.clip(self._left_m, 0, LOWERS_M_S * self._plant.dt_s))
-        self._left_m -= down_m
-        # The weld itself is lowered: it pulls the pelvis along, and gives a little.
-        self._pose[2] -= down_m
-        self._plant.anchor(self._pose, self._torso_rad)
-        if self._left_m <= 0:
+        # Measured in each step: a robot on its way down may bend and stretch its legs.
+        if self._plant.lowest_sole_m() <= 0:
             self.held = Held.STANDS
+            return
+        # The weld itself is lowered: it pulls the pelvis along, and gives a little.
+        self._pose[2] -= LOWERS_M_S * self._plant.dt_s
+        self._plant.anchor(self._pose, self._torso_rad)

@@ -8,6 +8,7 @@ none came for as long as the watchdog waits.
 """
 
 import hashlib
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +29,7 @@ from spikeport.robot.link.h1 import (
     TORQUE_LIMITS_NM,
     check_commands,
 )
-from spikeport.robot.link.hoist import Hoist
+from spikeport.robot.link.hoist import Held, Hoist
 from spikeport.robot.link.odometer import SimulatedOdometer
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
@@ -36,7 +37,8 @@ from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import Plant
 
 LETS_GO_S = 4.0
-"""Time from the beginning of its way down until a robot is let go of, where nobody does it."""
+"""Time from the beginning of its way down until a robot that stands is let go of, where nobody does
+it."""
 _IMU = ("orientation", "gyro", "acceleration")
 
 
@@ -105,8 +107,6 @@ class SimulatedRobot:
         self.step_ticks = round(1 / (TICK_S * settings.rate_hz))
         self._limits = self._plant.model.actuator_forcerange
         self._imu = [self._plant.data.sensor(f"torso_{name}").data for name in _IMU]
-        self.refusals, self.last_refusal = Refusals(), ""
-        self.watchdog_trips = 0
         self.restart()
 
     def restart(self) -> None:
@@ -121,6 +121,9 @@ class SimulatedRobot:
         model.actuator_biasprm[:, 0] = 0.0
         self.tick = self.step_ticks
         self.steps = 0
+        # A report is of one controller's run.
+        self.refusals, self.last_refusal = Refusals(), ""
+        self.watchdog_trips = 0
         self.sport_mode, self.hoist = settings.sport_mode, Hoist(self._plant)
         self._pulls = self._times_of_pulls()
         self._odometer = (
@@ -135,12 +138,14 @@ class SimulatedRobot:
         self._drive(DAMPING)
         mujoco.mj_forward(model, self._plant.data)
 
-    def _times_of_pulls(self) -> list[int]:
-        """Return the steps after which the hoist is pulled, the last one first."""
+    def _times_of_pulls(self) -> dict[Held, int]:
+        """Return the steps after which the hoist of a robot that hangs, or stands, is pulled."""
         begin_s, step_s = self._settings.let_down_s, TICK_S * self.step_ticks
         if begin_s is None:
-            return []
-        return [round(at_s / step_s) for at_s in (begin_s + LETS_GO_S, begin_s)]
+            return {}
+        # A robot that still is on its way down then is let go of once it stands.
+        times_s = {Held.HANGS: begin_s, Held.STANDS: begin_s + LETS_GO_S}
+        return {held: round(at_s / step_s) for held, at_s in times_s.items()}
 
     # commands
 
@@ -214,8 +219,7 @@ class SimulatedRobot:
         """
         self._watch()
         self._limit_speeds()
-        if self._pulls and self.steps >= self._pulls[-1]:
-            self._pulls.pop()
+        if self.steps >= self._pulls.get(self.hoist.held, math.inf):
             self.hoist.pull()
         self.hoist.step()
         self._plant.step()

@@ -294,7 +294,8 @@ class RobotService:
         float | None,
         typer.Option(
             metavar="SECONDS",
-            help="Lower it this long after its first command, release it 4 s later; or press l.",
+            help="Lower it this long after its first command, release it 4 s later or once it "
+            "stands; or press l.",
             min=0,
         ),
     ] = None

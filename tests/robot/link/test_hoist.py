@@ -1,23 +1,45 @@
 """A robot on its hoist is let down slowly, stands held, and is let go of."""
 
+import numpy as np
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.robot.link.codec import Command
+from spikeport.robot.description import DEFAULT_POSE, JOINTS
+from spikeport.robot.link.codec import Command, decode_base
 from spikeport.robot.link.controller import HOLD
 from spikeport.robot.link.hoist import LOWERS_M_S, Held, Hoist
 from spikeport.robot.link.robot import LETS_GO_S, SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
+from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
+
+FOLDED = {
+    f"{side}_{joint}": rad
+    for side in ("left", "right")
+    for joint, rad in (("knee", 1.6), ("hip_pitch", -0.8), ("ankle", -0.8))
+}
+"""A posture in which the way down takes more than `LETS_GO_S`."""
+
+
+def held(robot: SimulatedRobot, command: MotorCommands, steps: int) -> list[tuple[int, Held]]:
+    """Return the ways in which the hoist holds a commanded robot, and the steps of their begin."""
+    found: list[tuple[int, Held]] = []
+    for step in range(steps):
+        robot.obey(Command(robot.tick, command))
+        robot.step()
+        if not found or found[-1][1] is not robot.hoist.held:
+            found.append((step, robot.hoist.held))
+    return found
 
 
 def test_a_robot_is_let_down_until_it_stands_and_then_let_go_of() -> None:
     plant = Plant(anchored=True)
-    hoist, hung_m = Hoist(plant), plant.lowest_sole_m()
-    for _ in range(10):
+    hoist = Hoist(plant)
+    for _ in range(200):
         hoist.step()
         plant.step()
     assert hoist.held is Held.HANGS
+    hung_m = plant.lowest_sole_m()  # its legs have stretched by their weight
     hoist.pull()
     hoist.pull()  # nothing, as long as it is on its way
     steps = 0
@@ -40,16 +62,49 @@ def test_a_robot_without_a_hoist_is_free() -> None:
 
 def test_time_pulls_the_hoist_twice() -> None:
     robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.5))
-    held = []
-    for _ in range(round((0.5 + LETS_GO_S) / 0.005) + 1):
-        robot.obey(Command(robot.tick, HOLD))
-        robot.step()
-        if not held or held[-1][1] is not robot.hoist.held:
-            held.append((robot.steps - 1, robot.hoist.held))
-    assert [phase for _, phase in held] == list(Held)
-    assert (held[1][0], held[3][0]) == (100, 900)
+    found = held(robot, HOLD, round((0.5 + LETS_GO_S) / 0.005) + 1)
+    assert [phase for _, phase in found] == list(Held)
+    assert (found[1][0], found[3][0]) == (100, 900)
     robot.restart()
     assert robot.hoist.held is Held.HANGS
+
+
+def test_a_robot_that_is_still_on_its_way_down_is_let_go_of_once_it_stands() -> None:
+    robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.0, posture_rad=FOLDED))
+    folded = HOLD._replace(q=np.array([(DEFAULT_POSE | FOLDED)[joint] for joint in JOINTS]))
+    found = held(robot, folded, round(6.0 / 0.005))
+    assert [phase for _, phase in found] == [Held.LOWERS, Held.STANDS, Held.FREE]
+    stands, free = found[1][0], found[2][0]
+    assert free == stands + 1 > LETS_GO_S / 0.005
+
+
+def test_a_robot_that_is_let_down_by_hand_before_its_time_is_let_go_of_at_its_time() -> None:
+    robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.5))
+    robot.hoist.pull()
+    found = held(robot, HOLD, round((0.5 + LETS_GO_S) / 0.005) + 1)
+    assert [phase for _, phase in found] == [Held.LOWERS, Held.STANDS, Held.FREE]
+    assert found[2][0] == 900
+
+
+def test_a_robot_whose_legs_stretch_on_its_way_down_stands_where_they_touch_the_floor() -> None:
+    robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.0, posture_rad=FOLDED))
+    held(robot, HOLD, round(3.5 / 0.005))
+    assert robot.hoist.held is Held.STANDS
+    assert decode_base(robot.truth()).position[2] == pytest.approx(0.98, abs=0.01)
+
+
+def test_a_robot_whose_legs_bend_on_its_way_down_does_not_stand_in_the_air() -> None:
+    plant = Plant(anchored=True)
+    hoist, hung_m = Hoist(plant), plant.lowest_sole_m()
+    hoist.pull()
+    plant.hold(list(FOLDED), list(FOLDED.values()))
+    steps = 0
+    while hoist.held is Held.LOWERS:
+        hoist.step()
+        plant.step()
+        steps += 1
+    assert abs(plant.lowest_sole_m()) < 0.01
+    assert steps * plant.dt_s > hung_m / LOWERS_M_S + 1.0
 
 
 def test_only_a_robot_on_its_hoist_is_let_down() -> None:

@@ -161,6 +161,18 @@ def test_restart_begins_anew() -> None:
     assert one.summary()["motion"] == motion
 
 
+def test_a_report_begins_anew_with_the_robot() -> None:
+    one = robot()
+    fresh = one.summary()
+    assert one.read(b"nonsense", 1) is None
+    commanded(one, HOLD, 1)
+    for _ in range(30):
+        one.step()
+    assert (one.refusals.damaged, one.watchdog_trips) == (1, 1)
+    one.restart()
+    assert one.summary() == fresh
+
+
 def test_the_hoist_holds_a_limp_robot_which_else_falls() -> None:
     heights = []
     for hoist in (True, False):
