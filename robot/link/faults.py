@@ -8,6 +8,7 @@ import random
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
+from spikeport.errors import UsageError
 from spikeport.fault_plan import Fault, FaultPlan, Faults, unreached
 
 Message = TypeVar("Message")
@@ -30,7 +31,22 @@ KINDS = {
     **{f"{STATE}{kind}": effect for kind, effect in _OF_A_WAY.items()},
 }
 """The kinds of faults, and what becomes of the command or state of a step, or of the robot."""
-FAULTS = Faults(
+
+
+class RobotFaults(Faults):
+    """The faults that the link to a robot can have."""
+
+    def parse(self, text: str) -> Fault:
+        """Return the fault that a text names; UsageError if it names none, or the first state's."""
+        fault = super().parse(text)
+        if fault.kind.startswith(STATE) and fault.step == 1:
+            raise UsageError(
+                f"{self.option} {text!r}: the first state always arrives; cure: a step from 2 on"
+            )
+        return fault
+
+
+FAULTS = RobotFaults(
     "--robot-fault", tuple(KINDS), ("delay", "jitter", f"{STATE}delay", f"{STATE}jitter")
 )
 

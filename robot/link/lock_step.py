@@ -1,7 +1,7 @@
 """Lock-step: a robot steps when the command that answers its state is there, and waits else.
 
 A run is then a function of its seeds, over whatever link. Faults are those of a plan, in the
-robot's own time. The state that is published is the last that arrived: where one is late or lost,
+robot's own time. The state that is published is the newest that arrived: where one is late or lost,
 it is the one before, and it asks for an answer to the present tick all the same.
 """
 
@@ -118,7 +118,9 @@ class LockStep:
         robot.step()
         # One more than commands: the first state came before the first command.
         self._states.send(self._commands + 1, robot.tick, self._outgoing())
-        self._newest = (self._newest, *self._states.arrived(robot.tick))[-1]
+        # An older state may arrive after a newer one, by its way's faults.
+        arrived = (self._newest, *self._states.arrived(robot.tick))
+        self._newest = max(arrived, key=lambda one: one.tick)
         return True
 
 

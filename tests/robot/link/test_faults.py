@@ -3,7 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
+import pytest
 
+from spikeport.errors import UsageError
 from spikeport.robot.link.codec import Command
 from spikeport.robot.link.faults import (
     FAULTS,
@@ -82,8 +84,18 @@ def test_faults_of_states_are_those_with_that_in_front() -> None:
 
 def test_every_kind_can_be_asked_for() -> None:
     for kind in KINDS:
-        text = f"{kind}=2@1" if kind in FAULTS.timed else f"{kind}@1"
+        text = f"{kind}=2@2" if kind in FAULTS.timed else f"{kind}@2"
         assert FAULTS.parse(text).kind == kind
+
+
+@pytest.mark.parametrize("text", ["state-nan@1", "state-delay=20@1"])
+def test_a_fault_of_the_first_state_is_refused(text: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        FAULTS._replace(option="--fault").parse(text)
+    assert str(caught.value) == (
+        f"--fault '{text}': the first state always arrives; cure: a step from 2 on"
+    )
+    assert FAULTS.parse(text.replace("@1", ":1")).step == 0
 
 
 def test_faults_beyond_the_run_are_named_and_a_state_more_than_commands_is_not() -> None:

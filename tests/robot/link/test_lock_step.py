@@ -87,6 +87,15 @@ def test_faults_of_states_leave_the_robot_as_it_is() -> None:
     assert run(faulty, 50)["motion"] == run(lock_step(), 50)["motion"]
 
 
+def test_an_older_state_that_arrives_later_replaces_no_newer_one() -> None:
+    one = lock_step("state-duplicate:1")
+    ticks = []
+    for _ in range(5):
+        answer(one)
+        ticks.append(decode_state(one.published().state)[0])
+    assert ticks == [10, 15, 20, 25, 30]
+
+
 def test_a_state_says_whom_the_robot_obeys_and_what_it_asks() -> None:
     one = lock_step("state-mute@2")
     assert turn_of(one.published().state) == Turn(5, 0)
