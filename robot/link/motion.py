@@ -11,13 +11,17 @@ from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf
 from spikeport.robot.estimator.leg_odometry import LegOdometry
 from spikeport.robot.estimator.odometer import Odometer
 from spikeport.robot.estimator.truth import Truth
+from spikeport.robot.link.admission import LATEST_S
 from spikeport.robot.link.client import Observed
+from spikeport.robot.link.codec import TICK_S
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
 from spikeport.robot.link.odometer import OdometryFixes
 from spikeport.robot.link.truth import estimate
 from spikeport.robot.state import RobotState, in_plane
 
 TRUTH, LEG_ODOMETRY, EKF = "truth", "leg-odometry", "ekf"
+ESTIMATE, BOTH = "estimate", "both"
+"""What else a run may have recorded, beside `TRUTH`."""
 ODOMETER, EKF_ODOMETER = "odometer", "ekf+odometer"
 BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
     LEG_ODOMETRY: LegOdometry,
@@ -36,7 +40,7 @@ class MotionSource(Protocol):
     Attributes
     ----------
     true : RobotState or None
-        The true motion, where a simulation publishes that beside what is estimated.
+        The true motion now, where a simulation publishes that beside what is estimated.
     """
 
     true: RobotState | None
@@ -61,7 +65,7 @@ class EstimatedMotion:
     Attributes
     ----------
     true : RobotState or None
-        The true motion, where a simulation publishes that beside what is estimated.
+        The true motion now, where a simulation publishes that beside what is estimated.
 
     Raises
     ------
@@ -83,6 +87,9 @@ class EstimatedMotion:
         self._fixes = OdometryFixes() if name in _BY_ODOMETRY else None
         self.true: RobotState | None = None
         self._squares, self._compared = np.zeros(3), 0
+        # Observations, and those of them with a truth; the motions at the last of these.
+        self._seen = self._judged = 0
+        self._last_judged: tuple[RobotState, RobotState] | None = None
 
     def __call__(self, observed: Observed) -> RobotState:
         """Return the motion at the next observation.
@@ -90,7 +97,8 @@ class EstimatedMotion:
         Raises
         ------
         RobotLostError
-            If it is to be the truth or by odometry, and nobody publishes that.
+            If it is to be the truth or by odometry, and nobody publishes that; if odometry has no
+            orientation to begin with.
         """
         if self._begun and observed.tick == self._observed.tick:
             return self._found  # it was held: nothing is known that was not
@@ -98,8 +106,8 @@ class EstimatedMotion:
         follow = self._estimator.update if self._begun else self._estimator.reset
         self._begun = True
         self._found = follow(observed.sensors, self._fix(observed))
-        if self._name != TRUTH and observed.truth is not None:
-            self._compare(estimate(observed), observed.truth.tick == observed.tick)
+        if self._name != TRUTH:
+            self._judge(observed)
         return self._found
 
     def _fix(self, observed: Observed) -> Fix | None:
@@ -113,10 +121,16 @@ class EstimatedMotion:
             )
         return self._fixes.fix(observed.odometry, observed.sensors)
 
-    def _compare(self, true: RobotState, same_tick: bool) -> None:
-        """Keep the true motion; velocities are compared where both are of one moment."""
-        self.true = true
-        if same_tick:
+    def _judge(self, observed: Observed) -> None:
+        """Keep the true motion if there is one; velocities are compared at one moment alone."""
+        self._seen += 1
+        if observed.truth is None or not _of_now(observed.truth.tick, observed.tick):
+            self.true = None
+            return
+        self.true = true = estimate(observed)
+        self._judged += 1
+        self._last_judged = self._found, true
+        if observed.truth.tick == observed.tick:
             self._squares += (self._found.base_linear_velocity - true.base_linear_velocity) ** 2
             self._compared += 1
 
@@ -125,19 +139,39 @@ class EstimatedMotion:
 
         ``velocity_error_m_s`` is the rms along the pelvis' x, y and z; ``place_error_m`` and
         ``heading_error_rad`` are the distance from the true place, and from the true heading, at
-        the end. ``place_deviation_m`` is what the estimator itself expects of the former. The
-        ``recorded`` motion of the run is the true one where that is published.
+        the last observation with a truth. ``place_deviation_m`` is what the estimator itself
+        expects of the former. ``recorded`` says which motion of the run is recorded: the true one,
+        the estimate, or both, where the truth was published for a part of it.
         """
         velocity = np.sqrt(self._squares / self._compared).tolist() if self._compared else None
-        place_m, heading_rad = (None, None) if self.true is None else apart(self._found, self.true)
+        judged = self._last_judged
+        place_m, heading_rad = (None, None) if judged is None else apart(*judged)
         return {
             "name": self._name,
             "velocity_error_m_s": velocity,
             "place_error_m": place_m,
             "heading_error_rad": heading_rad,
             "place_deviation_m": self._estimator.place_deviation_m if self._begun else None,
-            "recorded": "estimate" if self.true is None and self._name != TRUTH else TRUTH,
+            "recorded": self._recorded,
         }
+
+    @property
+    def _recorded(self) -> str:
+        if self._name == TRUTH:
+            return TRUTH
+        if not self._judged:
+            return ESTIMATE
+        return TRUTH if self._judged == self._seen else BOTH
+
+
+def _of_now(truth_tick: int, tick: int) -> bool:
+    """Return whether a truth is of the moment of a state.
+
+    In real time that of the next state may be there already. All others are stale, or of another
+    world: a real robot's sport mode publishes on the same topic.
+    """
+    # A message without a stamp is of no moment.
+    return truth_tick > 0 and TICK_S * abs(truth_tick - tick) <= LATEST_S
 
 
 def apart(found: RobotState, true: RobotState) -> tuple[float, float]:

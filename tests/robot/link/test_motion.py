@@ -111,6 +111,35 @@ def test_truth_of_another_moment_is_not_compared() -> None:
     assert motion.summary()["velocity_error_m_s"] is None
 
 
+@pytest.mark.parametrize("stamp", [0, 10**12])
+def test_the_truth_of_another_world_judges_nothing(stamp: int) -> None:
+    """A real robot's sport mode publishes where a simulation tells its truth."""
+    motion = EstimatedMotion(EKF)
+    for one in observations(20):
+        motion(one._replace(truth=one.truth._replace(tick=stamp)))
+    figures = motion.summary()
+    assert motion.true is None
+    assert (figures["place_error_m"], figures["recorded"]) == (None, "estimate")
+
+
+def test_a_truth_that_falls_silent_is_no_longer_the_truth() -> None:
+    motion, seen = EstimatedMotion(EKF), observations(20)
+    for one in seen[:5]:
+        motion(one)
+    errors = motion.summary()
+    assert errors["recorded"] == "truth"
+    for one in seen[5:13]:  # 40 ms
+        motion(one._replace(truth=seen[4].truth))
+    assert motion.true is not None
+    errors = motion.summary()
+    motion(seen[13]._replace(truth=seen[4].truth))
+    assert motion.true is None
+    found = motion.summary()
+    assert found["recorded"] == "both"
+    for name in ("velocity_error_m_s", "place_error_m", "heading_error_rad"):
+        assert found[name] == errors[name]
+
+
 def test_a_robot_on_its_hoist_is_where_the_hoist_holds_it() -> None:
     held, loose = EstimatedMotion(EKF, HOIST), EstimatedMotion(EKF)
     for one in observations(200, hoist=True):

@@ -8,6 +8,7 @@ import pytest
 from spikeport.errors import RobotLostError
 from spikeport.robot.description import ARM_JOINTS, GAINS, JOINTS
 from spikeport.robot.link.client import InlineRobot, Observed
+from spikeport.robot.link.codec import Base
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.motion import LEG_ODOMETRY, TRUTH, EstimatedMotion
@@ -74,6 +75,23 @@ def test_controllers_know_the_estimate_and_the_truth_is_recorded() -> None:
     assert plant.height_m == pytest.approx(true.height_m, abs=1e-5)
     np.testing.assert_array_equal(plant.in_plane[1:3], plant.state.base_position[:2])
     assert np.abs(plant.in_plane - plant.true_in_plane).max() > 1e-3
+
+
+class OfSportMode(Recorded):
+    """A robot whose sport mode left a message where a simulation tells its truth."""
+
+    def _follow(self, last: Observed, found: Observed) -> Observed:
+        stale = Base(0, np.array([5.0, 0.0, 0.0]), np.zeros(3))
+        return super()._follow(last, found)._replace(truth=stale)
+
+
+def test_the_estimate_is_recorded_where_the_truth_is_of_another_world() -> None:
+    plant = LinkedPlant(OfSportMode, partial(EstimatedMotion, LEG_ODOMETRY))
+    plant.reset(3)
+    for _ in range(20):
+        plant.step()
+    np.testing.assert_array_equal(plant.true_in_plane, plant.in_plane)
+    assert plant.height_m == plant.data.qpos[2]
 
 
 def test_it_moves_nearly_as_a_plant_without_messages() -> None:
