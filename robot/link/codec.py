@@ -71,6 +71,11 @@ class Base(NamedTuple):
     velocity: np.ndarray
     quaternion: np.ndarray = np.zeros(4)
 
+    @property
+    def has_orientation(self) -> bool:
+        """True if its orientation is published."""
+        return bool(self.quaternion.any())
+
 
 def _of_joints(layout: Layout, motors: str, name: str) -> np.ndarray:
     return layout.words(*(f"{motors}[{slot}].{name}" for slot in SLOTS))

@@ -9,13 +9,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.errors import UsageError
+from spikeport.errors import RobotLostError, UsageError
 from spikeport.robot.estimator import torso
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.legs import WAIST, Legs
 from spikeport.robot.estimator.start import start
 from spikeport.robot.link.codec import Base
 from spikeport.robot.link.signals import Sensors
+
+UNTURNED = (
+    "odometry without an orientation: nothing says how its world is turned against the robot's "
+    "heading; cure: publish the pelvis' orientation, or its heading at least, in "
+    "imu_state.quaternion, or give --estimator ekf"
+)
+"""The reason why no run begins with such odometry."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +108,11 @@ class OdometryFixes:
             The odometry.
         sensors : Sensors
             The observation of that moment.
+
+        Raises
+        ------
+        RobotLostError
+            If the first odometry has no orientation.
         """
         # By identity: a publisher that sets no stamp has the same one in all messages.
         if odometry is self._last:
@@ -120,12 +132,14 @@ class OdometryFixes:
         begun = start(sensors, self._legs.soles(sensors.q).points, self._legs.radii_m, None)
         own = begun.rotation @ torso.waist_rotation(sensors.q.item(WAIST)).T
         yaw_rad = _yaw_rad(first)
-        self._turn_rad = 0.0 if yaw_rad is None else torso.heading_rad(own) - yaw_rad
+        if yaw_rad is None:
+            raise RobotLostError(UNTURNED)
+        self._turn_rad = torso.heading_rad(own) - yaw_rad
         self._turn = torso.waist_rotation(self._turn_rad)
         self._origin, self._begun = first.position, begun.position
 
 
 def _yaw_rad(odometry: Base) -> float | None:
-    if not odometry.quaternion.any():
+    if not odometry.has_orientation:
         return None
     return torso.heading_rad(torso.rotation(odometry.quaternion))

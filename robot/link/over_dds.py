@@ -12,6 +12,7 @@ from spikeport.robot.link.client import CommandedRobot, Observed, began_anew, ob
 from spikeport.robot.link.codec import (
     STATE,
     TICK_S,
+    Base,
     Command,
     encode_command,
     remote_of,
@@ -22,6 +23,7 @@ from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import Published
 from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
 from spikeport.robot.link.motion_switcher import MotionSwitcher
+from spikeport.robot.link.odometer import UNTURNED
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.wire import MessageError
@@ -59,6 +61,9 @@ class DdsRobot(CommandedRobot):
         True if what is published beside a state is waited for, as in lock-step.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
+    may_be_real : bool
+        True if the robot may be a real one, whose sport mode publishes where a simulation tells its
+        truth.
     """
 
     def __init__(
@@ -67,11 +72,16 @@ class DdsRobot(CommandedRobot):
         needs: Topic | None,
         waits: bool,
         switcher: MotionSwitcher | None = None,
+        may_be_real: bool = False,
     ) -> None:
         super().__init__()
         self._bus = bus
         self._states, self._commands = bus.reader(STATES), bus.writer(COMMANDS)
-        self._beside = {topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY)}
+        # An estimate is judged by the truth, which no run needs for that.
+        beside = {needs} if may_be_real else {TRUTHS, needs}
+        self._beside = {
+            topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY) if topic in beside
+        }
         self._needs, self._waits = needs, waits
         self._switcher, self._commanded = switcher, False
         self._runs, self._writer, self._refusals = False, 0, 0
@@ -91,6 +101,10 @@ class DdsRobot(CommandedRobot):
         found = self._await()
         if self._switcher is not None:
             self._released = self._switcher.release()
+            if self._released:
+                # What came until now was the sport mode's, which may fall silent.
+                for companion in self._beside.values():
+                    companion.forget()
             found = self._await()
         self._runs = True
         return found
@@ -115,21 +129,42 @@ class DdsRobot(CommandedRobot):
             newest = self._read(arrival) or newest
         if newest is None:
             return None
+        self._take_beside(newest)
+        if self._needs is not None and (missing := self._missing(self._needs)):
+            self._lacks = missing
+            return None
+        return newest._replace(truth=self._latest(TRUTHS), odometry=self._latest(ODOMETRY))
+
+    def _missing(self, topic: Topic) -> str:
+        """Return what an observation lacks of a topic that it needs; empty for nothing."""
+        newest = self._latest(topic)
+        if newest is None:
+            return (
+                f"nobody publishes {topic.name}; give --estimator ekf, or serve a simulation with "
+                f"{_SERVED_WITH[topic]}"
+            )
+        # A tracker may lose the orientation later: the estimator goes on with the last one.
+        if topic is ODOMETRY and not self._runs and not newest.has_orientation:
+            return UNTURNED
+        return ""
+
+    def _take_beside(self, state: Observed) -> None:
+        """Take what came beside a state; damp a robot controlled by what two publish."""
+        refused = None
         for topic, companion in self._beside.items():
             # An odometer may fall silent, which `_watch_beside` judges; a truth comes with every
             # state.
             needed = topic is self._needs and topic is TRUTHS
-            companion.take(newest.tick, needed or (self._waits and companion.published))
-        self.figures.damaged = self._refusals + sum(one.damaged for one in self._beside.values())
-        if self._needs is not None and self._beside[self._needs].newest is None:
-            self._lacks = (
-                f"nobody publishes {self._needs.name}; give --estimator ekf, or serve a simulation "
-                f"with {_SERVED_WITH[self._needs]}"
-            )
-            return None
-        return newest._replace(
-            truth=self._beside[TRUTHS].newest, odometry=self._beside[ODOMETRY].newest
-        )
+            reason = companion.take(state.tick, needed or (self._waits and companion.published))
+            if reason is not None and topic is self._needs:
+                refused = f"a message on {topic.name} {reason}"
+        self.figures.damaged = self._refusals + sum(one.refused for one in self._beside.values())
+        if refused is not None and self._runs:
+            self._distrust(state.asks, refused)
+
+    def _latest(self, topic: Topic) -> Base | None:
+        """Return the newest message of a topic beside the states; None if it is not read."""
+        return self._beside[topic].newest if topic in self._beside else None
 
     def _read(self, arrival: "Arrival") -> Observed | None:
         """Return the observation of a state; None if it is refused. The first writer is trusted."""
@@ -182,12 +217,18 @@ class LockStepRobot(DdsRobot):
         A topic beside the state, without which no observation is whole.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
+    may_be_real : bool
+        True if the robot may be a real one.
     """
 
     def __init__(
-        self, bus: "Bus", needs: Topic | None, switcher: MotionSwitcher | None = None
+        self,
+        bus: "Bus",
+        needs: Topic | None,
+        switcher: MotionSwitcher | None = None,
+        may_be_real: bool = False,
     ) -> None:
-        super().__init__(bus, needs, waits=True, switcher=switcher)
+        super().__init__(bus, needs, True, switcher, may_be_real)
         self._trips = RoundTrips()
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
@@ -244,6 +285,8 @@ class RealTimeRobot(DdsRobot):
         The pace of commands.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
+    may_be_real : bool
+        True if the robot may be a real one.
     """
 
     def __init__(
@@ -252,8 +295,9 @@ class RealTimeRobot(DdsRobot):
         needs: Topic | None,
         pace: Pace,
         switcher: MotionSwitcher | None = None,
+        may_be_real: bool = False,
     ) -> None:
-        super().__init__(bus, needs, waits=False, switcher=switcher)
+        super().__init__(bus, needs, False, switcher, may_be_real)
         self._deadlines = Deadlines(pace.period_s, pace.clock)
         self._clock, self._priority = pace.clock, pace.priority
         self._limits = h1_limits()
@@ -356,10 +400,11 @@ def join(
     """
 
     def make(bus: "Bus") -> DdsRobot:
-        switcher = MotionSwitcher(bus, place.may_be_real) if switches else None
+        may_be_real = place.may_be_real
+        switcher = MotionSwitcher(bus, may_be_real) if switches else None
         if pace is None:
-            return LockStepRobot(bus, needs, switcher)
-        return RealTimeRobot(bus, needs, pace, switcher)
+            return LockStepRobot(bus, needs, switcher, may_be_real)
+        return RealTimeRobot(bus, needs, pace, switcher, may_be_real)
 
     return on_bus(place, pace is None, make)
 

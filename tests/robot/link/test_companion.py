@@ -1,31 +1,96 @@
 """Messages beside the states: the newest counts, and that of a tick is waited for on request."""
 
+from collections.abc import Callable
+
 import numpy as np
+import pytest
 
 from spikeport.robot.link.codec import Base, encode_base
-from spikeport.robot.link.companion import Companion
-from tests.helpers.fake_bus import FakeReader
+from spikeport.robot.link.companion import WAITS_S, Companion
+from tests.helpers.fake_board import FakeClock
+from tests.helpers.fake_bus import Arrival, FakeReader
 
 
 def message(tick: int) -> bytes:
     return encode_base(Base(tick, np.zeros(3), np.zeros(3)))
 
 
+def asked(answer: Callable[[FakeReader], None]) -> tuple[Companion, FakeReader, FakeClock]:
+    """Return a companion whose publisher is asked for more where something is waited for.
+
+    Each question takes 4 ms.
+    """
+    clock = FakeClock()
+
+    def ask() -> None:
+        clock.time_s += 0.004
+        answer(reader)
+
+    reader = FakeReader(ask)
+    return Companion(reader, clock), reader, clock
+
+
 def test_the_newest_counts_and_nothing_is_waited_for_unless_asked() -> None:
-    reader = FakeReader(lambda: reader.queue.append(message(20)))
-    companion = Companion(reader)
+    companion, reader, _ = asked(lambda reader: reader.queue.append(message(20)))
     companion.take(20, waits=False)
     assert (companion.newest, companion.came) == (None, 0)
     reader.queue.extend([message(5), message(10), b"nonsense"])
     companion.take(20, waits=False)
     assert companion.newest is not None
-    assert (companion.newest.tick, companion.came, companion.damaged) == (10, 2, 1)
+    assert (companion.newest.tick, companion.came, companion.refused) == (10, 2, 1)
     companion.take(20, waits=True)
     assert companion.newest.tick == 20
     assert companion.published
 
 
 def test_a_publisher_that_fell_silent_is_not_waited_for() -> None:
-    companion = Companion(FakeReader(lambda: None))
+    companion, _, clock = asked(lambda _: None)
     companion.take(5, waits=True)
     assert companion.newest is None
+    assert clock.time_s - 100 <= 2 * WAITS_S
+
+
+@pytest.mark.parametrize("stamps", [[0] * 9, range(1, 10)], ids=["none", "of another clock"])
+def test_a_publisher_whose_stamps_are_behind_is_waited_for_once(stamps: list[int]) -> None:
+    """It publishes for ever, and a run would wait as long."""
+    behind = iter(stamps)
+    companion, _, clock = asked(lambda reader: reader.queue.append(message(next(behind))))
+    companion.take(20, waits=True)
+    waited_s = clock.time_s - 100
+    assert WAITS_S <= waited_s < 2 * WAITS_S
+    for tick in (25, 30, 35):
+        companion.take(tick, waits=True)
+    assert clock.time_s - 100 == waited_s
+
+
+def test_a_publisher_that_catches_up_is_waited_for_again() -> None:
+    ticks = iter([None, None, None, 15])
+
+    def answer(reader: FakeReader) -> None:
+        tick = next(ticks)
+        if tick is not None:
+            reader.queue.append(message(tick))
+
+    companion, reader, _ = asked(answer)
+    companion.take(5, waits=True)
+    reader.queue.append(message(10))
+    companion.take(10, waits=True)
+    companion.take(15, waits=True)
+    assert companion.newest is not None
+    assert companion.newest.tick == 15
+
+
+def test_the_first_writer_is_trusted_until_it_is_forgotten() -> None:
+    companion, reader, _ = asked(lambda _: None)
+    reader.queue.extend([b"nonsense", message(5), Arrival(message(10), 2), message(8)])
+    reason = "written by 2, before by 1; only one may publish there"
+    assert companion.take(5, waits=True) == reason
+    assert companion.newest is not None
+    assert (companion.newest.tick, companion.came, companion.refused) == (8, 2, 2)
+    assert companion.take(5, waits=True) is None
+    reader.queue.append(message(12))
+    companion.forget()
+    assert companion.newest is None
+    reader.queue.append(Arrival(message(15), 2))
+    assert companion.take(15, waits=True) is None
+    assert companion.newest.tick == 15

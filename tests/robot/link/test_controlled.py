@@ -133,6 +133,17 @@ def test_the_terminal_is_given_back_where_no_robot_is_found(
     assert keys.closed
 
 
+@pytest.mark.parametrize(("domain", "told"), [(0, False), (7, True)])
+def test_a_truth_is_read_where_no_robot_is_real(
+    domain: int, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(controlled, "own_terminal", lambda: Keys(BY_TERMINAL))
+    monkeypatch.setattr(controlled, "on_bus", lambda _place, _keeps_all, make: make(LiveBus()))
+    monkeypatch.setattr(controlled, "MotionSwitcher", lambda _bus, _required: None)
+    robot = join_by_hand(Place("lo", domain), Pace(DT_S, FakeClock()), None)
+    assert (robot.first().truth is not None) is told
+
+
 def test_the_remote_starts_and_stops_it() -> None:
     bus, robot, keys, words = started({})
     keys.is_heard = False

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spikeport.errors import UsageError
+from spikeport.errors import RobotLostError, UsageError
 from spikeport.robot.estimator.torso import quaternion, waist_rotation
 from spikeport.robot.link.codec import Base, decode_base
 from spikeport.robot.link.odometer import OdometerErrors, OdometryFixes, SimulatedOdometer
@@ -70,11 +70,19 @@ def test_fixes_begin_above_the_origin_with_the_heading_of_the_imu() -> None:
     assert ahead.yaw_rad == pytest.approx(np.pi / 2)
 
 
-def test_an_odometer_without_an_orientation_has_no_heading() -> None:
-    blind = base(1, 2)._replace(quaternion=np.zeros(4))
-    fix = OdometryFixes().fix(blind, STANDING)
+def test_odometry_that_loses_its_orientation_has_no_heading_then() -> None:
+    fixes = OdometryFixes()
+    fixes.fix(base(1, 2, np.pi / 2), STANDING)
+    fix = fixes.fix(base(1, 3)._replace(quaternion=np.zeros(4)), STANDING)
     assert fix.yaw_rad is None
-    np.testing.assert_array_equal(fix.position[:2], 0)
+    np.testing.assert_allclose(fix.position[:2], [1, 0], atol=1e-12)
+
+
+def test_odometry_without_an_orientation_is_none_to_begin_with() -> None:
+    """Place and velocity would be turned by an angle that nobody knows."""
+    blind = base(1, 2)._replace(quaternion=np.zeros(4))
+    with pytest.raises(RobotLostError, match=r"odometry without an orientation.*cure: publish"):
+        OdometryFixes().fix(blind, STANDING)
 
 
 def test_errors_are_not_below_0() -> None:

@@ -11,12 +11,20 @@ from spikeport.errors import BackendError, RobotLostError
 from spikeport.pacing import Pace
 from spikeport.robot.link import over_dds
 from spikeport.robot.link.client import Observed
-from spikeport.robot.link.codec import Command, decode_command, encode_command, encode_state
+from spikeport.robot.link.codec import (
+    Base,
+    Command,
+    decode_command,
+    encode_base,
+    encode_command,
+    encode_state,
+)
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.messages import ODOMETRY, STATES, TRUTHS
+from spikeport.robot.link.messages import ODOMETRY, STATES, TRUTHS, Topic
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import LockStepRobot, RealTimeRobot
+from spikeport.robot.link.place import Place
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import Sensors
@@ -314,6 +322,86 @@ def test_in_lock_step_odometry_is_of_the_tick_of_its_state() -> None:
         seen = robot.exchange(seen, HOLD)
         assert seen.odometry is not None
         assert seen.odometry.tick == seen.tick
+
+
+@pytest.mark.parametrize("clocked", [False, True])
+def test_odometry_of_a_second_publisher_damps(clocked: bool) -> None:
+    """An estimator would jump between the worlds of both."""
+    bus, pace = FakeBus(WITH_ODOMETER, clocked=clocked), Pace(0.005, FakeClock())
+    robot = RealTimeRobot(bus, ODOMETRY, pace) if clocked else LockStepRobot(bus, ODOMETRY)
+    seen = robot.first()
+    bus.publish()
+    message = bus.readers[ODOMETRY].queue[-1]
+    bus.readers[ODOMETRY].queue.append(Arrival(message, 2))
+    reason = "damping: a message on rt/odommodestate written by 2, before by 1; only one may"
+    with pytest.raises(RobotLostError, match=reason):
+        robot.exchange(seen, HOLD)
+    assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
+    assert robot.summary()["damaged"] == 1
+
+
+@pytest.mark.parametrize("needs", [None, TRUTHS])
+def test_odometry_that_no_estimator_needs_is_not_read(needs: Topic | None) -> None:
+    bus = FakeBus(WITH_ODOMETER)
+    robot = LockStepRobot(bus, needs)
+    assert robot.exchange(robot.first(), HOLD).odometry is None
+    bus.readers[ODOMETRY].queue.append(Arrival(b"nonsense", 2))
+    assert robot.summary()["damaged"] == 0
+
+
+@pytest.mark.parametrize(("domain", "told"), [(0, False), (7, True)])
+@pytest.mark.parametrize("clocked", [False, True])
+def test_a_truth_is_read_where_no_robot_is_real(
+    clocked: bool, domain: int, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The sport mode of a real one publishes on that topic."""
+    bus = FakeBus(WITH_ODOMETER, clocked=clocked)
+    monkeypatch.setattr(over_dds, "on_bus", lambda _place, _keeps_all, make: make(bus))
+    pace = Pace(0.005, FakeClock()) if clocked else None
+    robot = over_dds.join(Place("lo", domain), pace, ODOMETRY, switches=False)
+    seen = robot.first()
+    assert seen.odometry is not None
+    assert (seen.truth is not None) is told
+    bus.publish()
+    assert (robot.exchange(seen, HOLD).truth is not None) is told
+
+
+def test_odometry_without_an_orientation_is_none_to_begin_with() -> None:
+    bus = FakeBus(clocked=True)
+    blind = encode_base(Base(2, np.zeros(3), np.zeros(3)))
+    bus.readers[ODOMETRY].queue.append(blind)
+    robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, FakeClock()))
+    with pytest.raises(RobotLostError, match=r"begin .*: odometry without an orientation.* cure"):
+        robot.first()
+    assert bus.commands.sent == []
+
+
+def test_odometry_that_loses_its_orientation_goes_on() -> None:
+    bus = FakeBus(WITH_ODOMETER, clocked=True)
+    robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, FakeClock()))
+    seen = robot.first()
+    bus.robot.answered(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=1)
+    bus.publish()
+    bus.readers[ODOMETRY].queue.append(encode_base(Base(10, np.zeros(3), np.zeros(3))))
+    found = robot.exchange(seen, HOLD)
+    assert found.odometry is not None
+    assert not found.odometry.has_orientation
+
+
+class Released:
+    """A motion switcher that releases a mode."""
+
+    def release(self) -> list[str]:
+        return ["ai"]
+
+
+def test_odometry_of_sport_mode_is_none_to_begin_with() -> None:
+    """It falls silent when it is released, and another publisher has another world."""
+    bus = FakeBus(clocked=True)
+    bus.readers[ODOMETRY].queue.append(SimulatedRobot(WITH_ODOMETER).odometry())
+    robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, FakeClock()), Released())
+    with pytest.raises(RobotLostError, match=r"begin .*: nobody publishes rt/odommodestate"):
+        robot.first()
 
 
 def test_in_real_time_leaving_damps() -> None:
