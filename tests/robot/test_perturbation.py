@@ -3,7 +3,7 @@
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.robot.perturbation import NONE, Perturbation
+from spikeport.robot.perturbation import _BOUNDS, NONE, Perturbation
 
 
 @pytest.mark.parametrize(
@@ -24,6 +24,25 @@ def test_a_value_that_is_out_of_bounds_is_refused(values, message):
     with pytest.raises(UsageError) as caught:
         Perturbation(**values)
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize(("name", "bounds"), _BOUNDS.items())
+def test_bounds_themselves_are_allowed(name, bounds):
+    low, high, _ = bounds
+    for value in (low, high):
+        assert getattr(Perturbation(**{name: value}), name) == value
+
+
+def test_a_terrain_is_checked_with_the_others():
+    with pytest.raises(UsageError, match="terrain=moon: no terrain; expected flat"):
+        Perturbation(terrain="moon")
+
+
+def test_none_leaves_the_robot_as_it_is():
+    scales = ("friction", "mass", "gains", "strength")
+    assert all(getattr(NONE, name) == 1.0 for name in scales)
+    rest = _BOUNDS.keys() - {*scales, "push_every"}
+    assert all(getattr(NONE, name) == 0.0 for name in rest)
 
 
 def test_settings_with_more_fields_have_their_perturbation_alone():

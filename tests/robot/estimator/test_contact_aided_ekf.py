@@ -71,8 +71,18 @@ def test_a_tilt_that_the_imu_has_wrong_at_the_start_is_corrected():
     assert torso.rotation(found.base_quaternion)[2, 1] == pytest.approx(0.0, abs=5e-3)
 
 
+def test_a_pelvis_below_an_imu_at_rest_that_turns_moves():
+    """v_pelvis = v_imu - omega x r."""
+    omega = np.array([0.5, -1.0, 2.0])
+    found = ContactAidedEkf().reset(STILL._replace(gyroscope=omega))
+    wanted = -np.cross(omega, torso.IMU_OFFSET_M)
+    np.testing.assert_allclose(found.base_linear_velocity, wanted, atol=1e-9)
+
+
 def test_the_heading_is_known_no_better_than_at_the_start():
     ekf = ContactAidedEkf()
+    stood(ekf, 0.0)
+    assert ekf.belief.covariance[ROTATION, ROTATION][2, 2] == 0.0
     stood(ekf, 1.0)
     after = np.diag(ekf.belief.covariance)[ROTATION]
     assert after[2] > 0  # at the start it is 0: the heading is a matter of definition

@@ -65,6 +65,25 @@ def test_the_transition_is_the_derivative_of_errors_up_to_the_second_order(seed,
     np.testing.assert_allclose(transition(belief, dt_s), slope(after), atol=atol)
 
 
+def test_an_error_of_the_tilt_falls_as_far_as_gravity_pulls():
+    """g dt for the velocity, and g dt^2 / 2 for the place."""
+    belief, dt_s = random_belief(0), 0.1
+    phi = transition(belief, dt_s)
+    pull = group.hat(FREE_FALL_M_S2)
+    np.testing.assert_allclose(phi[errors_of(VELOCITY), ROTATION], pull * dt_s)
+    np.testing.assert_allclose(phi[errors_of(PLACE), ROTATION], pull * dt_s**2 / 2)
+
+
+def test_biases_are_subtracted_from_what_the_imu_measures():
+    belief = random_belief(2)
+    biases = {"gyroscope_bias": OMEGA / 10, "accelerometer_bias": FORCE / 10}
+    args = OMEGA, FORCE, STANDING, 0.1, NOISE
+    found = propagated(belief._replace(**biases), *args).pose
+    wanted = moved(belief.pose, 0.9 * OMEGA, 0.9 * FORCE, 0.1)
+    np.testing.assert_allclose(found.rotation, wanted.rotation)
+    np.testing.assert_allclose(found.vectors, wanted.vectors)
+
+
 def test_without_biases_errors_do_not_depend_on_where_the_robot_is_or_how_it_moves():
     """The reason for an invariant filter: autonomous errors."""
     n = GYROSCOPE_BIAS.start
