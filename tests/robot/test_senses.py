@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from spikeport.robot.engine import mujoco
+from spikeport.robot.estimator.simulated_sensors import ROUGH
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
 from spikeport.robot.senses import WIDTHS, Senses
@@ -40,14 +42,48 @@ def test_observations_are_late(plant):
     np.testing.assert_array_equal(known.state.dq, motions[-4].dq)
 
 
-def test_noise_is_within_its_widths(plant):
-    known, off = senses(plant, sensor_noise=1.0), []
+@pytest.mark.parametrize(
+    ("name", "width"),
+    [
+        ("base_linear_velocity", WIDTHS.linear_velocity),
+        ("base_angular_velocity", WIDTHS.angular_velocity),
+        ("q", WIDTHS.q),
+        ("dq", WIDTHS.dq),
+    ],
+)
+def test_noise_is_within_its_widths(plant, name, width):
+    known, off, true = senses(plant, sensor_noise=2.0), [], getattr(read(plant.data), name)
     for _ in range(200):
         known.look()
-        off.append(known.state.dq - read(plant.data).dq)
-    off = np.abs(np.array(off))
-    assert off.max() <= WIDTHS.dq
-    assert off.max() > 0.9 * WIDTHS.dq
+        off.append(np.abs(getattr(known.state, name) - true))
+    assert 0.9 * 2 * width < np.max(off) <= 2 * width
+
+
+def test_noise_of_the_attitude_tilts_it_and_leaves_its_heading(plant):
+    known, tilts, true = senses(plant, sensor_noise=1.0), [], read(plant.data).base_quaternion
+    for _ in range(200):
+        known.look()
+        quaternion, turn, back = known.state.base_quaternion, np.empty(4), np.empty(4)
+        mujoco.mju_negQuat(back, true)
+        mujoco.mju_mulQuat(turn, back, quaternion)
+        assert np.linalg.norm(quaternion) == pytest.approx(1.0)
+        tilts.append(2 * turn[1:])
+    largest = np.abs(tilts).max(axis=0)
+    np.testing.assert_allclose(largest, [WIDTHS.tilt, WIDTHS.tilt, 0.0], rtol=0.1, atol=1e-12)
+
+
+def test_an_estimators_sensors_are_as_rough_as_the_noise_asks_for(plant):
+    def deviation(noise):
+        made = senses(plant, sensor_noise=noise, estimator="leg-odometry")
+        off = []
+        for _ in range(100):
+            made.look()
+            off.append(made.state.q - read(plant.data).q)
+        return np.std(off)
+
+    assert deviation(0.0) == 0.0
+    assert deviation(1.0) == pytest.approx(ROUGH.q, rel=0.1)
+    assert deviation(3.0) == pytest.approx(3 * ROUGH.q, rel=0.1)
 
 
 def test_an_estimator_begins_at_the_robots_place(plant):

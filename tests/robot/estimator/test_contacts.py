@@ -15,6 +15,13 @@ def test_a_point_stands_once_it_was_low_and_loaded_for_a_while():
     assert found[3] == [True, True, False, False]
 
 
+def test_heights_are_compared_with_the_lowest_point():
+    one, other = ContactDetector(4, LIMITS), ContactDetector(4, LIMITS)
+    for time_s in (0.0, 0.03):
+        found = one.update(time_s, LEFT_DOWN - 0.9, WEIGHT), other.update(time_s, LEFT_DOWN, WEIGHT)
+    assert found[0].tolist() == found[1].tolist() == [True, True, False, False]
+
+
 def test_it_stops_at_once_and_begins_anew():
     detector = ContactDetector(4, LIMITS)
     detector.update(0.0, LEFT_DOWN, WEIGHT)

@@ -18,6 +18,12 @@ def test_place_and_velocity_are_those_of_the_fix_in_the_frame_of_its_heading() -
     np.testing.assert_array_equal(found.q, STANDING.q)
 
 
+def test_the_heading_is_that_of_the_fix_wherever_the_imus_begins() -> None:
+    turned = STANDING._replace(quaternion=np.array([np.cos(0.4), 0.0, 0.0, np.sin(0.4)]))
+    found = Odometer().reset(turned, Fix(PLACE, 0.5))
+    assert abs(heading_rad(rotation(found.base_quaternion)) - 0.5) < 1e-12
+
+
 def test_what_a_fix_has_not_is_as_it_was() -> None:
     estimator = Odometer()
     estimator.reset(STANDING, Fix(PLACE, 0.5, np.array([0.1, 0.0, 0.0])))

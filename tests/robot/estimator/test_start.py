@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator import torso
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.legs import WAIST, Legs
@@ -31,6 +32,8 @@ def test_a_robot_starts_above_the_origin_with_its_soles_on_the_floor():
 def test_a_fix_has_place_and_heading_and_says_where_the_floor_is():
     plant = Plant()
     place = np.array([1.0, -2.0, plant.data.qpos[2] + 3.0])
+    plant.data.qpos[3:7] = np.cos(0.2), 0.0, 0.0, np.sin(0.2)
+    mujoco.mj_forward(plant.model, plant.data)
     begun = started(plant, Fix(place, 0.7))
     np.testing.assert_array_equal(begun.position, place)
     assert heading(begun, plant) == pytest.approx(0.7)
