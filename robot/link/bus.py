@@ -68,7 +68,7 @@ class Bus:
     ----------
     place : Place
         The domain and interface it takes part in.
-    keeps_all : bool
+    reliable : bool
         True if readers ask again for messages that were lost, as lock-step is in need of; else a
         lost message is lost, as with Unitree's.
 
@@ -80,8 +80,8 @@ class Bus:
         If DDS cannot begin there.
     """
 
-    def __init__(self, place: Place, *, keeps_all: bool) -> None:
-        self._keeps_all = keeps_all
+    def __init__(self, place: Place, *, reliable: bool) -> None:
+        self._reliable = reliable
         rest = _LOOPBACK if place.interface == LOOPBACK else dict.fromkeys(_LOOPBACK, "")
         config = _CONFINED.format(name=place.interface, lease=LEASE_S, **rest)
         self._entities: list[Entity] = []
@@ -101,9 +101,9 @@ class Bus:
         self._entities += made.entities
         return made
 
-    def reader(self, topic: Topic, *, keeps_all: bool = False) -> "Reader":
+    def reader(self, topic: Topic, *, reliable: bool = False) -> "Reader":
         """Return a reader of a topic, which asks for lost messages if that or the bus does."""
-        made = Reader(self._participant, topic, keeps_all or self._keeps_all)
+        made = Reader(self._participant, topic, reliable or self._reliable)
         self._entities += made.entities
         return made
 
@@ -154,11 +154,11 @@ class Writer:
 class Reader:
     """A reader of a topic; `Bus.reader` makes one."""
 
-    def __init__(self, participant: DomainParticipant, topic: Topic, keeps_all: bool) -> None:
+    def __init__(self, participant: DomainParticipant, topic: Topic, reliable: bool) -> None:
         kind = idl_type(topic.message)
         # The latest state wins: to repeat a lost one would only delay those after it.
         reliability = Policy.Reliability.BestEffort
-        if keeps_all:
+        if reliable:
             reliability = Policy.Reliability.Reliable(duration(seconds=1))
         # All writers share this history. With room for one message, those of another writer would
         # push out those of the first, and nobody would see that both write.

@@ -117,7 +117,7 @@ def listen(place: Place, seconds: float, say: Callable[[str], None]) -> None:
     from spikeport.robot.link.bus import Bus  # needs cyclonedds
 
     heard = Heard()
-    with Bus(place, keeps_all=False) as bus:
+    with Bus(place, reliable=False) as bus:
         states, until = bus.reader(STATES), time.monotonic() + seconds
         while (left_s := until - time.monotonic()) > 0:
             for arrival in states.take(min(left_s, SLICE_S)):

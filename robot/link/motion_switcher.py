@@ -49,7 +49,7 @@ class MotionSwitcher:
 
     def __init__(self, bus: "Bus", required: bool) -> None:
         self._requests = bus.writer(SWITCHER_REQUESTS)
-        self._responses = bus.reader(SWITCHER_RESPONSES, keeps_all=True)
+        self._responses = bus.reader(SWITCHER_RESPONSES, reliable=True)
         self._required = required
         # From the time on, so that answers to an earlier controller are never taken for its own.
         self._numbers = itertools.count(time.time_ns())
@@ -119,7 +119,7 @@ class SwitcherService:
     """
 
     def __init__(self, bus: "Bus", robot: SimulatedRobot) -> None:
-        self._requests = bus.reader(SWITCHER_REQUESTS, keeps_all=True)
+        self._requests = bus.reader(SWITCHER_REQUESTS, reliable=True)
         self._responses = bus.writer(SWITCHER_RESPONSES)
         self._robot = robot
 

@@ -409,11 +409,11 @@ def join(
     return on_bus(place, pace is None, make)
 
 
-def on_bus(place: Place, keeps_all: bool, make: Callable[["Bus"], DdsRobot]) -> DdsRobot:
+def on_bus(place: Place, reliable: bool, make: Callable[["Bus"], DdsRobot]) -> DdsRobot:
     """Return the robot that is made on a bus; raises as `join`."""
     from spikeport.robot.link.bus import Bus  # needs cyclonedds
 
-    bus = Bus(place, keeps_all=keeps_all)
+    bus = Bus(place, reliable=reliable)
     try:
         return make(bus)
     except BaseException:

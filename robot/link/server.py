@@ -152,7 +152,7 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     # In lock-step a robot looks at nothing while it has commands to answer.
     by_hand = service.robot.hoist and not service.lock_step
     with (
-        Bus(place, keeps_all=service.lock_step) as bus,
+        Bus(place, reliable=service.lock_step) as bus,
         closing(own_terminal() if by_hand else Terminal(None)) as terminal,
     ):
         interface, attendant = Interface(bus, service), Attendant(bus, robot, terminal, say)

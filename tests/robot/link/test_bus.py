@@ -14,7 +14,7 @@ def exchanged() -> dict[str, object]:
     from spikeport.robot.link.messages import STATES
     from spikeport.robot.link.place import Place
 
-    with Bus(Place(), keeps_all=True) as bus:
+    with Bus(Place(), reliable=True) as bus:
         reader, writer, other = bus.reader(STATES), bus.writer(STATES), bus.writer(STATES)
         while len(reader.writers) < 2 or not writer.n_readers:
             time.sleep(0.01)
@@ -54,7 +54,7 @@ def in_between() -> list[tuple[int, bool]]:
     from spikeport.robot.link.messages import STATES
     from spikeport.robot.link.place import Place
 
-    with Bus(Place(), keeps_all=False) as bus:
+    with Bus(Place(), reliable=False) as bus:
         reader, first, other = bus.reader(STATES), bus.writer(STATES), bus.writer(STATES)
         while len(reader.writers) < 2:
             time.sleep(0.01)
@@ -75,7 +75,7 @@ def late() -> list[int]:
     from spikeport.robot.link.messages import STATES
     from spikeport.robot.link.place import Place
 
-    with Bus(Place(), keeps_all=False) as bus:
+    with Bus(Place(), reliable=False) as bus:
         reader, writer = bus.reader(STATES), bus.writer(STATES)
         while not reader.writers:
             time.sleep(0.01)
@@ -101,7 +101,7 @@ def again() -> list[str]:
     from spikeport.robot.link.place import Place
 
     for _ in range(2):
-        with Bus(Place(), keeps_all=True) as bus:
+        with Bus(Place(), reliable=True) as bus:
             bus.reader(STATES)
     rows = Path("/proc/net/udp").read_text().splitlines()[1:]
     return [*rows, *(thread.name for thread in threading.enumerate()[1:])]
@@ -116,9 +116,9 @@ def refused() -> str:
     from spikeport.robot.link.bus import Bus
     from spikeport.robot.link.place import Place
 
-    with Bus(Place(), keeps_all=True):
+    with Bus(Place(), reliable=True):
         try:
-            Bus(Place(), keeps_all=True)
+            Bus(Place(), reliable=True)
         except BackendError as error:
             return str(error)
     return ""

@@ -138,7 +138,7 @@ def test_a_truth_is_read_where_no_robot_is_real(
     domain: int, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(controlled, "own_terminal", lambda: Keys(BY_TERMINAL))
-    monkeypatch.setattr(controlled, "on_bus", lambda _place, _keeps_all, make: make(LiveBus()))
+    monkeypatch.setattr(controlled, "on_bus", lambda _place, _reliable, make: make(LiveBus()))
     monkeypatch.setattr(controlled, "MotionSwitcher", lambda _bus, _required: None)
     robot = join_by_hand(Place("lo", domain), Pace(DT_S, FakeClock()), None)
     assert (robot.first().truth is not None) is told

@@ -52,8 +52,8 @@ class Exchange:
         self.service = None
         self.service = None if robot is None else SwitcherService(self, robot)
 
-    def reader(self, topic: Topic, *, keeps_all: bool) -> End:
-        assert keeps_all
+    def reader(self, topic: Topic, *, reliable: bool) -> End:
+        assert reliable
         return self.ends[topic]
 
     def writer(self, topic: Topic) -> End:

@@ -356,7 +356,7 @@ def test_a_truth_is_read_where_no_robot_is_real(
 ) -> None:
     """The sport mode of a real one publishes on that topic."""
     bus = FakeBus(WITH_ODOMETER, clocked=clocked)
-    monkeypatch.setattr(over_dds, "on_bus", lambda _place, _keeps_all, make: make(bus))
+    monkeypatch.setattr(over_dds, "on_bus", lambda _place, _reliable, make: make(bus))
     pace = Pace(0.005, FakeClock()) if clocked else None
     robot = over_dds.join(Place("lo", domain), pace, ODOMETRY, switches=False)
     seen = robot.first()

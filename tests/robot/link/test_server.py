@@ -46,7 +46,7 @@ def in_lock_step() -> dict[str, object]:
 
     process = started("--lock-step", "--hoist", "--once")
     ticks, truths = [], []
-    with Bus(Place(), keeps_all=True) as bus:
+    with Bus(Place(), reliable=True) as bus:
         states, commands, reader = bus.reader(STATES), bus.writer(COMMANDS), bus.reader(TRUTHS)
         other = bus.writer(COMMANDS)
         until = time.monotonic() + 60
@@ -88,7 +88,7 @@ def one_after_the_other() -> dict[str, object]:
 
     process, found = started("--lock-step"), []
     for _ in range(2):
-        robot = LockStepRobot(Bus(Place(), keeps_all=True), TRUTHS)
+        robot = LockStepRobot(Bus(Place(), reliable=True), TRUTHS)
         seen = robot.first()
         for _ in range(5):
             seen = robot.exchange(seen, DAMPING)
@@ -118,7 +118,7 @@ def in_real_time() -> dict[str, object]:
     from spikeport.robot.link.place import Place
 
     process = started("--hoist", "--once")
-    with Bus(Place(), keeps_all=False) as bus:
+    with Bus(Place(), reliable=False) as bus:
         states, commands = bus.reader(STATES), bus.writer(COMMANDS)
         waiting = [_newest_tick(states) for _ in range(3)]
         for _ in range(20):
@@ -138,7 +138,7 @@ def in_sport_mode() -> dict[str, object]:
 
     over_dds.LATEST_S = 10.0  # a busy machine is no reason here
     process = started("--hoist", "--sport-mode", "ai")
-    with Bus(Place(), keeps_all=False) as bus:
+    with Bus(Place(), reliable=False) as bus:
         commands = bus.writer(COMMANDS)
         while not commands.n_readers:
             time.sleep(0.02)
@@ -186,7 +186,7 @@ def with_a_killed_controller() -> dict[str, object]:
         "from spikeport.robot.link.bus import Bus\n"
         "from spikeport.robot.link.messages import COMMANDS\n"
         "from spikeport.robot.link.place import Place\n"
-        "bus = Bus(Place(), keeps_all=True)\n"
+        "bus = Bus(Place(), reliable=True)\n"
         "writer = bus.writer(COMMANDS)\n"
         "while not writer.n_readers:\n    time.sleep(0.02)\n"
         "print('met', flush=True)\ntime.sleep(100)\n"

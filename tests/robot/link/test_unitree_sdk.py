@@ -95,7 +95,7 @@ def our_controller() -> dict[str, object]:
     peer, states = started("robot"), []
     ramp, none = np.arange(19) / 64, np.zeros(19)
     motors = MotorCommands(ramp, none, ramp + 100, ramp + 1, ramp - 1)
-    with Bus(Place(domain=0), keeps_all=False) as bus:
+    with Bus(Place(domain=0), reliable=False) as bus:
         reader, writer = bus.reader(STATES), bus.writer(COMMANDS)
         switcher = MotionSwitcher(bus, required=True)
         modes, released = switcher.release(), switcher.ask(RELEASE_MODE, EMPTY)._asdict()
