@@ -27,3 +27,15 @@ def test_a_state_is_a_copy():
     before = found.q.copy()
     data.qpos[:] = 7
     assert np.array_equal(found.q, before)
+
+
+def test_a_state_in_the_plane_is_in_the_frame_of_the_world():
+    plant = Plant()
+    plant.data.qpos[:7] = 1, -2, 3, np.cos(1.0), 0.1, -0.2, np.sin(1.0)
+    plant.data.qpos[3:7] /= np.linalg.norm(plant.data.qpos[3:7])
+    plant.data.qvel[:6] = 0.4, -0.3, 0.2, 1.0, 2.0, 3.0
+    mujoco.mj_forward(plant.model, plant.data)
+    found = state.in_plane(plant.state)
+    assert found[0] == pytest.approx(2.0, abs=0.1)
+    assert found[1:] == pytest.approx([1.0, -2.0, 0.4, -0.3])
+    assert found == pytest.approx(plant.true_in_plane)
