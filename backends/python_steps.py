@@ -37,6 +37,7 @@ def waiting_step(
         call()
         left[0] = function.skip()
 
+    function.left = left
     return wait
 
 

@@ -11,11 +11,14 @@ Amounts = Mapping[str, float]
 
 
 def by_unit(
-    activity: Activity, chip: ChipModel, amounts: Amounts
+    activity: Activity, chip: ChipModel, amounts: Amounts, n_steps: int
 ) -> dict[str, dict[str, dict[str, object]]]:
     """Return the energy of a run in J by unit and calibration.
 
-        E = n_steps (E_dyn + E_stat) / amount
+        E = (n_active E_dyn + n_steps E_stat) / amount
+
+    A chip draws its static power in all ``n_steps`` of a run, also in those ``n_active`` fewer in
+    which it did not step, since its host held an answer.
 
     Parameters
     ----------
@@ -25,6 +28,8 @@ def by_unit(
         The chip.
     amounts : mapping of str to float
         The amount of each unit that the run did; one of 0 is left out.
+    n_steps : int
+        The steps of the run.
 
     Returns
     -------
@@ -37,7 +42,7 @@ def by_unit(
         unit: {
             name: {
                 "dynamic": _share(one.dynamic, one.n_steps / amount),
-                "static": _share(one.static, one.n_steps / amount),
+                "static": _share(one.static, n_steps / amount),
             }
             for name, one in spent.items()
         }

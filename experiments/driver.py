@@ -178,18 +178,22 @@ def _series(trial: Trial[K, R], rig: Rig, done: R) -> xr.Dataset:
 
 def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
     """Return the figures of a trial that was run."""
-    settings, options, sim = trial.settings, trial.options, ready.sim
+    settings, options, sim = dataclasses.asdict(trial.settings), trial.options, ready.sim
+    robot: Mapping[str, Any] | None = ready.closed.rig.plant.link
+    if robot is not None and "estimator" in settings:
+        # That of the robot's link, which the settings do not choose.
+        settings["estimator"] = robot["estimator"]["name"]
     result = {
         "command": list(options.command),
         "experiment": trial.name,
         "backend": options.backend,
         "seconds": options.seconds,
-        "seeds": {"run": options.seed, "network": settings.network_seed},
-        "settings": dataclasses.asdict(settings),
+        "seeds": {"run": options.seed, "network": settings["network_seed"]},
+        "settings": settings,
         "metrics": trial.metrics(done),
         "activity": sim.activity.totals(),
         "link": sim.link,
-        "robot": ready.closed.rig.plant.link,
+        "robot": robot,
         **on_chip(sim),
         "energy_by_unit": _by_unit(sim, {"second": sim.time, **trial.amounts(done)}),
     }
@@ -201,7 +205,7 @@ def _by_unit(sim: Simulator, amounts: Amounts) -> dict[str, Any] | None:
     """Return the energy by unit of what the robot did; None without a chip."""
     if sim.compilation is None:
         return None
-    return by_unit(sim.activity, sim.compilation.report.chip, amounts)
+    return by_unit(sim.activity, sim.compilation.report.chip, amounts, sim.n_steps)
 
 
 def on_chip(sim: Simulator) -> dict[str, object]:

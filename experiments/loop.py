@@ -26,6 +26,11 @@ from spikeport.reading.mismatch import shown
 ROUNDING = 1e-6
 """The rounding error that a ratio of time steps may have."""
 
+NUMBERS = "biuf"
+"""NumPy's kinds of real numbers, with bools as 0 and 1."""
+NOTHING = np.zeros(0)
+"""The values of a network that commands nothing."""
+
 NOT_BEGUN = (
     "the loop has begun no run, so the controller would observe zeros and the ports keep an "
     "earlier run; cure: call begin() when the plant is where the run starts, before the first step"
@@ -133,8 +138,9 @@ class Loop(Generic[P]):
         self._served = (*gates, *ports)
         self._ticks = _ratio(plant.dt_s, dt_s)
         self._dt_s = dt_s
-        self._tick = 0
+        self._tick, self._last_s = 0, -math.inf
         self._pace: _Pace | None = _Pace(dt_s)
+        self._stepped = _Stepped(self)
         self.size_in = sum(port.size_in for port in self._ports)
         self.size_out = sum(port.size_out for port in self._ports)
         self._places = dict(_placed(self._ports, [port.size_in for port in self._ports]))
@@ -153,8 +159,10 @@ class Loop(Generic[P]):
         DivergedError
             If a value of it is not finite.
         """
-        self._tick = 0
+        self._tick, self._last_s = 0, -math.inf
         self._pace = _Pace(self._dt_s)
+        # A backend may be holding the last run's observation.
+        self._stepped.end_skip()
         for port in self._served:
             port.begin()
         self._observe()
@@ -194,12 +202,20 @@ class Loop(Generic[P]):
         Raises
         ------
         UsageError
-            If the simulator's time step is another than ``dt_s``, or as `step`.
+            If the simulator's time step is another than ``dt_s``, its time goes back within a run,
+            or as `step`.
         DivergedError
             As `step`.
         """
         if not self._is_begun:
             raise UsageError(f"{NOT_BEGUN}, and reset() the simulator, whose step was broken off")
+        if time_s <= self._last_s:
+            raise UsageError(
+                f"the simulator's time went from {self._last_s:g} s to {time_s:g} s within a run: "
+                "it was reset, or another simulator steps the plant, too; cure: call begin() after "
+                "reset(), and make a network and a Loop for each simulator"
+            )
+        self._last_s = time_s
         if self._pace is not None and self._pace.is_kept(time_s, self._tick):
             self._pace = None
         return self.step(values)
@@ -222,10 +238,11 @@ class Loop(Generic[P]):
         observed = [found[port] for port in self._ports]
         observation = _joined(observed, self.size_out)
         if observation is None:
-            for port, value in zip(self._ports, observed, strict=True):
-                _check_observed(port, value, self.plant.time_s)
-            # Nothing is wrong: squares of very large numbers overflowed.
-            observation = np.concatenate(observed)
+            # Where nothing is wrong, squares of very large numbers overflowed, or it is no array.
+            time_s = self.plant.time_s
+            observation = np.concatenate(
+                [_checked(*one, time_s) for one in zip(self._ports, observed, strict=True)]
+            )
         self._observation = observation
         self.over = any(port.over for port in self._ports)
 
@@ -257,7 +274,7 @@ class Loop(Generic[P]):
         _check_size("inputs take", inputs, sum(node.size_in for node in inputs), self.size_out)
         _check_size("outputs are", outputs, sum(node.size_out for node in outputs), self.size_in)
         plant = nengo.Node(
-            _Stepped(self),
+            self._stepped,
             size_in=self.size_in,
             size_out=self.size_out,
             label="plant",
@@ -277,7 +294,7 @@ class _Stepped(Skippable):
     def __init__(self, loop: Loop[Any]) -> None:
         self._loop = loop
 
-    def __call__(self, t: float, values: np.ndarray) -> np.ndarray:
+    def __call__(self, t: float, values: np.ndarray = NOTHING) -> np.ndarray:
         return self._loop.step_at(t, values)
 
     def skip(self) -> int:
@@ -302,7 +319,7 @@ class _Pace:
         UsageError
             If they do not.
         """
-        if self._first is None or time_s <= self._first[0]:  # the latter after a reset
+        if self._first is None:
             self._first = time_s, tick
             return False
         found_s = (time_s - self._first[0]) / (tick - self._first[1])
@@ -317,6 +334,9 @@ class _Pace:
 
 def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
     """Return observations one after the other; None if one seems to be wrong."""
+    # Of a masked array, NumPy would take what is masked for a number.
+    if any(type(one) is not np.ndarray for one in observed):
+        return None
     try:
         # No complex numbers, whose imaginary parts would be dropped later.
         joined = np.concatenate(observed, dtype=float, casting="same_kind")
@@ -327,38 +347,52 @@ def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
     return joined if sound else None
 
 
-def _check_observed(port: Port, value: Any, time_s: float) -> None:
-    """Refuse what is no array (size_out,) of finite real numbers."""
+def _checked(port: Port, value: Any, time_s: float) -> np.ndarray:
+    """Return an observation as an array (size_out,); refuse all but finite real numbers."""
     returned, size = f"{type(port).__name__}.observe() returned", port.size_out
-    if np.iscomplexobj(value):  # NumPy would drop the imaginary parts
+    found = _array(value)
+    kind = "" if found is None else found.dtype.kind
+    if kind == "c":  # NumPy would drop the imaginary parts
         raise UsageError(
             f"{returned} complex numbers at {time_s:g} s, limit real ones; cure: return real and "
             "imaginary parts as values of their own"
         )
-    numbers = _numbers(value)
-    if numbers is None or numbers.shape != (size,):
-        what = shown(value) if numbers is None else f"an array of shape {numbers.shape}"
+    # NumPy could convert None, times and texts, too.
+    if found is None or kind not in NUMBERS or found.shape != (size,):
         raise UsageError(
-            f"{returned} {what} at {time_s:g} s, expected an array of shape ({size},), as its "
-            "size_out says; cure: return a flat array of so many numbers, or change size_out"
+            f"{returned} {_named(value)} at {time_s:g} s, expected an array of shape ({size},), as "
+            "its size_out says; cure: return a flat array of so many numbers, or change size_out"
         )
-    finite = np.isfinite(numbers)
+    finite = np.isfinite(found)
     if not finite.all():
         worst = int(np.argmin(finite))
         raise DivergedError(
-            f"{returned} {numbers[worst]} as value {worst} of 0 to {size - 1} at {time_s:g} s, "
+            f"{returned} {found[worst]} as value {worst} of 0 to {size - 1} at {time_s:g} s, "
             "limit finite numbers; cure: return a finite one, or look at the plant's state"
         )
+    return found.astype(float)
 
 
-def _numbers(value: object) -> np.ndarray | None:
-    """Return a value as an array of numbers; None if it is none."""
-    if value is None:  # which NumPy takes for NaN
+def _array(value: object) -> np.ndarray | None:
+    """Return a value as an array; None if it is none, or masked."""
+    if isinstance(value, np.ma.MaskedArray):
         return None
     try:
-        return np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
+        return np.asarray(value)
+    except ValueError:  # lists of different lengths
         return None
+
+
+def _named(value: object) -> str:
+    """Return what is wrong with an array, or another value as text."""
+    if isinstance(value, np.ma.MaskedArray):
+        return f"a masked array, {shown(value)},"
+    found = _array(value)
+    if found is not None and found.dtype.kind in NUMBERS:
+        return f"an array of shape {found.shape}"
+    if isinstance(value, np.ndarray):
+        return f"an array of {value.dtype}, {shown(value)},"
+    return shown(value)
 
 
 def _ratio(plant_s: float, controller_s: float) -> int:

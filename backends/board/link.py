@@ -37,7 +37,7 @@ class LinkOptions:
     Raises
     ------
     UsageError
-        If a value has another type.
+        If a value has another type, or ``hold`` is below 0.
     """
 
     board: str = STUB
@@ -56,6 +56,8 @@ class LinkOptions:
                 f"LinkOptions: faults={self.faults!r}: is one text, expected a sequence of them; "
                 f"cure: faults=({self.faults!r},)"
             )
+        if self.hold < 0:
+            raise UsageError(f"LinkOptions: hold={self.hold}: steps must be from 0 on")
         for name in ("record", "replay"):
             path = getattr(self, name)
             if isinstance(path, str):

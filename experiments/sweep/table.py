@@ -8,7 +8,7 @@ import xarray as xr
 from spikeport.errors import printable
 from spikeport.experiments.run_folder import write_dataset
 from spikeport.experiments.sweep.folder import SweepFolder
-from spikeport.experiments.sweep.plan import Sweep
+from spikeport.experiments.sweep.plan import BACKEND, Sweep
 
 
 def table(sweep: Sweep, folder: SweepFolder) -> xr.Dataset:
@@ -23,7 +23,7 @@ def table(sweep: Sweep, folder: SweepFolder) -> xr.Dataset:
     (longest, *others) = reversed(sweep.lasts)
     whole: xr.Dataset = dataset.reindex(asked).assign_attrs(
         experiment=sweep.experiment,
-        backend=sweep.backend,
+        **({} if BACKEND in sweep.axes else {BACKEND: sweep.backend}),
         seconds=sweep.lasts if others else longest,
     )
     return whole

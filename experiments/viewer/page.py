@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 FPS = 25
 """Poses a second that the page has; it shows the latest."""
+ROUNDING = 1e-6
 MM = 1000
 """Places are whole millimetres, in 16 bits: 32 m to each side of where the run began."""
 
@@ -40,19 +41,20 @@ def content(probes: xr.Dataset) -> str:
     """Return what the page of a run draws, as JSON."""
     found = {"rows": [_row(row) for row in rows(probes)], "end_s": end_s(probes)}
     if of_robot(probes, POSES):
-        # A screen shows no more poses than these.
-        step = max(1, round(1 / (FPS * _step_s(probes))))
-        times_s = probes.time.values[::step]
+        frames = _frames(probes.time.values)
         # MuJoCo is there where a robot ran, and is not needed for the run of a network alone.
         drawing = imported("view", "spikeport.experiments.viewer.shapes")
-        found["robot"] = _robot(drawing.shapes(probes[POSES].values[::step]), times_s)
+        shapes = drawing.shapes(probes[POSES].values[frames])
+        found["robot"] = _robot(shapes, probes.time.values[frames])
     # A script ends at the first "</": a label of the user's could hold one.
     return json.dumps(found, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _step_s(probes: xr.Dataset) -> float:
-    times_s = probes.time.values
-    return float(times_s[1] - times_s[0]) if len(times_s) > 1 else 1.0
+def _frames(times_s: np.ndarray) -> np.ndarray:
+    """Return the indices of the poses that a screen shows: the first of each 1 / FPS s."""
+    # A robot by the clock has no steps of one length, and a held state comes twice.
+    number = np.floor((times_s - times_s[:1]) * FPS + ROUNDING)
+    return np.flatnonzero(np.diff(number, prepend=-1.0) > 0)
 
 
 def _row(row: Row) -> dict[str, Any]:

@@ -49,7 +49,15 @@ class Affine:
 
 
 class Skippable(ABC):
-    """A node's function that returns the same value for some steps, as a plant that is slower."""
+    """A node's function that returns the same value for some steps, as a plant that is slower.
+
+    Attributes
+    ----------
+    left : ndarray, (1,), or None
+        The steps that are still skipped, which a backend counts down; None where none does.
+    """
+
+    left: np.ndarray | None = None
 
     @abstractmethod
     def __call__(self, t: float, values: np.ndarray) -> np.ndarray | None:
@@ -61,3 +69,8 @@ class Skippable(ABC):
 
         They count as made: whoever asks holds the value, and calls again in the step behind them.
         """
+
+    def end_skip(self) -> None:
+        """Be called in the next step, since the value is another one now."""
+        if self.left is not None:
+            self.left[0] = 0

@@ -20,7 +20,7 @@ def activity():
 
 def test_the_energy_of_all_steps_is_shared_by_what_was_done(activity):
     loihi = chips.get("loihi")
-    found = by_unit(activity, loihi, {"second": 0.05, "reach": 4, "metre": 0.0})
+    found = by_unit(activity, loihi, {"second": 0.05, "reach": 4, "metre": 0.0}, 50)
     assert list(found) == ["second", "reach"]  # nobody walked
     for name, of_reach in found["reach"].items():
         spent = energy(activity, loihi, loihi.calibration(name))
@@ -31,6 +31,15 @@ def test_the_energy_of_all_steps_is_shared_by_what_was_done(activity):
         ]
 
 
+def test_a_chip_that_did_not_step_draws_its_static_power_all_the_same(activity):
+    loihi = chips.get("loihi")
+    all_steps, held = (by_unit(activity, loihi, {"run": 1}, n)["run"] for n in (50, 60))
+    for name, found in held.items():
+        assert found["dynamic"] == all_steps[name]["dynamic"]
+        static = all_steps[name]["static"]["value"]
+        assert found["static"]["value"] == pytest.approx(static * 60 / 50)
+
+
 def test_what_is_not_public_has_no_energy(activity):
-    found = by_unit(activity, chips.get("loihi2"), {"second": 0.05})
+    found = by_unit(activity, chips.get("loihi2"), {"second": 0.05}, 50)
     assert found["second"]["intel-relative"]["dynamic"] is None

@@ -150,6 +150,18 @@ def test_a_port_that_observes_more_than_it_says_is_refused():
     )
 
 
+class Sensor(Pusher):
+    """A port that commands nothing, and observes the time."""
+
+    size_in, size_out = 0, 1
+
+    def observe(self):
+        return np.array([self.plant.time_s])
+
+    def drive(self, values):
+        assert values.shape == (0,)
+
+
 class Odd(Pusher):
     """A port of two values that observes something else from the plant's second step on."""
 
@@ -176,6 +188,12 @@ def odd():
         (np.ones(3), "an array of shape (3,)"),
         (1.0, "an array of shape ()"),
         (["a", "b"], "['a', 'b']"),
+        (np.array(["1", "2"]), "an array of <U1, ['1' '2'],"),
+        (np.array([1, 2.5], dtype=object), "an array of object, [1 2.5],"),
+        ([10**20, 0], "[100000000000000000000, 0]"),
+        ([[1], [1, 2]], "[[1], [1, 2]]"),
+        (np.array([1, 2], "m8[s]"), "an array of timedelta64[s], [1 2],"),
+        (np.ma.array([1.0, 7.0], mask=[0, 1]), "a masked array, [1.0 --],"),
     ],
 )
 @pytest.mark.parametrize("ports", [1, 2])
@@ -261,16 +279,43 @@ def test_runs_begin_at_any_time_of_a_simulator_and_after_its_reset(backend, dt_s
     loop = counting(dt_s, plant_s)
     with Simulator(connected(loop), backend=backend, dt=dt_s) as sim:
         for steps in (1, 8, 25, 40):
+            loop.plant.time_s = 0.0
             loop.begin()
             sim.run_steps(steps)
-        for steps in (1, 2, 41):  # the loop goes on where it was
-            sim.reset()
-            sim.run_steps(steps)
+            assert loop.plant.time_s == pytest.approx(steps * dt_s // plant_s * plant_s)
         sim.reset()
         loop.begin()
         loop.plant.time_s = 0.0
         sim.run_steps(40)
         assert loop.plant.time_s == pytest.approx(sim.time)
+
+
+@BACKENDS
+def test_a_run_that_goes_back_in_time_is_refused(backend):
+    """A second simulator would step the plant twice as often."""
+    loop = counting(0.001)
+    network = connected(loop)
+    words = "went from 0.008 s to 0.001 s within a run: it was reset, or another simulator steps"
+    with Simulator(network, backend=backend) as sim, Simulator(network, backend=backend) as other:
+        loop.begin()
+        sim.run_steps(8)
+        assert words in refusal(other.run_steps, 8)
+        loop.begin()
+        sim.run_steps(8)
+        sim.reset()
+        assert "within a run: it was reset" in refusal(sim.run_steps, 8)
+
+
+def test_a_robot_with_sensors_alone_is_observed():
+    loop = Loop(plant := Counter(), [Sensor("sensor", plant, [])], 0.004)
+    with nengo.Network() as network:
+        inputs = nengo.Node(size_in=1)
+        loop.connect([inputs], [])
+        probe = nengo.Probe(inputs)
+    with Simulator(network, backend="reference", dt=0.004) as sim:
+        loop.begin()
+        sim.run_steps(3)
+    assert sim.data[probe].ravel().tolist() == pytest.approx([0.004, 0.008, 0.012])
 
 
 @pytest.mark.parametrize("dt_s", [0.003, 0.01])

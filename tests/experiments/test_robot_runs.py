@@ -51,6 +51,7 @@ def run(
         "states": link["states"],
         "damaged": link["damaged"],
         "estimator": link["estimator"],
+        "set": result["settings"].get("estimator"),
         "probes": probes,
         "activity": result["activity"],
     }
@@ -85,7 +86,7 @@ def test_a_walk_on_odometry_with_faulty_states_is_the_same_in_one_process_and_in
 @pytest.mark.slow
 def test_a_walk_on_an_estimate_is_the_same_in_one_process_and_in_two() -> None:
     inline = run("walk", "analytic", "inline", 1.0, estimator="ekf")
-    assert inline["estimator"]["name"] == "ekf"
+    assert inline["estimator"]["name"] == inline["set"] == "ekf"
     assert max(inline["estimator"]["velocity_error_m_s"]) < 0.05
     stub = in_namespace(run, "walk", "analytic", "stub", 1.0, "", [], "ekf")
     assert stub == inline

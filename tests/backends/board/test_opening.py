@@ -105,6 +105,7 @@ def test_texts_are_paths() -> None:
         ),
         ({"record": 3}, "record=3: is no path; cure: name a file"),
         ({"hold": "5"}, "hold=5: input should be a valid integer"),
+        ({"hold": -1}, "hold=-1: steps must be from 0 on"),
         ({"board": Path("x")}, "board=x: input should be a valid string"),
     ],
 )

@@ -35,7 +35,7 @@ def test_the_table_has_every_number_where_it_belongs(finished):
         assert at.sel(backend="reference").values.tolist() == pytest.approx([20.3, 20.4])
         assert np.isnan(at.sel(backend="native", seed=4))
         assert np.isnan(read.fallen_at_s).all()
-        assert read.attrs == {"experiment": "walk", "backend": "native", "seconds": 2.0}
+        assert read.attrs == {"experiment": "walk", "seconds": 2.0}  # backends are a dimension
 
 
 def test_values_of_which_no_point_finished_are_in_the_table(sweep_of, tmp_path):

@@ -2,10 +2,11 @@
 
 import re
 
+import numpy as np
 import pytest
 from PIL import Image
 
-from spikeport.experiments.viewer.page import write_page
+from spikeport.experiments.viewer.page import _frames, write_page
 from tests.helpers.browsers import browser, tab_of
 
 
@@ -21,6 +22,24 @@ def test_a_page_asks_for_nothing_and_texts_of_a_run_are_no_markup(page):
     assert "default-src 'none'" in text
     assert "<b>" not in text
     assert text.count("</script>") == 2
+
+
+@pytest.mark.parametrize("step_s", [0.001, 0.005, 0.008])
+def test_a_page_has_25_poses_a_second_of_steps_of_any_length(step_s):
+    times_s = step_s * np.arange(1 + round(2 / step_s))
+    shown = times_s[_frames(times_s)]
+    assert shown[0] == 0.0
+    np.testing.assert_allclose(np.diff(shown), 0.04, atol=step_s)
+    assert len(shown) == 51
+
+
+def test_a_held_state_and_uneven_steps_leave_poses_as_often_as_before():
+    """By the clock, times are those of a robot's states, and the first is held at times."""
+    times_s = np.array([0.0, 0.0, 0.006, 0.01, *np.arange(0.015, 1.0, 0.005)])
+    shown = times_s[_frames(times_s)]
+    assert len(shown) == 25
+    assert _frames(np.array([0.5])).tolist() == [0]
+    assert _frames(np.zeros(0)).tolist() == []
 
 
 def test_a_run_without_a_robot_has_its_rows(series, tmp_path):
