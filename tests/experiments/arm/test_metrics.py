@@ -28,7 +28,7 @@ def test_the_shape_error_is_the_distance_to_the_nearest_point():
 
 
 def test_the_lag_is_the_time_by_which_the_hand_follows():
-    times = np.arange(0, 5, 0.005)
+    times = np.arange(2, 7, 0.005)
 
     def pen(t):
         return np.stack([np.cos(2 * t), np.sin(3 * t), t], axis=1)
@@ -48,6 +48,12 @@ def test_metrics_of_a_run_with_reaches():
     assert figures["joint_limit_steps"] == 1
     assert figures["readout_spikes"] is None
     assert figures["real_time_factor"] == 2.0
+
+
+def test_the_torque_error_is_of_the_exact_torque_at_the_same_state():
+    run = finished([0.3, 0.4], [1.0, 3.0])
+    run = run._replace(exact=np.outer([1.0, 2.0], np.ones(4)))
+    assert reach_metrics(run, [])["torque_error_rms_nm"] == pytest.approx([0.5**0.5] * 4)
 
 
 def test_metrics_of_a_run_without_reaches():

@@ -7,6 +7,7 @@ import pytest
 
 from spikeport.experiments.switch.metrics import metrics, phase_metrics, switched_after_s
 from spikeport.experiments.switch.schedule import Phase
+from spikeport.experiments.walk.paths import find_path
 
 WALK, DRAW = {"walk": 0.8, "draw": 0.4}, {"walk": 0.4, "draw": 0.8}
 
@@ -50,6 +51,31 @@ def test_a_retracted_hand_is_near_where_it_hangs(worked, off_m, success):
 def test_a_target_must_be_reached_before_the_next_appears(worked, jumps):
     (figures,) = phase_metrics(worked("reach", jumps=jumps))
     assert (figures["success"], figures["targets_reached"]) == (jumps > 0, jumps)
+
+
+@pytest.mark.parametrize(
+    ("off_m", "behind_m", "success"), [(0.1, 0.9, True), (0.3, 0.9, False), (0.1, 1.1, False)]
+)
+def test_a_walk_is_near_its_path_and_not_far_behind(worked, off_m, behind_m, success):
+    done = worked("reach")
+    path = find_path("line", 0.5, 10.0)
+    goal = phase(0.0, 6.0, WALK, path="line")
+    reference_m = np.array([path.at(t)[:2] for t in done.recording.time_s])
+    done.goals = [SimpleNamespace(phase=goal)]
+    done.paths, done.gates = [path], np.tile([0.9, 0.1], (6000, 1))
+    done.recording.reference = reference_m + np.array([behind_m, off_m])
+    done.recording.position_m = reference_m + np.array([0.0, off_m])
+    (figures,) = phase_metrics(done)
+    assert figures["success"] is success
+    assert figures["path_error_rms_m"] == pytest.approx(off_m)
+    assert figures["behind_m"] == pytest.approx(behind_m)
+
+
+def test_a_pelvis_moves_by_its_largest_distance_from_where_the_work_began(worked):
+    done = worked("retract")
+    done.recording.position_m[:] = 3.0
+    done.recording.position_m[100:200] += (0.03, -0.04)
+    assert phase_metrics(done)[0]["pelvis_moved_m"] == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize("late", [{"switch_s": 0.046}, {"fallen_at_s": 5.0}])

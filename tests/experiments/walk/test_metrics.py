@@ -1,3 +1,4 @@
+import dataclasses
 from types import SimpleNamespace
 
 import numpy as np
@@ -41,6 +42,25 @@ def test_a_robot_that_walks_to_the_end_is_measured_as_it_walked():
     assert figures["falls"] == 0
     assert figures["path_mse_m2"] == pytest.approx(0.01)
     assert figures["cross_track_rms_m"] == pytest.approx(0.1, abs=1e-4)
+
+
+def test_errors_of_commands_are_of_the_speed_along_the_heading_and_the_yaw_rate():
+    run = walked(4.0, None)
+    n = len(run.recording.time_s)
+    state, ones = run.recording.state.copy(), np.ones(n)
+    state[:, 0], state[:, 4] = np.pi / 2, 0.4  # to the north at 0.4 m/s
+    recording = dataclasses.replace(
+        run.recording,
+        state=state,
+        command=np.outer(ones, [0.5, 0.3]),
+        quaternion=np.outer(ones, [np.sqrt(0.5), 0, 0, np.sqrt(0.5)]),
+        turning_rad_s=np.outer(ones, [0.0, 0.0, 0.1]),
+    )
+    sim = SimpleNamespace(activity=SimpleNamespace(totals=lambda: {"spikes": 80}), time=4.0)
+    figures = metrics(run._replace(recording=recording, sim=sim, wall_s=2.0))
+    assert figures["speed_error_mean_m_s"] == pytest.approx(0.1)
+    assert figures["yaw_rate_error_mean_rad_s"] == pytest.approx(0.2)
+    assert (figures["spikes_per_second"], figures["real_time_factor"]) == (20, 2)
 
 
 def test_a_robot_that_fell_lies_there_while_its_reference_goes_on():
