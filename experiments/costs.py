@@ -17,8 +17,8 @@ def by_unit(
 
         E = (n_active E_dyn + n_steps E_stat) / amount
 
-    A chip draws its static power in all ``n_steps`` of a run, also in those ``n_active`` fewer in
-    which it did not step, since its host held an answer.
+    A chip draws its static power in all ``n_steps`` of a run, its dynamic energy in the
+    ``n_active`` that it made: a board that is late misses steps, and its host holds the outputs.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def by_unit(
     amounts : mapping of str to float
         The amount of each unit that the run did; one of 0 is left out.
     n_steps : int
-        The steps of the run.
+        The steps of the run, with those that a board missed.
 
     Returns
     -------

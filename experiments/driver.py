@@ -94,7 +94,8 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
 def damp(plant: Plant) -> None:
     """Let a robot that nobody commands any more sink in damping, and not fall without torque."""
     plant.damp()
-    # One that is led by hand has left its run by itself, in damping, where states stayed out.
+    # The controller of a robot that is led by hand damps it, and ends the run, where no state came
+    # for long, as while the board was waited for.
     with contextlib.suppress(RobotLostError):
         for _ in range(DAMPED_STEPS):
             plant.step()
@@ -165,6 +166,7 @@ def _simulate(trial: Trial[K, R], ready: Ready[K], watched: Path | None) -> floa
             # A recording has rows from the robot's first step on.
             if watched is not None and rig.film.poses:
                 watching.answer(watched, so_far)
+    # A fall alone ends a run before its time; without a pose there is nothing to measure or draw.
     if rig.loop.over and not rig.film.poses:
         raise RobotLostError(
             "the robot lies on the floor as the run begins; cure: stand it up, or serve it anew"

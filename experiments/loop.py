@@ -20,7 +20,7 @@ import numpy as np
 
 from spikeport.constants import DT_S
 from spikeport.errors import DivergedError, UsageError
-from spikeport.node_functions import Skippable
+from spikeport.node_functions import NO_INPUT, Skippable
 from spikeport.reading.mismatch import shown
 
 ROUNDING = 1e-6
@@ -28,8 +28,6 @@ ROUNDING = 1e-6
 
 NUMBERS = "biuf"
 """NumPy's kinds of real numbers, with bools as 0 and 1."""
-NOTHING = np.zeros(0)
-"""The values of a network that commands nothing."""
 
 NOT_BEGUN = (
     "the loop has begun no run, so the controller would observe zeros and the ports keep an "
@@ -213,7 +211,7 @@ class Loop(Generic[P]):
             raise UsageError(
                 f"the simulator's time went from {self._last_s:g} s to {time_s:g} s within a run: "
                 "it was reset, or another simulator steps the plant, too; cure: call begin() after "
-                "reset(), and make a network and a Loop for each simulator"
+                "reset(), or make a network and a Loop for each simulator"
             )
         self._last_s = time_s
         if self._pace is not None and self._pace.is_kept(time_s, self._tick):
@@ -294,7 +292,7 @@ class _Stepped(Skippable):
     def __init__(self, loop: Loop[Any]) -> None:
         self._loop = loop
 
-    def __call__(self, t: float, values: np.ndarray = NOTHING) -> np.ndarray:
+    def __call__(self, t: float, values: np.ndarray = NO_INPUT) -> np.ndarray:
         return self._loop.step_at(t, values)
 
     def skip(self) -> int:

@@ -47,7 +47,7 @@ from spikeport.networks.policy import (
     policy,
 )
 from spikeport.networks.policy_solving import by_halves, refit
-from spikeport.node_functions import Skippable
+from spikeport.node_functions import NO_INPUT, Skippable
 from spikeport.simulator import Simulator
 
 METHOD = 2
@@ -68,8 +68,6 @@ STRIDE = 100
 """Observations over which an error is slow, 0.5 s: two steps of a gait."""
 SLOW = 12.0
 """Slow errors count for so many times the fast ones."""
-
-NOTHING = np.zeros(0)
 
 Policy = Callable[[np.ndarray], np.ndarray]
 """An action for an observation."""
@@ -109,7 +107,7 @@ class _OnceAHold(Skippable):
         # The first step is called in any case: Nengo has no value before.
         self._left = (step - 1) % HOLD
 
-    def __call__(self, _t: float, values: np.ndarray = NOTHING) -> np.ndarray | None:
+    def __call__(self, _t: float, values: np.ndarray = NO_INPUT) -> np.ndarray | None:
         return self._function(values)
 
     def skip(self) -> int:

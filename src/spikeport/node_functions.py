@@ -8,6 +8,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+NO_INPUT = np.zeros(0)
+"""The values of a node without an input, whose function Nengo calls with the time alone."""
+
 
 class Held:
     """A node's function that is computed anew only where its input has changed.
