@@ -4,7 +4,7 @@ VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 
-# What tests compare with where it is there; without it they are skipped.
+# Programs that tests compare with; tests whose program is not there are skipped.
 REFEREES := .referees
 SANAFE   := sanafe==2.2.9
 LAVA     := lava-nc==0.10.0

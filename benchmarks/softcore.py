@@ -140,7 +140,7 @@ class SdramChip(NativeChip):
         self._first, self._n, self._sdram = first, len(memory.order), Sdram()
         sizes = [len(core.rows) for core in memory.cores]
         self._n_cores, self._kib, base = len(sizes), sum(sizes) / 512, np.cumsum([0, *sizes])
-        # Of each source: core, address in the SDRAM, words and entries of the rows of its messages.
+        # The rows of each source's messages: core, address in the SDRAM, words and entries.
         self._rows = [
             [
                 (core, int(base[core]) + at, *size_of(memory.cores[core].rows, at))

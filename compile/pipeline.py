@@ -201,7 +201,7 @@ def _offloaded(job: Job) -> Compilation:
         nothing.offloaded = search.offloaded({})
         raise
     offloaded = search.offloaded(host_spikes(compilation.model))
-    # What was moved is on the host as well, but for another reason than a user's.
+    # Ensembles that were moved are on the host as well, but not because a user put them there.
     moved = {one.object for one in offloaded}
     on_host = tuple(one for one in compilation.report.on_host if one.object not in moved)
     report = replace(compilation.report, offloaded=offloaded, on_host=on_host)

@@ -183,7 +183,7 @@ def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
     settings, options, sim = dataclasses.asdict(trial.settings), trial.options, ready.sim
     robot: Mapping[str, Any] | None = ready.closed.rig.plant.link
     if robot is not None and "estimator" in settings:
-        # That of the robot's link, which the settings do not choose.
+        # The estimator of the robot's link, which the settings do not choose.
         settings["estimator"] = robot["estimator"]["name"]
     result = {
         "command": list(options.command),

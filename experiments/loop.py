@@ -332,7 +332,7 @@ class _Pace:
 
 def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
     """Return observations one after the other; None if one seems to be wrong."""
-    # Of a masked array, NumPy would take what is masked for a number.
+    # NumPy would take a masked value of an array for a number.
     if any(type(one) is not np.ndarray for one in observed):
         return None
     try:

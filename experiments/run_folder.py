@@ -125,7 +125,7 @@ def add_counts(folder: Path, counted: Path | None) -> None:
 
 def _tidy(folder: Path, is_ours: bool) -> None:
     """Remove the files of viewers, and an empty folder if it is ours."""
-    # What cannot be removed must not hide the error or interrupt that ended the run.
+    # A file that cannot be removed must not hide the error or interrupt that ended the run.
     for name in (REQUEST, SO_FAR):
         with contextlib.suppress(OSError):
             (folder / name).unlink()

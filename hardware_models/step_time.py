@@ -52,8 +52,8 @@ class TimeSums(NamedTuple):
 
     def then(self, later: "TimeSums", n_steps: int) -> "TimeSums":
         """Return the sums over these ``n_steps`` steps and later ones."""
-        # Of steps that take as long, the first counts, as with `argmax` in a run that is not
-        # folded.
+        # The first of several steps that take as long counts, as with `argmax` in a run that is
+        # not folded.
         longer = later.worst_s[0] > self.worst_s[0]
         return TimeSums(
             self.total_s + later.total_s,

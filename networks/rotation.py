@@ -30,7 +30,7 @@ ROTATION = np.array([[1, -1, 1, -1, 0, 0, 0, 0], [0, 0, 0, 0, 1, -1, -1, 1]])
 """b from the squares of the halves."""
 
 STRIDE = 7
-"""Neighbours in intercept differ by so many in rate: no rate is that of one region. That is so as
+"""Neighbours in intercept differ by so many in rate: no rate is that of one region. This holds as
 well where it divides the number of neurons of a sign, as the default's 70: these have ten rates,
 each at every tenth intercept."""
 

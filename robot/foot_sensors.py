@@ -35,7 +35,7 @@ def readings(values: np.ndarray) -> FootReadings:
     feet = values.reshape(*values.shape[:-1], len(SIDES), -1)
     points, velocities, contact = np.split(feet, (6, 12), axis=-1)
     of_points = (*feet.shape[:-1], 2, 3)
-    # Of a contact, the number comes first, then the force.
+    # A contact has its number first, then its force.
     force_n = np.linalg.norm(contact[..., 1:], axis=-1)
     return FootReadings(points.reshape(of_points), velocities.reshape(of_points), force_n)
 

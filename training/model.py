@@ -32,7 +32,7 @@ def build_model() -> mujoco.MjModel:
     spec.delete(spec.geom("floor"))
     add_foot_sensors(spec)
     for number, foot in enumerate(SIDES):
-        # All other geoms have bit 1: with a bit of its own, a foot meets its own plane alone.
+        # The other geoms have bit 1: with a bit of its own, a foot meets its own plane alone.
         _add_ground(spec, foot, PLANES[number], 2 << number)
     model = spec.compile()
     for plane in PLANES:

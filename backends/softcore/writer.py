@@ -157,8 +157,8 @@ def _core(
     block = image.compartment_block[mine[:1]]
     voltages = _field(image.blocks.vmin[block]) << VALUE_BITS | _field(image.blocks.vmax[block])
     words = (sizes > 0).astype(np.int64) << 46
-    # The address of a compartment's first axon. That of an empty list behind a full table would run
-    # over into the bit above.
+    # The address of a compartment's first axon. An empty list behind a full table would have an
+    # address that runs over into the bit above.
     words |= (np.cumsum(sizes) - sizes) % AXONS << 34
     words |= threshold.astype(np.int64) << 29 | profile.astype(np.int64) << 24
     words |= _field(constants.bias[mine])

@@ -100,7 +100,7 @@ def _text(path: Path) -> str:
 
 def estimate(network: nengo.Network) -> int:
     """Estimate the bytes that compiling a network takes, within a factor of 2."""
-    # What several networks list is built once.
+    # An ensemble that several networks list is built once.
     ensembles = dict.fromkeys(network.all_ensembles)
     objects = sum(ENSEMBLE + COMPARTMENT * e.n_neurons for e in ensembles)
     connections = sum(sum(_of_connection(c)) for c in dict.fromkeys(network.all_connections))

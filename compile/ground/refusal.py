@@ -98,8 +98,8 @@ def _is_nengos(error: Exception) -> bool:
     """Return whether Nengo's own code, or a user's that it called, raised an error.
 
     The host would refuse the same, whatever is on the chip. nengo-loihi has copies of Nengo's
-    builders of ensembles and decoders, with the same checks. What it makes in place of passthrough
-    nodes is its own, whoever refuses that.
+    builders of ensembles and decoders, with the same checks. An object that it makes in place of a
+    passthrough node is its own, whoever refuses it.
     """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     names = [(one.f_globals.get("__name__", ""), one.f_code.co_name) for one in frames]

@@ -81,7 +81,7 @@ class BuildSettings:
         """Raise `ArgumentError` for a setting that passes which rewrite networks do not heed."""
         for name in BY_PASSES:
             value = getattr(self, name)
-            # What nengo-loihi's model has unless it is replaced.
+            # A model of nengo-loihi has these decode neurons unless they are replaced.
             if type(value) is Preset10DecodeNeurons:
                 continue
             if value != getattr(BuildSettings, name):

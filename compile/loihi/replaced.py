@@ -9,7 +9,7 @@ from types import ModuleType
 def replaced(owner: object, name: str, new: object) -> Iterator[None]:
     """Replace an attribute of a class or a module within the context.
 
-    All threads see it: whoever replaces a part that others use holds `refusal.TURN`.
+    Every thread sees it: whoever replaces a part that others use holds `refusal.TURN`.
     """
     usual = getattr(owner, name)
     setattr(owner, name, new)

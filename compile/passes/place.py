@@ -31,8 +31,8 @@ class Place(ImagePass):
             return image  # there is no place for all of it: verification says so
         board = _Board(core_messages(image), Links(image.n_cores, context.chip))
         as_packed = np.arange(image.n_cores)
-        # From two starts: swaps end where no single one helps any more. Those that save hops may
-        # fill a link, and what relieves it again may not be found.
+        # From two starts: swaps end where no single one helps any more. Swaps that save hops may
+        # fill a link, and those that relieve it again may not be found.
         found = [*map(board.improved, (as_packed, board.clustered())), as_packed]
         before, after = board.cost(as_packed), min(map(board.cost, found))
         for name in Cost._fields:

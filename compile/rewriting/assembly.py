@@ -62,7 +62,7 @@ class FlatNetwork:
     ) -> "FlatNetwork":
         """Return all of a network but its connections, each of which ``connect`` makes or keeps.
 
-        What the network lists several times is there once.
+        An object that the network lists several times is there once.
         """
         flat = cls(before, seeds)
         for obj in dict.fromkeys((*before.all_ensembles, *before.all_nodes)):

@@ -10,7 +10,7 @@ from spikeport.errors import UsageError
 from spikeport.extras import missing
 from spikeport.reading.mismatch import MismatchError
 
-CURE = "see docs/convert.md, 'What it refuses'"
+CURE = "see docs/convert.md, 'Refused policies'"
 
 EXPORT = "export the policy to ONNX, and convert that"
 

@@ -160,7 +160,7 @@ class Reader:
         reliability = Policy.Reliability.BestEffort
         if reliable:
             reliability = Policy.Reliability.Reliable(duration(seconds=1))
-        # All writers share this history. With room for one message, those of another writer would
+        # The writers share this history. With room for one message, those of another writer would
         # push out those of the first, and nobody would see that both write.
         qos = Qos(reliability, Policy.History.KeepLast(MOST_TAKEN))
         named = DdsTopic(participant, topic.name, kind)

@@ -21,7 +21,7 @@ from spikeport.robot.state import RobotState, in_plane
 
 TRUTH, LEG_ODOMETRY, EKF = "truth", "leg-odometry", "ekf"
 ESTIMATE, BOTH = "estimate", "both"
-"""What else a run may have recorded, beside `TRUTH`."""
+"""Other states that a run may have recorded, beside `TRUTH`."""
 ODOMETER, EKF_ODOMETER = "odometer", "ekf+odometer"
 BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
     LEG_ODOMETRY: LegOdometry,
@@ -167,7 +167,7 @@ class EstimatedMotion:
 def _of_now(truth_tick: int, tick: int) -> bool:
     """Return whether a truth is of the moment of a state.
 
-    In real time that of the next state may be there already. All others are stale, or of another
+    In real time the truth of the next state may be there already. Any other is stale, or of another
     world: a real robot's sport mode publishes on the same topic.
     """
     # A message without a stamp is of no moment.

@@ -102,7 +102,7 @@ class DdsRobot(CommandedRobot):
         if self._switcher is not None:
             self._released = self._switcher.release()
             if self._released:
-                # What came until now was the sport mode's, which may fall silent.
+                # Messages until now were the sport mode's, which may fall silent.
                 for companion in self._beside.values():
                     companion.forget()
             found = self._await()

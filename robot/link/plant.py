@@ -67,7 +67,7 @@ class LinkedPlant(Plant):
             If there is none.
         """
         super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)
-        # Of the model's own posture, in which nobody saw a robot.
+        # The history so far is of the model's own posture, in which nobody saw a robot.
         self._history.clear()
         if self._connect is None:
             return

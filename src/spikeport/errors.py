@@ -186,7 +186,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
 def in_words(error: BaseException) -> str:
     """Return type, text, notes and place of an error of a user's code.
 
-    That code may fail to make the text.
+    The code may fail to make the text.
     """
     try:
         text = "; ".join([str(error), *getattr(error, "__notes__", [])])

@@ -22,7 +22,7 @@ from spikeport.reading.notebook import Cell, read_notebook
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
 FOR_JUPYTER = '; cure: mend it, or put what is for Jupyter alone under `if __name__ == "__main__":`'
-"""What to do about a cell: a notebook's name is another here, as that of a module."""
+"""The cure of a cell: a notebook's name is another here, as that of a module."""
 
 
 def imported(where: str) -> ModuleType:

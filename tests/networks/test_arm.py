@@ -177,7 +177,7 @@ def test_with_an_efference_copy_cb_has_neurons_that_learn(law, region):
     (decoded_,) = (c for c in net.all_connections if c.learning_rule is not None)
     assert decoded_.pre_obj is learned
     assert not np.any(decoded_.function(np.ones(8)))
-    # All else is as it is without.
+    # The rest is as it is without it.
     names = [e.label for e in without.all_ensembles]
     assert [e.label for e in net.all_ensembles if e is not learned] == names
 

@@ -12,7 +12,7 @@ from tests.helpers.fake_board import FakeClock
 
 
 class Outlet:
-    """What the host receives: frames, or bytes that are none."""
+    """The bytes that the host receives: frames, or bytes that are none."""
 
     def __init__(self) -> None:
         self.sent: list[bytes] = []

@@ -78,7 +78,7 @@ def test_a_host_that_is_killed_leaves_all_but_its_last_moments(
     recorder.begin(Hello("digest", 3), Welcome("digest", "native", 1e4))
     left = []
     for step in range(1, 6):
-        # What a reader finds before each step is what a host that is killed then has left.
+        # A reader finds before each step the same as a host that is killed then has left.
         left.append(len(list(Record(path).steps())))
         now_s[0] += 0.6 * FLUSH_S
         recorder.step(step, 0, b"", b"answer")

@@ -64,7 +64,7 @@ def test_sources_that_encode_values_spike_as_in_a_run_unless_their_rate_is_state
         run, image = sim.activity, sim.image
     expected = expected_activity(image, Rates(100))
     for name in ("host_spikes", "messages_host"):
-        # What is encoded does not change the sum over pairs that count up and down.
+        # The encoded value does not change the sum over pairs that count up and down.
         in_a_step = getattr(run, name).sum() / run.n_steps
         assert getattr(expected, name).sum() == pytest.approx(in_a_step, rel=0.01)
     half = expected_activity(image, Rates(100, {HOST: 500}))

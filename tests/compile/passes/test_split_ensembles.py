@@ -59,7 +59,7 @@ def test_an_ensemble_probed_across_parts_stays() -> None:
 
 
 def test_a_probe_that_ends_with_the_first_neuron_of_the_next_part_keeps_the_ensemble() -> None:
-    """Of 100 neurons, those of the second part start at 50."""
+    """The second part of 100 neurons starts at 50."""
     _, notes = rewritten(large(slice(40, 51)), SplitEnsembles(max_neurons=64))
     assert notes == {"parts": {}}
     _, notes = rewritten(large(slice(40, 50)), SplitEnsembles(max_neurons=64))

@@ -303,7 +303,7 @@ def test_a_policy_with_other_observations_is_refused_before_the_run(tmp_path, sp
     assert (code, printed) == (2, "")
     assert error == (
         f"error: policy file '{file}': expected 69 observations and 19 actions, found 60 "
-        "observations and 19 actions; see docs/convert.md, 'What it refuses'\n"
+        "observations and 19 actions; see docs/convert.md, 'Refused policies'\n"
     )
     assert not out.exists()
 

@@ -8,7 +8,7 @@ from spikeport.errors import UsageError
 from spikeport.experiments.policy.settings import load_policy
 from tests.helpers.foreign import described
 
-WITH = "; see docs/convert.md, 'What it refuses'"
+WITH = "; see docs/convert.md, 'Refused policies'"
 
 
 def laughing(levels: int, merged: bool) -> str:

@@ -14,7 +14,7 @@ def test_what_does_not_match_is_refused_with_the_files_name() -> None:
         raise MismatchError("a horse", "a cow")
     assert str(caught.value) == (
         "policy file 'a/b.pt': expected a horse, found a cow; "
-        "see docs/convert.md, 'What it refuses'"
+        "see docs/convert.md, 'Refused policies'"
     )
 
 

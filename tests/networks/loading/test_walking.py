@@ -19,7 +19,7 @@ from spikeport.robot.description import DEFAULT_POSE, JOINTS
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
 N = len(JOINTS)
 POSE = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
-WITH = "; see docs/convert.md, 'What it refuses'"
+WITH = "; see docs/convert.md, 'Refused policies'"
 
 
 def test_our_own_file_is_read_with_its_joints_by_name(tmp_path):

@@ -15,7 +15,7 @@ from spikeport.networks import walking_policy
 from tests.helpers.chip_files import chip_file
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
-MADE = "; see docs/convert.md, 'What it refuses'"
+MADE = "; see docs/convert.md, 'Refused policies'"
 
 
 @pytest.fixture

@@ -1,0 +1,83 @@
+"""The English of documents, docstrings and comments: no sentence opens with a word for its noun.
+
+"Of ten robots, none fell", "What is left is 3 mm" and "Those are refused" make a reader look for
+what is meant: CONTRIBUTING.md asks for the noun.
+"""
+
+import ast
+import io
+import re
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+OPENERS = re.compile(r"(?:^|(?<=[.!?:] ))[(*_]*(?:What|Whether|Of|Those|That|All)\b.{,60}")
+NO_SENTENCE = re.compile(r"^( {4}|\s*$)")
+ITEM = re.compile(r"^\s*([-*|#]+|\d+\.)\s+")
+FOLDERS = ("docs", "compile", "backends", "experiments", "hardware_models", "networks", "robot")
+FOLDERS += ("training", "benchmarks", "examples", "tests", "src/spikeport")
+
+
+def paragraphs(text: str) -> Iterator[str]:
+    """Yield the paragraphs, items and rows of a document in Markdown, without its code."""
+    lines: list[str] = []
+    is_code = False
+    for line in [*text.splitlines(), ""]:
+        is_code ^= line.lstrip().startswith("```")
+        if is_code or NO_SENTENCE.match(line) or ITEM.match(line):
+            yield " ".join(lines)
+            lines = []
+        if not is_code and not NO_SENTENCE.match(line):
+            lines.append(ITEM.sub("", line).strip())
+
+
+def docstrings(code: str) -> Iterator[str]:
+    """Yield the paragraphs of all texts that stand by themselves in a module."""
+    for node in ast.walk(ast.parse(code)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
+            for text in re.split(r"\n\s*\n", str(node.value.value)):
+                yield " ".join(text.split())
+
+
+def comments(code: str) -> Iterator[str]:
+    """Yield comments, each with the lines that go on below it in the same column."""
+    text, end = "", (0, 0)
+    for token in tokenize.generate_tokens(io.StringIO(code).readline):
+        if token.type == tokenize.COMMENT:
+            goes_on = token.start == (end[0] + 1, end[1])
+            if not goes_on:
+                yield text
+            text = f"{text if goes_on else ''} {token.string.lstrip('# ')}".strip()
+            end = token.start
+    yield text
+
+
+def openers(texts: Iterator[str]) -> list[str]:
+    """Return the beginnings of the sentences that lack their noun."""
+    return [found.group() for text in texts for found in OPENERS.finditer(text)]
+
+
+def test_openers_are_found_and_other_sentences_are_not() -> None:
+    text = "# What is left\n\nNone.\nOf ten, none.\n\n- All fell: that is so.\n\n    Of code\n"
+    assert openers(paragraphs(text)) == ["What is left", "Of ten, none.", "All fell: that is so."]
+    code = 'def f():\n    """Return x.\n\n    Those.\n    """\n    # A word. That\n    # is it.\n'
+    assert openers(docstrings(code)) == ["Those."]
+    assert openers(comments(code)) == ["That is it."]
+
+
+@pytest.mark.parametrize("folder", ["", *FOLDERS])
+def test_no_document_opens_a_sentence_without_its_noun(root: Path, folder: str) -> None:
+    files = (root / folder).glob("*.md" if not folder else "**/*.md")
+    found = {str(path): openers(paragraphs(path.read_text(encoding="utf-8"))) for path in files}
+    assert {path: texts for path, texts in found.items() if texts} == {}
+
+
+@pytest.mark.parametrize("folder", FOLDERS)
+def test_no_docstring_or_comment_opens_a_sentence_without_its_noun(root: Path, folder: str) -> None:
+    found = {}
+    for path in (root / folder).rglob("*.py"):
+        code = path.read_text(encoding="utf-8")
+        found[str(path)] = [*openers(docstrings(code)), *openers(comments(code))]
+    assert {path: texts for path, texts in found.items() if texts} == {}
