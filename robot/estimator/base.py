@@ -1,4 +1,4 @@
-"""An estimator of the robot's motion, and a fix of its place from outside."""
+"""The interface of motion estimators, and the fix: a measurement of the place from outside."""
 
 from typing import NamedTuple, Protocol
 
@@ -9,7 +9,7 @@ from spikeport.robot.state import RobotState
 
 
 class Fix(NamedTuple):
-    """Place of the pelvis as measured from outside, by motion capture or odometry of others.
+    """Place of the pelvis as measured from outside, by motion capture or third-party odometry.
 
     Attributes
     ----------
@@ -18,7 +18,7 @@ class Fix(NamedTuple):
     yaw_rad : float or None
         Direction of the pelvis' x axis about the vertical; None where it is not measured.
     velocity : ndarray or None, (3,)
-        The pelvis' velocity in the world, m/s; None if not measured: filters find their own.
+        The pelvis' velocity in the world, m/s; None if not measured. Filters estimate their own.
     """
 
     position: np.ndarray
@@ -33,8 +33,8 @@ class StateEstimator(Protocol):
         """Start over, and return the motion at an observation.
 
         Without a fix, the pelvis is above the world's origin with its lowest sole at height 0, and
-        its heading is that of the IMU. Fixes that come later are in the frame of the one at the
-        reset: whoever has some, starts with one.
+        its heading is that of the IMU. Later fixes are in the frame of the fix at the reset,
+        so a caller that has fixes must also give one here.
         """
 
     def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
@@ -42,8 +42,8 @@ class StateEstimator(Protocol):
 
     @property
     def place_deviation_m(self) -> float | None:
-        """Standard deviation of the place in the plane, as the estimator has it; None if unknown.
+        """The estimator's standard deviation of the place in the plane; None if unknown.
 
-        It is the root of the sum of the variances along x and y, so it compares with the distance
-        from the true place.
+        It is the root of the sum of the variances along x and y, so it is comparable to the
+        distance from the true place.
         """

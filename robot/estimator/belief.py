@@ -1,4 +1,4 @@
-"""The filter's belief of the robot's motion, and how sure it is.
+"""The filter's belief about the robot's motion, and its uncertainty.
 
 The state is X = (R, v, p, d_1 ... d_n) in SE_(n+2)(3), and biases (b_g, b_a): orientation, velocity
 and place of the IMU in the world, and places of the contacts. Its error is right-invariant:
@@ -17,7 +17,7 @@ from spikeport.robot.estimator.group import Pose
 from spikeport.robot.estimator.legs import POINTS
 
 VELOCITY, PLACE, FIRST_CONTACT = 0, 1, 2
-"""Rows of a pose's vectors."""
+"""Rows of the vectors of a pose."""
 
 N_VECTORS = FIRST_CONTACT + len(POINTS)
 N_ERRORS = 3 + 3 * N_VECTORS + 6
@@ -29,12 +29,12 @@ GYROSCOPE_BIAS, ACCELEROMETER_BIAS = (
 
 
 def errors_of(row: int) -> slice:
-    """Return where the error of a pose's vector lies in the covariance."""
+    """Return the slice of the covariance that belongs to a vector of the pose."""
     return slice(3 + 3 * row, 6 + 3 * row)
 
 
 class Belief(NamedTuple):
-    """A state with its uncertainty; contacts that do not stand are at 0, and have no error.
+    """A state with its uncertainty; a contact that does not stand is at 0 and has no error.
 
     Attributes
     ----------
@@ -60,9 +60,9 @@ class Observation(NamedTuple):
     innovation : ndarray, (m,)
         z, observed minus expected.
     sensitivity : ndarray, (m, 27)
-        H, derivative of what is expected by a correction delta.
+        H, derivative of the expected value with respect to a correction delta.
     noise : ndarray, (m, m)
-        N, covariance of what is observed.
+        N, covariance of the observed value.
     """
 
     innovation: np.ndarray
@@ -80,7 +80,7 @@ def corrected(belief: Belief, observation: Observation) -> Belief:
     """
     innovation, sensitivity, noise = observation
     crossed = belief.covariance @ sensitivity.T
-    # S is symmetric, so its transpose solves the same: no inverse is formed.
+    # S is symmetric, so K^T = S^-1 (P H^T)^T: no inverse is formed.
     gain = np.linalg.solve(sensitivity @ crossed + noise, crossed.T).T
     delta = gain @ innovation
     kept = np.eye(N_ERRORS) - gain @ sensitivity

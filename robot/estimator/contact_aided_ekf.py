@@ -35,7 +35,7 @@ from spikeport.robot.state import RobotState
 
 @dataclass(frozen=True)
 class EkfNoise:
-    """The noise of sensors and contacts that the filter takes for granted.
+    """The noise of sensors and contacts that the filter assumes.
 
     Attributes
     ----------
@@ -44,13 +44,13 @@ class EkfNoise:
     joint_rad : float
         Standard deviation of joint angles.
     sole_m : float
-        By how much a sole's point is not where the joints say: soles and floor give way.
+        Standard deviation of a sole's point from its place by the joints: soles and floor yield.
     floor_m : float or None
-        By how much the floor is not level where a foot lands; None if it need not be level at all.
+        Standard deviation of the floor's height where a foot lands; None if it need not be level.
     fix : FixNoise
         The noise of a fix from outside.
     contact : ContactLimits
-        By which a point stands.
+        The limits by which a point counts as standing.
     tilt_rad, velocity_m_s, gyroscope_bias, accelerometer_bias : float
         Standard deviations at a reset; biases in rad/s and m/s^2.
     """
@@ -101,14 +101,14 @@ class ContactAidedEkf:
         self._heights_m = self._legs.radii_m + floor_m
         vectors, deviations = np.zeros((N_VECTORS, 3)), np.zeros(N_ERRORS)
         vectors[PLACE] = place + rotation @ IMU_OFFSET_M
-        # The heading is that of the world, or of the fix, by definition: it has no error.
+        # By definition, the heading is the world's or the fix's: it has no error.
         deviations[ROTATION] = noise.tilt_rad, noise.tilt_rad, 0.0
         deviations[errors_of(VELOCITY)] = noise.velocity_m_s
         deviations[GYROSCOPE_BIAS] = noise.gyroscope_bias
         deviations[ACCELEROMETER_BIAS] = noise.accelerometer_bias
         spread = np.eye(N_ERRORS)
-        # The place is that of the fix, whatever the tilt: xi_R x o + xi_p = 0. Else the next fix,
-        # far from the origin, would be taken for an observation of the tilt.
+        # The fix gives the place, whatever the error of the tilt: xi_R x o + xi_p = 0. Otherwise
+        # the filter would take the next fix, far from the origin, for an observation of the tilt.
         spread[errors_of(PLACE), ROTATION] = hat(place)
         covariance = spread @ np.diag(deviations**2) @ spread.T
         self.belief = Belief(Pose(rotation, vectors), np.zeros(3), np.zeros(3), covariance)
@@ -121,7 +121,7 @@ class ContactAidedEkf:
         """Propagate by the IMU, correct by the contacts, and by a fix if there is one."""
         dt_s = sensors.time_s - self._last.time_s
         if dt_s > 0:
-            # The mean of both ends is the rate over the step to second order.
+            # The mean of the rates at both ends is the step's rate to second order.
             gyroscope = (self._last.gyroscope + sensors.gyroscope) / 2
             imu = gyroscope, sensors.accelerometer
             self.belief = propagated(self.belief, *imu, self.standing, dt_s, self._noise.imu)
@@ -140,11 +140,11 @@ class ContactAidedEkf:
         return float(np.sqrt(np.trace(sensitivity @ self.belief.covariance @ sensitivity.T)))
 
     def _correct_by_feet(self, sensors: Sensors, dt_s: float) -> None:
-        """Correct by points that go on standing, forget those that do not, add new ones."""
+        """Correct by points that still stand, forget points that no longer do, and add new ones."""
         soles, waist = self._legs.soles(sensors.q), waist_rotation(sensors.q.item(WAIST))
         up = waist @ self.belief.pose.rotation[2]
         lowest = soles.points @ up - self._legs.radii_m
-        # One force a foot, for both of its points.
+        # Both points of a foot share its force.
         support = np.repeat(legs.support_n(soles, sensors.torque, up), 2)
         standing = self._detector.update(sensors.time_s, lowest, support)
         points = self._points(soles, waist)
@@ -160,7 +160,7 @@ class ContactAidedEkf:
         self.standing = standing
 
     def _add(self, points: Points, new: np.ndarray) -> None:
-        """Add contacts, on a level floor if it is to be one."""
+        """Add contacts, and correct them by a level floor if one is assumed."""
         if not new.any():
             return
         self.belief = footholds.added(self.belief, points, new)
@@ -181,10 +181,10 @@ class ContactAidedEkf:
     def _rolling(
         self, sensors: Sensors, soles: Soles, waist: np.ndarray, dt_s: float
     ) -> np.ndarray:
-        """Return by how much (4, 3) shapes roll that stand: (w_foot x radius e_z) dt."""
+        """Return how far the contact shapes roll, (4, 3) in m: (w_foot x radius e_z) dt."""
         rotation = self.belief.pose.rotation @ waist.T
-        # As measured: by the radius, a bias of 5 mrad/s is 0.1 mm/s; slip is taken to be 50.
-        # Errors with the believed bias subtracted, as in `_state`, differ by less than 1 %.
+        # The bias is not subtracted: times the radius, 5 mrad/s are 0.1 mm/s, and the assumed slip
+        # is 50 mm/s. With the believed bias subtracted, as in `_state`, errors differ by under 1 %.
         rate, waist_rad_s = sensors.gyroscope, sensors.dq.item(WAIST)
         pelvis = torso.pelvis_angular_velocity(rate, sensors.q.item(WAIST), waist_rad_s)
         feet = (soles.turning @ sensors.dq[: legs.LEG_JOINTS] + pelvis) @ rotation.T

@@ -1,7 +1,7 @@
-"""Says which points of the soles stand on the floor; an H1 has no sensors there.
+"""Detection of the sole points that stand on the floor; an H1 has no sensors there.
 
-A point stands if it is about as low as the lowest one, its foot carries weight, and both have been
-so for a while: a foot that lands still slides and sinks in.
+A point stands if it is about as low as the lowest point, its foot carries weight, and both have
+been true for a while: a foot that has just landed still slides and sinks in.
 """
 
 from dataclasses import dataclass
@@ -16,11 +16,11 @@ class ContactLimits:
     Attributes
     ----------
     height_m : float
-        The most by which it is above the lowest point.
+        The largest height of a standing point above the lowest point.
     support_n : float
-        The least that the torques of its leg say that it carries.
+        The smallest force on the foot, as computed from the torques of its leg.
     settling_s : float
-        For how long.
+        The time for which both must hold.
     """
 
     height_m: float = 0.01
@@ -36,7 +36,7 @@ class ContactDetector:
         self._low_since_s = np.full(n_points, np.inf)
 
     def update(self, time_s: float, heights_m: np.ndarray, supports_n: np.ndarray) -> np.ndarray:
-        """Return which points stand (n,), by their heights and by their feet's supports (n,)."""
+        """Return which points stand (n,), by their heights and their feet's forces (n,)."""
         limits = self._limits
         low = heights_m - heights_m.min() < limits.height_m
         low &= supports_n > limits.support_n

@@ -1,4 +1,4 @@
-"""The correction of a belief by a place, and a heading, from outside."""
+"""The correction of a belief by a place, and a heading, measured from outside."""
 
 from dataclasses import dataclass
 
@@ -26,7 +26,7 @@ class FixNoise:
 
 
 def displaced(belief: Belief) -> np.ndarray:
-    """Return the derivative (3, 27) of the pelvis' place by a correction delta.
+    """Return the derivative (3, 27) of the pelvis' place with respect to a correction delta.
 
     The pelvis is at o = p - R r, and a correction moves it by delta_p + delta_R x o.
     """
@@ -38,10 +38,10 @@ def displaced(belief: Belief) -> np.ndarray:
 
 
 def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Observation:
-    """Return what a fix observes.
+    """Return the observation that a fix makes.
 
-    A correction delta moves the pelvis as `displaced` says; its heading, that of e = R Rz(waist)^T
-    e_x, changes by (e_x (delta_R x e)_y - e_y (delta_R x e)_x) / (e_x^2 + e_y^2).
+    A correction delta moves the pelvis as in `displaced`. Its heading, the direction of
+    e = R Rz(waist)^T e_x, changes by (e_x (delta_R x e)_y - e_y (delta_R x e)_x) / (e_x^2 + e_y^2).
     """
     rotation, vectors = belief.pose
     pelvis = vectors[PLACE] - rotation @ IMU_OFFSET_M

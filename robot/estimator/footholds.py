@@ -24,14 +24,14 @@ _EYE = np.eye(3)
 
 
 class Points(NamedTuple):
-    """Points of the soles in the IMU's frame, as the joints say.
+    """Points of the soles in the IMU's frame, by the joints.
 
     Attributes
     ----------
     places : ndarray, (4, 3)
         h(q), m.
     covariances : ndarray, (4, 3, 3)
-        J cov(q) J^T, m^2, and what the shape gives way.
+        J cov(q) J^T plus the variance by which soles yield, m^2.
     """
 
     places: np.ndarray
@@ -39,11 +39,11 @@ class Points(NamedTuple):
 
 
 def standing_still(belief: Belief, points: Points, contacts: np.ndarray) -> Observation:
-    """Return what points observe that stand, for contacts (4,) of bool: z = R h + p - d.
+    """Return the observation of standing points, for contacts (4,) of bool: z = R h + p - d.
 
-    H = -I for the place and I for the contact: a correction moves the foot as the place, and the
-    contact as itself. The noise is R J cov(q) J^T R^T. Source: the paper's forward kinematic
-    measurement.
+    H = -I for the place and I for the contact: a correction of the place moves the foot, and one
+    of the contact moves the contact. The noise is R J cov(q) J^T R^T. Source: the paper's forward
+    kinematic measurement.
     """
     chosen = np.flatnonzero(contacts)
     rotation, vectors = belief.pose
@@ -62,10 +62,10 @@ def standing_still(belief: Belief, points: Points, contacts: np.ndarray) -> Obse
 def level(
     belief: Belief, contacts: np.ndarray, heights_m: np.ndarray, deviation_m: float
 ) -> Observation:
-    """Return what contacts (4,) of bool on a level floor observe: z = height - d_z.
+    """Return the observation that contacts (4,) of bool are on a level floor: z = height - d_z.
 
-    A correction delta moves d_z by (delta_d + delta_R x d)_z. ``heights_m`` (4,) are those of their
-    shapes' centres above the floor, ``deviation_m`` is their standard deviation.
+    A correction delta moves d_z by (delta_d + delta_R x d)_z. ``heights_m`` (4,) are the
+    world heights of the shapes' centres on that floor; ``deviation_m`` is their standard deviation.
     """
     chosen = np.flatnonzero(contacts)
     places = belief.pose.vectors[FIRST_CONTACT + chosen]
@@ -92,7 +92,7 @@ def forgotten(belief: Belief, contacts: np.ndarray) -> Belief:
 def added(belief: Belief, points: Points, contacts: np.ndarray) -> Belief:
     """Return a belief with contacts, ``(4,)`` of bool, that stand from now on.
 
-    d = R h + p, xi_d = xi_p + R J w_q: the new error is the place's, and the joints'.
+    d = R h + p, xi_d = xi_p + R J w_q: the new error is the place's plus the joints'.
     Source: the paper's addition of contacts.
     """
     rotation, vectors = belief.pose.rotation, belief.pose.vectors.copy()

@@ -1,4 +1,4 @@
-"""Leg odometry: the lowest points of the feet stand still.
+"""Leg odometry, which assumes that the lowest points of the feet stand still.
 
     v = -(J dq + omega x s) weighted by how low the points s are, then through a low-pass filter
 
@@ -24,7 +24,7 @@ class OdometryOptions:
     Attributes
     ----------
     lowness_m : float
-        A point that is this much above the lowest one counts 1/e of it.
+        A point this far above the lowest one has 1/e of its weight.
     filter_s : float
         Time constant of the velocity's low-pass filter.
     """
@@ -61,7 +61,7 @@ class LegOdometry:
         if dt_s > 0:
             self._time_s = sensors.time_s
             soles = self._legs.soles(sensors.q)
-            # expm1 keeps the digits of 1 - exp(-x) for steps that are short against the filter.
+            # expm1 keeps the digits of 1 - exp(-x) for steps much shorter than the time constant.
             share = -np.expm1(-dt_s / self._options.filter_s)
             measured = self._measured(sensors, soles, rotation[2])
             self._velocity = self._velocity + share * (measured - self._velocity)
@@ -73,11 +73,11 @@ class LegOdometry:
 
     @property
     def place_deviation_m(self) -> float | None:
-        """None: errors of the feet's slip and of the filter are not kept account of."""
+        """None: errors from slipping feet and from the filter are not tracked."""
         return None
 
     def _take(self, fix: Fix, rotation: np.ndarray, sensors: Sensors) -> np.ndarray:
-        """Replace place and heading by those of a fix; returns the pelvis' rotation."""
+        """Replace the place, and a measured heading, by a fix; return the pelvis' rotation."""
         self._floor_m += fix.position[2] - self._position[2]
         self._position = np.array(fix.position, dtype=float)
         if fix.yaw_rad is not None:
@@ -85,7 +85,7 @@ class LegOdometry:
         return self._pelvis(sensors)
 
     def _measured(self, sensors: Sensors, soles: Soles, up: np.ndarray) -> np.ndarray:
-        """Return (3,) the pelvis' velocity in its frame by which the lowest points stand still."""
+        """Return (3,) the pelvis' velocity, in its frame, if the lowest points stand still."""
         radii_m, joints = self._legs.radii_m, sensors.dq[:LEG_JOINTS]
         omega = _angular_velocity(sensors)
         turning = soles.turning @ joints
@@ -102,7 +102,7 @@ class LegOdometry:
         return float(np.max(self._legs.radii_m - soles.points @ rotation[2]))
 
     def _pelvis(self, sensors: Sensors) -> np.ndarray:
-        """Return (3, 3) the pelvis' rotation: the IMU's, turned as fixes have it."""
+        """Return (3, 3) the pelvis' rotation: by the IMU, turned to the heading of fixes."""
         own = torso.rotation(sensors.quaternion)
         return torso.turned(own @ torso.waist_rotation(sensors.q[WAIST]).T, self._turn_rad)
 

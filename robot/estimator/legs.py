@@ -1,8 +1,8 @@
-"""Kinematics of the legs: where the soles' points are, how joints move them, what they carry.
+"""Kinematics of the legs: the soles' points, how joints move them, and the forces on the feet.
 
 The legs are a copy of the H1's model without its torso and floor, its pelvis fixed at the origin,
-so everything is in the pelvis' frame. A leg has five joints; the first ten of
-``description.JOINTS`` are those of both.
+so everything is in the pelvis' frame. Each leg has five joints; the first ten of
+``description.JOINTS`` are the joints of both legs.
 """
 
 from typing import NamedTuple
@@ -31,9 +31,9 @@ class Soles(NamedTuple):
     points : ndarray, (4, 3)
         Centres of the shapes of `POINTS`, m.
     jacobians : ndarray, (4, 3, 10)
-        Derivatives of the points by the joints of the legs, m/rad.
+        Derivatives of the points with respect to the legs' joints, m/rad.
     turning : ndarray, (4, 3, 10)
-        Derivatives of the feet's rotation by them: angular velocity = turning dq.
+        Derivatives of the feet's rotation, likewise: angular velocity = turning dq.
     """
 
     points: np.ndarray
@@ -62,7 +62,7 @@ class Legs:
         self._bodies = [self._model.body(name).id for name in bodies]
 
     def soles(self, q: np.ndarray) -> Soles:
-        """Return where the soles' points are, for joint angles (10 or more,) of the legs first."""
+        """Return the soles at joint angles (10 or more,), the legs' first."""
         model, data = self._model, self._data
         data.qpos[:] = q[:LEG_JOINTS]
         mujoco.mj_kinematics(model, data)
@@ -79,11 +79,11 @@ def support_n(soles: Soles, torque: np.ndarray, up: np.ndarray) -> np.ndarray:
     """Return (2,) the upward forces in N on both feet, from the torques (10 or more,) of the legs.
 
     tau = -J^T f, solved for the force f at the middle of the foot, f = -(J J^T + DAMPING)^-1 J tau.
-    Weight and inertia of the legs are left out, so legs that swing have forces of their own; ``up``
+    Weight and inertia of the legs are left out, so a swinging leg has an apparent force; ``up``
     (3,) is the world's vertical in the pelvis' frame.
     """
     middle = soles.jacobians.reshape(2, 2, 3, 2, _LEG).mean(axis=1)  # (foot, axis, leg, joint)
-    # Each foot by its own leg: the other leg does not move it.
+    # Only a foot's own leg moves it.
     own = middle[[0, 1], :, [0, 1]]
     pulled = own @ torque[:LEG_JOINTS].reshape(2, _LEG, 1)
     forces = np.linalg.solve(own @ own.transpose(0, 2, 1) + DAMPING, pulled)

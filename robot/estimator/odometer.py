@@ -1,4 +1,4 @@
-"""Odometry of others as an estimate: place and velocity are theirs, tilt and rates the IMU's.
+"""Third-party odometry as an estimate: place and velocity from it, tilt and rates from the IMU.
 
     v = R^T v_world
 
@@ -16,10 +16,10 @@ from spikeport.robot.state import RobotState
 
 
 class Odometer:
-    """Estimator that returns fixes; without a new one, the last one's place and velocity."""
+    """Estimator that returns the place and velocity of the latest fix."""
 
     def __init__(self) -> None:
-        # Not at a reset: a robot that waits for its first command is damped after 40 ms.
+        # Made here, as a reset must be fast: a robot is damped if its first command is 40 ms late.
         self._legs = Legs()
 
     def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:

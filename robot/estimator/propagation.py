@@ -26,14 +26,14 @@ from spikeport.robot.estimator.belief import (
 from spikeport.robot.estimator.group import Pose, hat
 
 FREE_FALL_M_S2 = np.array([0.0, 0.0, -9.81])
-"""Acceleration of free fall, the g of the equations; an accelerometer at rest has the opposite."""
+"""Acceleration of free fall, g in the equations; an accelerometer at rest reads the opposite."""
 _FREE_FALL_HAT = hat(FREE_FALL_M_S2)
 _EYE = np.eye(3)
 
 
 @dataclass(frozen=True)
 class ImuNoise:
-    """Densities of noise, each times sqrt(Hz).
+    """Noise densities; each has the unit below per sqrt(Hz).
 
     Attributes
     ----------
@@ -54,10 +54,10 @@ class ImuNoise:
 
 
 def transition(belief: Belief, dt_s: float) -> np.ndarray:
-    """Return Phi (27, 27) = exp(A dt) up to dt^2, by which errors grow.
+    """Return the transition matrix of errors, Phi (27, 27) = exp(A dt), up to dt^2.
 
-    A is 0 but for hat(g) from rotation to velocity, I from velocity to place, and -Ad_X from the
-    biases, as these are measured in the IMU's frame.
+    A is 0 except for hat(g) from rotation to velocity, I from velocity to place, and -Ad_X from the
+    biases, which are in the IMU's frame.
     """
     a = np.zeros((N_ERRORS, N_ERRORS))
     a[errors_of(VELOCITY), ROTATION] = _FREE_FALL_HAT
@@ -71,9 +71,9 @@ def transition(belief: Belief, dt_s: float) -> np.ndarray:
 def growth(belief: Belief, standing: np.ndarray, noise: ImuNoise) -> np.ndarray:
     """Return (27, 27) the covariance that errors gain in a second, Ad_X Q Ad_X^T.
 
-    The accelerometer's noise is alike in all directions, and that of contacts is the floor's, so
-    that only the gyroscope's is turned. ``standing`` (4,) of bool says which contacts stand; others
-    have no errors.
+    The accelerometer's noise is the same in all directions, and the contacts' noise is in the
+    floor's frame, so only the gyroscope's noise is rotated. ``standing`` (4,) of bool says which
+    contacts stand; other contacts have no errors.
     """
     turning = group.turning(belief.pose)
     found, n = np.zeros((N_ERRORS, N_ERRORS)), GYROSCOPE_BIAS.start
@@ -112,7 +112,7 @@ def propagated(
     dt_s: float,
     noise: ImuNoise,
 ) -> Belief:
-    """Return a belief dt later, by the IMU's values (3,) meanwhile.
+    """Return the belief after dt, by the IMU's values (3,) during that time.
 
     P <- Phi (P + growth dt) Phi^T; see `growth` for ``standing``.
     """

@@ -17,7 +17,7 @@ _N = len(JOINTS)
 
 @dataclass(frozen=True)
 class SensorErrors:
-    """Errors of sensors: standard deviations of white noise a sample, and of constant biases.
+    """Errors of sensors: standard deviations of white noise per sample, and of constant biases.
 
     Attributes
     ----------
@@ -44,15 +44,15 @@ EXACT = SensorErrors()
 """Sensors without errors."""
 
 ROUGH = SensorErrors(0.01, 0.005, 0.1, 0.05, 0.0005, 0.05, 1.0)
-"""Sensors worse than those of a robot should be; an H1's were not measured."""
+"""Errors larger than a real robot's should be; an H1's were not measured."""
 
 
 class SimulatedSensors:
     """Sensors of a plant, read once after each of its steps.
 
     The accelerometer's value is the mean specific force since the last reading,
-    a = R^T ((v_k - v_{k-1}) / dt + g e_z), with the velocity v of the IMU: what an IMU that
-    integrates faster than it is read gives. At the first reading it is that of rest.
+    a = R^T ((v_k - v_{k-1}) / dt + g e_z), with the velocity v of the IMU: the value of an IMU that
+    integrates faster than it is read. The first reading is the value at rest.
 
     Parameters
     ----------
@@ -99,7 +99,7 @@ class SimulatedSensors:
             self._plant.model, self._plant.data, mujoco.mjtObj.mjOBJ_XBODY, self._torso, found, 0
         )
         omega, velocity = found[:3], found[3:]
-        # The IMU is off the torso's origin, and moves with its turning.
+        # The IMU is not at the torso's origin, so the torso's rotation moves it.
         return omega, velocity + np.cross(omega, rotation @ IMU_OFFSET_M)
 
     def _specific_force(self, time_s: float, velocity: np.ndarray) -> np.ndarray:

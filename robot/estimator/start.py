@@ -1,4 +1,4 @@
-"""The place that a robot is taken to be at when an estimator starts."""
+"""The pose from which an estimator starts."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ from spikeport.robot.link.signals import Sensors
 
 
 class Start(NamedTuple):
-    """A beginning.
+    """The start of an estimate.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Start(NamedTuple):
 
 
 def start(sensors: Sensors, soles: np.ndarray, radii_m: np.ndarray, fix: Fix | None) -> Start:
-    """Return the beginning at an observation: by a fix, or above the origin with the IMU's heading.
+    """Return the start at an observation: at a fix, or above the origin with the IMU's heading.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ def start(sensors: Sensors, soles: np.ndarray, radii_m: np.ndarray, fix: Fix | N
     soles : (4, 3) array
         Centres of the soles' shapes in the pelvis' frame, m.
     radii_m : (4,) array
-        Their radii.
+        Radii of these shapes, m.
     fix : Fix or None
         Place and heading; without one, the floor is at height 0.
     """

@@ -1,4 +1,4 @@
-"""The torso's IMU and the pelvis: a waist joint about z at the pelvis' origin lies between them.
+"""The torso's IMU and the pelvis, connected by a waist joint about z at the pelvis' origin.
 
     p_pelvis = p_imu - R_torso r,    R_pelvis = R_torso Rz(waist)^T
     omega_pelvis = Rz(waist) omega_torso - (0, 0, dwaist),    v_pelvis = v_imu - R_torso (omega x r)
@@ -13,7 +13,7 @@ from spikeport.robot.description import load
 from spikeport.robot.engine import mujoco
 
 IMU_OFFSET_M = np.array(load().site("torso_imu").pos)
-"""Place r of the IMU in the torso's frame, whose origin is the pelvis'."""
+"""Place r of the IMU in the torso's frame, which has its origin at the pelvis'."""
 
 
 def waist_rotation(waist_rad: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""The truth as an estimate: what a simulation has and no robot."""
+"""The true motion as an estimate, which only a simulation has."""
 
 from collections.abc import Callable
 
@@ -13,7 +13,7 @@ class Truth:
     Parameters
     ----------
     read : callable
-        Reads the motion, as ``lambda: plant.state``.
+        Reads the motion, such as ``lambda: plant.state``.
     """
 
     def __init__(self, read: Callable[[], RobotState]) -> None:
