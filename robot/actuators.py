@@ -1,4 +1,4 @@
-"""Switches a joint's actuator between torque and position control while the robot runs.
+"""The switch of a joint's actuator between torque and position control while the robot runs.
 
 An actuator's torque is ``gain ctrl + bias . (1, q, dq)``, clipped to the torque limit:
 
@@ -24,12 +24,12 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 
 _LAW = 3
-"""Numbers of an actuator's bias that a mode sets."""
+"""Number of the bias parameters of an actuator that a mode sets."""
 _INDEX = {joint: index for index, joint in enumerate(JOINTS)}
 
 
 def indices(joints: Sequence[str]) -> np.ndarray:
-    """Return the places of joints in a joint vector; UsageError for a name that is no joint."""
+    """Return the indices of joints in a joint vector; raise UsageError for an unknown name."""
     return _indices(tuple(joints))
 
 
@@ -44,12 +44,12 @@ def _indices(joints: tuple[str, ...]) -> np.ndarray:
 
 
 def values(what: str, numbers: ArrayLike, joints: Sequence[str]) -> np.ndarray:
-    """Return one finite number per joint, ``(n,)``; a single number serves all of them.
+    """Return one finite number per joint, ``(n,)``; a single number applies to all joints.
 
     Raises
     ------
     UsageError
-        The numbers do not fit the joints, or one is not finite.
+        The shape does not match the joints, or a number is not finite.
     """
     array = np.asarray(numbers, dtype=float)
     if array.shape not in ((), (len(joints),)):
@@ -79,7 +79,7 @@ def set_position_mode(
 
 
 class ActuatorCommand(NamedTuple):
-    """A command of all actuators, with the modes that it is meant for."""
+    """A command to all actuators, with the gains and biases of their modes."""
 
     ctrl: np.ndarray
     gain: np.ndarray
@@ -87,12 +87,12 @@ class ActuatorCommand(NamedTuple):
 
     @classmethod
     def of(cls, model: mujoco.MjModel, data: mujoco.MjData) -> "ActuatorCommand":
-        """Return a copy of what is set now."""
+        """Return a copy of the present command."""
         bias = model.actuator_biasprm[:, :_LAW]
         return cls(data.ctrl.copy(), model.actuator_gainprm[:, 0].copy(), bias.copy())
 
     def set_on(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
-        """Set it."""
+        """Set this command in a simulation."""
         data.ctrl[:] = self.ctrl
         model.actuator_gainprm[:, 0] = self.gain
         model.actuator_biasprm[:, :_LAW] = self.bias

@@ -1,4 +1,4 @@
-"""Alterations of the robot's body and floor, made in its model before that is compiled."""
+"""Alterations of the robot's body and floor, made in the model before it is compiled."""
 
 import numpy as np
 
@@ -10,21 +10,20 @@ from spikeport.robot.perturbation import MENAGERIE, URDF, Perturbation
 
 TORSO = "torso_link"
 WEAKEST = 1e-9
-"""The smallest scale of torque limits: MuJoCo takes a limit of 0 for none, and 1e-9 moves nothing.
-"""
+"""The smallest scale of torque limits: MuJoCo takes 0 as no limit, and 1e-9 moves nothing."""
 _MIRRORED_COM = np.array([1, -1, 1])
 _MIRRORED_INERTIA = np.array([1, 1, 1, -1, 1, -1])
 _FEET = {"foot1": "heel", "foot2": "sole", "foot3": "toe"}
-"""Menagerie's classes of contact shapes, and what they are called here."""
+"""Menagerie's classes of contact shapes, and their names here."""
 
 
 def alter(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
-    """Give a model another body, torques and friction, as a perturbation asks for.
+    """Change a model's body, torque limits and friction as a perturbation asks for.
 
     Raises
     ------
     MissingExtraError, UsageError
-        It asks for Menagerie's feet, which are not on this machine.
+        The perturbation asks for Menagerie's feet, which are not on this machine.
     """
     if perturbation.robot_model == URDF:
         _take_urdf(spec)
@@ -34,14 +33,14 @@ def alter(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
     for actuator in spec.actuators:
         actuator.forcerange *= max(perturbation.strength, WEAKEST)
     for geom in spec.geoms:
-        if geom.contype:  # what robots stand on; contacts take the friction of higher priority
+        if geom.contype:  # the floor; its higher priority makes contacts use its friction
             geom.friction[0], geom.priority = perturbation.friction, 1
 
 
 def _weigh(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
     for body in spec.bodies:
         body.mass *= perturbation.mass
-        # Heavier by density, so inertia grows with the mass.
+        # The density grows, so the inertia grows with the mass.
         body.fullinertia *= perturbation.mass
     torso = spec.body(TORSO)
     if torso.mass + perturbation.payload <= 0:
@@ -54,7 +53,7 @@ def _weigh(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
 
 
 def _take_urdf(spec: mujoco.MjSpec) -> None:
-    """Take masses, centres of mass, inertias and ranges of Unitree's URDF."""
+    """Take the masses, centres of mass, inertias and ranges of Unitree's URDF."""
     for name, link in urdf.figures()["links"].items():
         for side in SIDES if name.startswith("left_") else ("left",):
             body, right = spec.body(name.replace("left_", f"{side}_")), side == "right"
@@ -66,7 +65,7 @@ def _take_urdf(spec: mujoco.MjSpec) -> None:
 
 
 def _take_menagerie_feet(spec: mujoco.MjSpec) -> None:
-    """Take the contact shapes of Menagerie's feet: three capsules, of which two stand for ours."""
+    """Take the contact shapes of Menagerie's feet: three capsules, two of which replace ours."""
     theirs = mujoco.MjSpec.from_file(str(menagerie.model_file()))
     for side in SIDES:
         ankle = f"{side}_ankle_link"
@@ -75,5 +74,5 @@ def _take_menagerie_feet(spec: mujoco.MjSpec) -> None:
             shape, name = shapes[kind], f"{side}_{part}"
             geom = spec.geom(name) or spec.body(ankle).add_geom(spec.find_default("solid"))
             geom.name, geom.type = name, mujoco.mjtGeom.mjGEOM_CAPSULE
-            geom.pos = np.zeros(3)  # its ends say where it is
+            geom.pos = np.zeros(3)  # its end points place the capsule
             geom.size, geom.fromto = shape.size, shape.fromto

@@ -23,7 +23,7 @@ TASK_DAMPING = 0.02
 
 
 class H1ArmTerms(NamedTuple):
-    """The terms of the arm's dynamics for a controller; ``...`` is nothing or the number of poses.
+    """The terms of the arm's dynamics for a controller; ``...`` is empty or the number of poses.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class H1ArmTerms(NamedTuple):
 
 
 class ArmDynamics:
-    """The right arm's terms at any posture; holds a simulation of its own."""
+    """The right arm's terms at any posture, computed in a simulation of its own."""
 
     def __init__(self) -> None:
         self._model = load()
@@ -89,7 +89,7 @@ class ArmDynamics:
         """Bring everything that depends on the posture alone up to date; velocities stay 0."""
         self._data.qpos[self._qpos] = posture
         mujoco.mj_kinematics(self._model, self._data)
-        # The parts of mj_forward that posture, inertia and gravity need, and no others.
+        # Only the parts of mj_forward that posture, inertia and gravity need.
         mujoco.mj_comPos(self._model, self._data)
         mujoco.mj_crb(self._model, self._data)
 
@@ -97,11 +97,11 @@ class ArmDynamics:
 def _task_inertia(J: np.ndarray, M: np.ndarray) -> np.ndarray:
     """Return the damped inverses of ``J M^-1 J^T``, ``(n, 3, 3)``."""
     mobility = J @ np.linalg.solve(M, J.swapaxes(1, 2))
-    # Symmetric up to rounding: made so exactly, as `eigh` reads one half alone.
+    # Symmetric up to rounding; made exactly symmetric, as `eigh` reads only one triangle.
     s, V = np.linalg.eigh((mobility + mobility.swapaxes(1, 2)) / 2)
-    # The largest first, as of a singular value decomposition, which takes three times as long.
+    # Largest first, as from a singular value decomposition, which takes three times as long.
     s, V = s[:, ::-1], np.ascontiguousarray(V[..., ::-1])
-    # Forces stay bounded where the arm is stretched, and a direction has next to no mobility.
+    # Forces stay bounded where the arm is stretched and has almost no mobility in a direction.
     damped = s / (s**2 + (TASK_DAMPING * s[:, :1]) ** 2)
     inverses: np.ndarray = (V * damped[:, None, :]) @ V.swapaxes(1, 2)
     return inverses

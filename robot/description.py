@@ -1,4 +1,4 @@
-"""The Unitree H1: its model, its joints, the pose it stands in and its joint gains."""
+"""The Unitree H1: its model, its joints, its default pose and its joint gains."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -32,7 +32,7 @@ class Gain(NamedTuple):
     kd: float
 
 
-# Gains and pose are those the H1's walking policies are trained with (Isaac Lab, unitree H1).
+# The H1's walking policies are trained with these gains and this pose (Isaac Lab, unitree H1).
 _ARM_GAIN = Gain(40.0, 10.0)
 _GAINS = {
     "hip_yaw": Gain(150.0, 5.0),
@@ -78,8 +78,8 @@ def specified(appearance: str = "primitive") -> mujoco.MjSpec:
     Parameters
     ----------
     appearance : str
-        ``"primitive"``: boxes, capsules and ellipsoids, always there; ``"menagerie"``: the visual
-        meshes of MuJoCo Menagerie, which must already lie on this machine.
+        ``"primitive"``: boxes, capsules and ellipsoids, always available; ``"menagerie"``: the
+        visual meshes of MuJoCo Menagerie, which must already be on this machine.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Says when a simulation has left the numbers it can work with, and which number left first."""
+"""A check whether a simulation has diverged, which names the first quantity out of bounds."""
 
 from typing import NamedTuple
 
@@ -10,8 +10,8 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 
 STOP_MARGIN_RAD = 0.5
-"""The margin of a joint beyond its range: MuJoCo's stops are springs, and the knee's give way by
-0.44 rad when it runs into them under full torque."""
+"""The margin of a joint angle beyond its range: MuJoCo's joint stops are springs, and the knee's
+yield by 0.44 rad when the knee hits them under full torque."""
 
 
 class _Bound(NamedTuple):
@@ -25,8 +25,8 @@ class Watch:
     """Bounds on every element of a plant's state.
 
     Base position 1 km, base velocity 50 m/s and 50 rad/s, joint angle: its range and
-    `STOP_MARGIN_RAD` to either side, joint velocity 150 rad/s. Falling, walking and joints run
-    against their stops at full torque stay far inside.
+    `STOP_MARGIN_RAD` to either side, joint velocity 150 rad/s. A robot that walks, falls or drives
+    its joints against their stops at full torque stays well within these bounds.
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
@@ -54,7 +54,7 @@ class Watch:
         state : (nq + nv,) array
             Positions and velocities, as MuJoCo's ``qpos`` and ``qvel``.
         time_s : float
-            The time of that state, in s.
+            The time of the state, in s.
         """
         worst = self._first_outside(self._low, state, self._high)
         if worst == len(state):
@@ -69,7 +69,7 @@ class Watch:
 
 @compiled
 def _first_outside(low: np.ndarray, values: np.ndarray, high: np.ndarray) -> int:
-    """Return the first value that is out of its bounds or not a number; their number if none is."""
+    """Return the index of the first value out of bounds or NaN; ``len(values)`` if none is."""
     for i in range(len(values)):
         if not (low[i] <= values[i] <= high[i]):
             return i

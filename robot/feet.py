@@ -9,7 +9,7 @@ _PARTS = ("heel", "toe")
 
 
 class Feet:
-    """The feet of a model; shapes that touch anything touch the floor, as the model is made.
+    """The feet of a model, in which the robot's shapes can only touch the floor.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class Feet:
     def on_floor(self, data: mujoco.MjData) -> np.ndarray:
         """Return for each foot (2,), the left one first, whether it touches the floor."""
         on_floor = np.zeros(len(SIDES), dtype=bool)
-        # Contacts are few: a loop takes less than the calls of arrays that would replace it.
+        # Contacts are few, so a loop is faster than calls of NumPy.
         for geom in data.contact.geom.ravel().tolist():
             if geom in self._foot:
                 on_floor[self._foot[geom]] = True

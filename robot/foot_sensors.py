@@ -1,4 +1,4 @@
-"""Sensors at the feet of a simulated robot, which no real one has; they change no motion.
+"""Sensors at the feet of a simulated robot. Real H1s lack them, and they change no motion.
 
 Each foot gets the positions (m) and velocities (m/s) of its heel and toe, and whether and how it
 touches the floor (number of contacts, force in N), all in the world frame.
@@ -19,10 +19,10 @@ _NET_FORCE = 3
 
 
 class FootReadings(NamedTuple):
-    """Readings of the feet, left one first, behind the axes of what was read.
+    """Readings of the feet, left foot first, after the leading axes of the values.
 
-    ``points`` (2, 2, 3) are the centres of heel and toe in m, ``velocities`` (2, 2, 3) theirs in
-    m/s, and ``force_n`` (2,) is the strength of the force of the floor on each foot.
+    ``points`` (2, 2, 3) are the centres of heel and toe in m, ``velocities`` (2, 2, 3) their
+    velocities in m/s, and ``force_n`` (2,) is the magnitude of the floor's force on each foot.
     """
 
     points: np.ndarray
@@ -31,20 +31,20 @@ class FootReadings(NamedTuple):
 
 
 def readings(values: np.ndarray) -> FootReadings:
-    """Return what the sensors read, from their values (..., `VALUES`)."""
+    """Return the readings of the feet from the sensors' values (..., `VALUES`)."""
     feet = values.reshape(*values.shape[:-1], len(SIDES), -1)
     points, velocities, contact = np.split(feet, (6, 12), axis=-1)
     of_points = (*feet.shape[:-1], 2, 3)
-    # A contact has its number first, then its force.
+    # A contact sensor has the number of contacts first, then the force.
     force_n = np.linalg.norm(contact[..., 1:], axis=-1)
     return FootReadings(points.reshape(of_points), velocities.reshape(of_points), force_n)
 
 
 def add_foot_sensors(spec: mujoco.MjSpec) -> None:
-    """Add the sensors of both feet behind those that a model has, left foot first."""
+    """Add the sensors of both feet after the model's own sensors, left foot first."""
     kind, thing, data = mujoco.mjtSensor, mujoco.mjtObj, mujoco.mjtConDataField
     fields = 1 << int(data.mjCONDATA_FOUND) | 1 << int(data.mjCONDATA_FORCE)
-    # Behind the model's own: what reads those counts from the front.
+    # Last, as the readers of the model's own sensors count them from the front.
     for foot in SIDES:
         for sensor in (kind.mjSENS_FRAMEPOS, kind.mjSENS_FRAMELINVEL):
             for part in ("heel", "toe"):

@@ -22,7 +22,7 @@ class History:
         self._count = 0
 
     def record(self, data: mujoco.MjData) -> Floats:
-        """Copy the present state into the ring, over the oldest one; returns qpos and qvel."""
+        """Copy the present state into the ring, over the oldest one; return qpos and qvel."""
         row: Floats = self._rows[self._count % len(self._rows)]
         mujoco.mj_getState(self._model, data, row, self._parts)
         self._count += 1
@@ -31,7 +31,7 @@ class History:
     def arrays(self) -> dict[str, np.ndarray]:
         """Return times (n,), qpos (n, 26), qvel (n, 25) and ctrl (n, 19), the oldest first."""
         kept = min(self._count, len(self._rows))
-        # Steps in the order of time, at their places in the ring.
+        # The rows of the ring in the order of time.
         order = np.arange(self._count - kept, self._count) % len(self._rows)
         time, qpos, qvel, ctrl = np.split(self._rows[order], self._ends, axis=1)
         return {"time_s": time[:, 0], "qpos": qpos, "qvel": qvel, "ctrl": ctrl}

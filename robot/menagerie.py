@@ -1,4 +1,4 @@
-"""The visual meshes of MuJoCo Menagerie's H1 on our bodies; never downloads anything."""
+"""The visual meshes of MuJoCo Menagerie's H1 on our model's bodies; nothing is downloaded."""
 
 from pathlib import Path
 
@@ -14,15 +14,15 @@ NAME = "unitree_h1"
 def model_file() -> Path:
     """Return the XML file of Menagerie's H1 on this machine.
 
-    It is looked for under the environment variable MENAGERIE_ROOT (a checkout of Menagerie) and
-    then in the cache of the package ``mujoco-menagerie``.
+    The file is looked for in the folder of the environment variable MENAGERIE_ROOT (a checkout of
+    Menagerie), or, without one, in the cache of the package ``mujoco-menagerie``.
 
     Raises
     ------
     MissingExtraError
         The package ``mujoco-menagerie`` is absent.
     UsageError
-        The model lies in neither place.
+        The model is not there.
     """
     try:
         import mujoco_menagerie
@@ -39,7 +39,7 @@ def model_file() -> Path:
 
 
 def dress(spec: mujoco.MjSpec) -> None:
-    """Replace our visual geoms by the meshes Menagerie hangs on bodies of the same name.
+    """Replace our visual geoms by the meshes of Menagerie's bodies of the same name.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ class Mirror(NamedTuple):
 
 
 def joined(*mirrors: Mirror) -> Mirror:
-    """Return the mirror of parts that lie one behind the other."""
+    """Return the mirror of concatenated parts."""
     starts = np.cumsum([0, *(len(m.order) for m in mirrors)])
     order = [m.order + start for m, start in zip(mirrors, starts, strict=False)]
     return Mirror(np.concatenate(order), np.concatenate([m.sign for m in mirrors]))

@@ -1,4 +1,4 @@
-"""Perturbations: how robot and surroundings differ from what controllers are made for."""
+"""Perturbations: differences of robot and surroundings from those that controllers are made for."""
 
 import math
 from dataclasses import dataclass, fields
@@ -36,15 +36,16 @@ class Perturbation:
     """The perturbations of a simulated robot; by default none.
 
     ``robot_model`` is ``own``, ``urdf`` (masses and ranges of Unitree's h1.urdf) or ``menagerie``
-    (the feet of MuJoCo Menagerie's H1, which must lie on this machine). ``friction`` is the floor's
+    (the feet of MuJoCo Menagerie's H1, which must be on this machine). ``friction`` is the floor's
     coefficient. ``mass`` scales all masses and inertias, ``payload`` adds kg to the torso, and
     ``com_x`` and ``com_y`` move its centre of mass forwards and to the left, in m. ``gains`` scales
-    those of the joints, ``strength`` their torque limits. ``action_delay`` and
+    the gains of the joints, ``strength`` their torque limits. ``action_delay`` and
     ``observation_delay`` are in s. ``sensor_noise`` scales the noise of `robot.senses`. ``push``
-    changes the horizontal velocity by so many m/s in a drawn direction, about every ``push_every``
-    s. ``terrain`` is ``flat``, ``slope:DEGREES``, ``boxes:M`` or ``relief:M`` (`robot.terrain`).
-    ``estimator`` finds the motion that policy and follower observe: ``truth``, ``leg-odometry`` or
-    ``ekf``. Noise and delays of observations are theirs as well; the arm observes the truth.
+    changes the horizontal velocity by this many m/s in a random direction, about every
+    ``push_every`` s. ``terrain`` is ``flat``, ``slope:DEGREES``, ``boxes:M`` or ``relief:M``
+    (`robot.terrain`). ``estimator`` finds the motion that policy and follower observe: ``truth``,
+    ``leg-odometry`` or ``ekf``. Noise and delays affect only these observations; the arm observes
+    the truth.
     """
 
     robot_model: str = OWN
@@ -64,7 +65,7 @@ class Perturbation:
     estimator: str = TRUTH
 
     def __post_init__(self) -> None:
-        """Check the values; UsageError says what is wrong."""
+        """Check the values; raise UsageError for the first wrong one."""
         if self.robot_model not in ROBOT_MODELS:
             raise unknown("robot_model", self.robot_model, ROBOT_MODELS)
         if self.estimator not in ESTIMATORS:
@@ -79,7 +80,7 @@ class Perturbation:
 
     @property
     def perturbation(self) -> "Perturbation":
-        """The perturbation alone, of settings that have more fields."""
+        """The perturbation alone, without the other fields of a subclass."""
         return Perturbation(**{one.name: getattr(self, one.name) for one in fields(Perturbation)})
 
 

@@ -1,4 +1,4 @@
-"""The robot with a perturbation: another body on another floor, pushed, late and badly sensed."""
+"""The robot with a perturbation: a changed body and floor, pushes, delays and sensor noise."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -19,16 +19,16 @@ from spikeport.robot.state import RobotState
 from spikeport.robot.terrain import find_terrain
 
 _STREAM = 1
-"""Beside the seed of a run: what is drawn here is not what a posture is drawn from."""
+"""Seeds the draws here together with a run's seed, so that they differ from the posture's."""
 
 
 class PerturbedPlant(Plant):
-    """The H1 as a perturbation has it, with sensors at its feet.
+    """The H1 under a perturbation, with sensors at its feet.
 
     Parameters
     ----------
     perturbation : Perturbation
-        The differences from `Plant`; what a run draws of them depends on its seed.
+        The differences from `Plant`; their random parts depend on the seed of a run.
     anchored, appearance
         As `Plant`.
 
@@ -64,7 +64,7 @@ class PerturbedPlant(Plant):
         posture_rad: Mapping[str, float] = MappingProxyType({}),
         perturbation_rad: float = 0.02,
     ) -> None:
-        """Start over; see `Plant.reset`. The seed draws pushes, noise and the floor too."""
+        """Start over; see `Plant.reset`. The seed also determines pushes, noise and floor."""
         asked, rng = self._perturbation, np.random.RandomState([_STREAM, seed])
         self._terrain = self._terrain.begin(self.model, rng)
         super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)
@@ -73,29 +73,29 @@ class PerturbedPlant(Plant):
         self._senses = Senses(self, asked, self._steps(asked.observation_delay), rng)
 
     def step(self) -> None:
-        """Advance the physics by ``dt_s`` under the commands of some time ago; see `Plant.step`."""
+        """Advance the physics by ``dt_s`` under the delayed commands; see `Plant.step`."""
         wanted = self._command()
-        # Appended, then taken: a delay of no steps gives back the same command.
+        # Append, then pop: a delay of no steps returns the same command.
         self._commands.append(wanted)
         self._commands.popleft().set_on(self.model, self.data)
         push = self._pushes.due(self.time_s)
         if push is not None:
             self.data.qvel[:2] += push
-            # Quantities that depend on velocities are computed anew after the jump.
+            # Recompute the quantities that depend on velocities after the jump.
             mujoco.mj_step1(self.model, self.data)
         super().step()
-        # Ports read the command as it was set, not the one that acts now.
+        # Ports read the command that was set, not the delayed one that acts now.
         wanted.set_on(self.model, self.data)
         self._senses.look()
 
     @property
     def state(self) -> RobotState:
-        """The motion of the robot, as its controllers know it."""
+        """The motion of the robot, as its controllers observe it."""
         return self._senses.state
 
     @property
     def in_plane(self) -> np.ndarray:
-        """Heading in rad, place in m and velocity in m/s, (5,), as controllers know it."""
+        """Heading in rad, place in m and velocity in m/s, (5,), as controllers observe it."""
         return self._senses.in_plane
 
     def floor_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -39,12 +39,12 @@ class Plant:
 
     joints = JOINTS
     _gain_scale = 1.0
-    """The factor of all gains that joints are driven with."""
+    """The factor on all gains of the joints."""
 
     def __init__(self, *, anchored: bool = False, appearance: str = "primitive") -> None:
         self.model = self._compiled(appearance)
         self.data = mujoco.MjData(self.model)
-        # MuJoCo makes such a view anew each time that it is asked for one.
+        # Kept, as MuJoCo makes a new view at each access.
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
         self._pelvis = self.data.xmat[PELVIS]
         self._anchored_at_reset = anchored
@@ -72,12 +72,12 @@ class Plant:
 
     @property
     def state(self) -> RobotState:
-        """The present motion of the robot, as its controllers know it."""
+        """The present motion of the robot, as its controllers observe it."""
         return read(self.data)
 
     @property
     def in_plane(self) -> np.ndarray:
-        """Heading in rad, place in m and velocity in m/s, (5,), as controllers know it."""
+        """Heading in rad, place in m and velocity in m/s, (5,), as controllers observe it."""
         return self.true_in_plane
 
     @property
@@ -103,7 +103,7 @@ class Plant:
         posture_rad: Mapping[str, float] = MappingProxyType({}),
         perturbation_rad: float = 0.02,
     ) -> None:
-        """Start over near a pose, every joint holding it with its default gains.
+        """Start over near a pose, which all joints hold with their default gains.
 
         A free robot stands with its lowest sole on the floor; an anchored one hangs with its pelvis
         at 1.06 m and its torso at 0.
@@ -115,7 +115,7 @@ class Plant:
         posture_rad : mapping of str to float, optional
             Angles of joints that start elsewhere than in the default pose.
         perturbation_rad : float
-            Each joint angle is moved by a number drawn uniformly from +- this.
+            Each joint angle is moved by a random angle, uniform within +- this.
 
         Raises
         ------
@@ -143,10 +143,10 @@ class Plant:
         Parameters
         ----------
         pose : array_like, (7,), optional
-            Position in m and orientation (w, x, y, z) of the pelvis; by default those of now. The
-            weld gives: a robot is moved by steps that are small.
+            Position in m and orientation (w, x, y, z) of the pelvis; by default the present ones.
+            The weld is elastic, so move a robot in small steps.
         torso_rad : float, optional
-            Angle of the torso; by default that of now.
+            Angle of the torso; by default the present one.
         """
         pose = self.data.qpos[:7] if pose is None else np.asarray(pose, dtype=float)
         torso_rad = self.data.joint("torso").qpos[0] if torso_rad is None else torso_rad
@@ -222,12 +222,12 @@ class Plant:
         self.data.ctrl[index] = np.minimum(np.maximum(torques, weakest), strongest)
 
     def _enters(self, mode: object, joints: Sequence[str]) -> bool:
-        """Return whether joints change to a mode; a change takes longer than a physics step."""
+        """Return whether joints change to a mode, as a change takes longer than a physics step."""
         together = tuple(joints)
         if self._modes.get(together) == mode:
             return False
-        # Any earlier group with one of these joints is broken up: its joints may be in different
-        # modes now.
+        # Forget every other group with one of these joints: its joints may now be in different
+        # modes.
         others = {k: m for k, m in self._modes.items() if not set(k) & set(together)}
         self._modes = {**others, together: mode}
         return True
@@ -240,18 +240,18 @@ class Plant:
         DivergedError
             A quantity of the state is not finite or out of the bounds of `divergence.Watch`.
         """
-        # Second half of this step, then first half of the next: sensors, sites and pictures are
-        # then those of the new state, not of the one before it.
+        # Second half of this step, then first half of the next: sensors, sites and pictures then
+        # show the new state, not the one before it.
         mujoco.mj_step2(self.model, self.data)
         self._watch.check(self._history.record(self.data), self.data.time)
         mujoco.mj_step1(self.model, self.data)
 
     def close(self) -> None:
-        """Leave the robot; here it is a simulation, and nothing is held."""
+        """Release the robot; a simulation has nothing to release."""
 
     @property
     def link(self) -> dict[str, object] | None:
-        """The figures of a link to the robot; None where it is this simulation."""
+        """The figures of the link to the robot; None for a simulation without a link."""
         return None
 
     def history(self) -> dict[str, np.ndarray]:

@@ -24,10 +24,10 @@ class Pushes:
         self._next_s = self._later(0.0) if speed_m_s else np.inf
 
     def due(self, time_s: float) -> np.ndarray | None:
-        """Return the change (2,) of the velocity in the world, m/s, if a push is due by a time."""
+        """Return the velocity change (2,) in the world, m/s, if a push is due, else None."""
         if time_s < self._next_s:
             return None
-        # Drawn before the direction: the order of draws is part of a run.
+        # Drawn before the direction: another order of draws would give other runs.
         self._next_s = self._later(time_s)
         direction = self._rng.uniform(-np.pi, np.pi)
         return self._speed_m_s * np.array((np.cos(direction), np.sin(direction)))

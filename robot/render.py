@@ -12,7 +12,7 @@ from spikeport.errors import RenderError, UsageError, unknown
 from spikeport.robot.engine import mujoco
 
 _ADDED_SHAPES = 2000
-"""Shapes of a scene beside those of its model: marks, and what MuJoCo adds, such as sites."""
+"""Shapes of a scene besides those of its model: marks, and MuJoCo's additions, such as sites."""
 
 
 class Mark(NamedTuple):
@@ -38,9 +38,9 @@ class Renderer:
     model : mujoco.MjModel
         The model to draw, e.g. ``Plant.model``.
     width, height : int
-        Size of the picture in pixels, at most that of the model's framebuffer.
+        Size of the picture in pixels, at most the size of the model's framebuffer.
     camera : str
-        Name of a camera of the model: of the H1 ``"front"`` (upper body) or ``"track"`` (whole).
+        Name of a camera of the model; the H1 has ``"front"`` (upper body) and ``"track"`` (whole).
 
     Raises
     ------
@@ -88,7 +88,7 @@ class Renderer:
         return pixels[::-1].copy()  # OpenGL's first row is the lowest
 
     def close(self) -> None:
-        """Give the graphics context back; the renderer cannot draw afterwards."""
+        """Free the graphics context; the renderer cannot draw afterwards."""
         self._gl.make_current()
         self._context.free()
         self._gl.free()
@@ -115,7 +115,7 @@ def _check_size(model: mujoco.MjModel, width: int, height: int) -> None:
 
 
 def _context_class() -> Callable[[int, int], _GLContext]:
-    """Leave it to mujoco if MUJOCO_GL or a display says so, else EGL, which needs no display."""
+    """Return mujoco's choice if MUJOCO_GL or a display is set, or off Linux; otherwise EGL."""
     stated = any(os.environ.get(name) for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"))
     chosen: Callable[[int, int], _GLContext]
     if stated or sys.platform != "linux":

@@ -1,8 +1,8 @@
-"""A robot's motion as its controller knows it: by an estimator, with noise, and late.
+"""A robot's motion as its controller observes it: estimated, noisy and delayed.
 
-With the truth, noise is uniform within ``sensor_noise`` times `WIDTHS`, which are those that Isaac
-Lab's velocity tasks add to observations; their noise of gravity is a tilt of the pelvis here. With
-an estimator it is the noise of sensors, ``sensor_noise`` times `ROUGH` of
+With the truth, the noise is uniform within ``sensor_noise`` times `WIDTHS`, the widths that Isaac
+Lab's velocity tasks add to observations; their noise on gravity is a tilt of the pelvis here. With
+an estimator, the sensors have the noise: ``sensor_noise`` times `ROUGH` of
 `robot.estimator.simulated_sensors`.
 """
 
@@ -36,7 +36,7 @@ WIDTHS = Widths()
 
 
 class Senses:
-    """The senses of a robot in a run, which begins where the robot is now.
+    """The senses of a robot in a run, which begins at the robot's present state.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class Senses:
     perturbation : Perturbation
         Its estimator, noise and delay of observations.
     delay_steps : int
-        Steps of the physics by which observations are late.
+        Delay of observations, in steps of the physics.
     rng : numpy.random.RandomState
         Draws the noise.
     """
@@ -64,17 +64,17 @@ class Senses:
             errors = {name: self._noise * rough for name, rough in asdict(ROUGH).items()}
             self._sensors = SimulatedSensors(plant, SensorErrors(**errors), rng.randint(2**31))
             self._estimator = BY_SENSORS[perturbation.estimator]()
-        # Filled with the first observation: a late sensor reads where the run began.
+        # Filled with the first observation: until the delay has passed, sensors read the start.
         self._late = deque([self._begun()] * (delay_steps + 1), delay_steps + 1)
 
     @property
     def state(self) -> RobotState:
-        """The motion as it is known now."""
+        """The motion as observed now."""
         return self._late[0]
 
     @property
     def in_plane(self) -> np.ndarray:
-        """Heading in rad, place in m and velocity in m/s, (5,), as known now."""
+        """Heading in rad, place in m and velocity in m/s, (5,), as observed now."""
         return in_plane(self.state)
 
     def look(self) -> None:
@@ -95,7 +95,7 @@ class Senses:
         if not self._noise:
             return true
         quaternion = np.empty(4)
-        # The vector part of a small turn's quaternion is half its angle.
+        # The vector part of a small rotation's quaternion is half its angle.
         tilt = np.array([1.0, *self._drawn(WIDTHS.tilt / 2, 2), 0.0])
         mujoco.mju_mulQuat(quaternion, true.base_quaternion, tilt / np.linalg.norm(tilt))
         return RobotState(

@@ -7,7 +7,7 @@ import numpy as np
 from spikeport.robot.engine import mujoco
 
 PELVIS = 1
-"""MuJoCo's number of the pelvis: the world is 0, and the robot's tree begins with it."""
+"""MuJoCo's number of the pelvis, the root of the robot's tree; the world is body 0."""
 
 
 class RobotState(NamedTuple):

@@ -2,14 +2,14 @@
 
 =======================  ===========================================================
 ``flat``                 a plane
-``slope:DEGREES``        a plane that rises ahead of the robot; negative ones fall
-``slope:DEGREES:SIDE``   the same, rising in direction SIDE in degrees, 90 is to the left
-``boxes:M``              boxes of 0.4 m, each of a height from 0 to M m
+``slope:DEGREES``        a plane that rises ahead of the robot; negative angles fall
+``slope:DEGREES:SIDE``   a plane that rises in direction SIDE in degrees; 90 is to the left
+``boxes:M``              boxes of 0.4 m, each with a random height from 0 to M m
 ``relief:M``             waves of about 1 m, from 0 to M m
 =======================  ===========================================================
 
-Uneven floors are squares of 24 m on a flat floor, drawn once; each run begins elsewhere in one,
-which a seed draws.
+An uneven floor is a square of 24 m on a flat floor, drawn once. The seed of a run draws the place
+on it where the robot starts.
 """
 
 import functools
@@ -36,26 +36,26 @@ SHIFT_M = 3.0
 DEEP_M = 0.5
 """The depth of boxes below their tops."""
 BELOW_M = 0.001
-"""The depth of the flat floor below: a foot does not touch both."""
+"""The depth of the flat floor below an uneven one, so that a foot does not touch both."""
 SEED = 0
 
 
 class Floor(Protocol):
-    """A floor."""
+    """A floor that a robot can walk on."""
 
     def lay(self, spec: mujoco.MjSpec) -> None:
-        """Lay it into the model of a robot on a flat floor."""
+        """Add the floor to the model of a robot on a flat floor."""
 
     def begin(self, model: mujoco.MjModel, rng: np.random.RandomState) -> "Floor":
-        """Begin a run on it, and return it as it lies then."""
+        """Place the floor for a new run, and return the placed floor."""
 
     def height_m(self, x: Floats, y: Floats) -> Floats:
-        """Return (...) heights above the start's level at places (...) in m."""
+        """Return heights (...) above the start's level at places (...), in m."""
 
 
 @dataclass(frozen=True)
 class Slope:
-    """A plane of an angle in rad that rises in a direction in rad."""
+    """A plane that rises by an angle in a direction."""
 
     angle_rad: float = 0.0
     direction_rad: float = 0.0
@@ -64,7 +64,7 @@ class Slope:
         """Tilt the floor."""
         if self.angle_rad:
             half, c, s = self.angle_rad / 2, np.cos(self.direction_rad), np.sin(self.direction_rad)
-            # Half the angle, about the axis in the plane at right angles to the direction of
+            # Half the angle, about the horizontal axis at right angles to the direction of
             # rising.
             spec.geom("floor").quat = [np.cos(half), np.sin(half) * s, -np.sin(half) * c, 0]
 
@@ -106,7 +106,7 @@ class Uneven:
 
     @property
     def cell_m(self) -> float:
-        """The distance of the heights in the table."""
+        """The distance between neighbouring heights of the table."""
         return GRID_M if self.smooth else BOX_M
 
     def table_m(self) -> Floats:
@@ -116,7 +116,7 @@ class Uneven:
     def lay(self, spec: mujoco.MjSpec) -> None:
         """Lay the floor above the flat one."""
         body = spec.worldbody.add_body(name=BODY)
-        # MuJoCo's bits: it touches what floors touch, and boxes do not touch each other.
+        # MuJoCo's contact bits: the robot touches this floor, and boxes do not touch each other.
         touched = {"contype": 1, "conaffinity": 0, "rgba": [0.6, 0.62, 0.65, 1]}
         table, half = self.table_m(), SIZE_M / 2
         if self.smooth:
@@ -156,11 +156,11 @@ class Uneven:
 
 @functools.cache
 def _drawn(smooth: bool) -> Floats:
-    """Return shares (n, n) of the largest height, for boxes or at the points of a relief."""
+    """Return heights (n, n) of boxes, or of the points of a relief, as shares of the largest."""
     n = round(SIZE_M / (GRID_M if smooth else BOX_M)) + int(smooth)
     drawn = np.random.RandomState(SEED).uniform(size=(n, n))
     if smooth:
-        # Smoothing lowers the waves: they are stretched again to cover 0 to 1.
+        # Smoothing lowers the waves, so they are stretched to cover 0 to 1 again.
         drawn = gaussian_filter(drawn, WAVE_M / GRID_M, mode="wrap")
         drawn = (drawn - drawn.min()) / (drawn.max() - drawn.min())
     drawn.setflags(write=False)
@@ -173,7 +173,7 @@ def find_terrain(text: str) -> Floor:
     Raises
     ------
     UsageError
-        If it names none, or one that is too steep or too high.
+        If the text names no floor, or one that is too steep or too high.
     """
     kind, *numbers = text.split(":")
     values = _numbers(text, numbers)

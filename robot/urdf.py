@@ -17,7 +17,7 @@ def figures() -> dict[str, Any]:
 
 
 def ranges_rad() -> dict[str, tuple[float, float]]:
-    """Return the range of each joint that has another one than in h1.xml."""
+    """Return the range of each joint whose range differs from that in h1.xml."""
     return {
         # A range holds for both sides: the URDF's are symmetric.
         joint: (low, high)

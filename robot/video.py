@@ -1,4 +1,4 @@
-"""Pictures into an mp4 file, which appears complete or not at all."""
+"""A writer of pictures to an mp4 file, which appears complete or not at all."""
 
 import os
 from importlib.util import find_spec
@@ -13,7 +13,7 @@ from spikeport.extras import missing
 
 
 class _Writer(Protocol):
-    """A writer of imageio, which has no types."""
+    """The interface of imageio's writers, as imageio has no types."""
 
     def append_data(self, im: np.ndarray) -> None: ...
     def close(self) -> None: ...
@@ -22,7 +22,7 @@ class _Writer(Protocol):
 class VideoWriter:
     """Writer of frames of one even size as H.264; use it as a context manager.
 
-    Leaving the context puts the file at ``path``; leaving it by an error leaves nothing.
+    Leaving the context puts the file at ``path``; leaving it with an error leaves no file.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class VideoWriter:
 def _open(path: Path, fps: float) -> _Writer:
     import imageio.v2 as imageio
 
-    # 4:2:0 colour and no rounding of the size to blocks of 16: what every player shows unscaled
+    # 4:2:0 colour, and a size not rounded to blocks of 16: every player shows this unscaled
     return imageio.get_writer(
         path, format="FFMPEG", fps=fps, codec="libx264", pixelformat="yuv420p", macro_block_size=2
     )

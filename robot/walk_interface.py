@@ -36,12 +36,12 @@ PARTS = {
 rad from the default pose, rad/s, and actions; the first three are vectors in the pelvis frame."""
 
 COMMAND_CHANGE_PER_S = np.array([1.0, 1.0, 2.0])
-"""The most by which commands change in a second: m/s^2, m/s^2 and rad/s^2."""
+"""The largest change of a command per second: m/s^2, m/s^2 and rad/s^2."""
 
 LOWEST_PELVIS_M = 0.7
 SMALLEST_UPRIGHT = float(np.cos(np.pi / 4))
-"""A robot has fallen whose pelvis is lower than this above the ground, or whose pelvis' vertical
-axis points upwards by a smaller share: it is tilted by more than 45 degrees."""
+"""A robot has fallen if its pelvis is lower than the first above the ground, or the upward part of
+its pelvis' vertical axis is smaller than the second: a tilt of more than 45 degrees."""
 
 OBSERVATION_SIZE = 69
 ACTION_SIZE = len(JOINTS)
@@ -58,7 +58,7 @@ def gravity(quaternion: ArrayLike) -> np.ndarray:
 
 
 def _down(w: Number, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """Return the direction, of numbers or of arrays of them."""
+    """Return gravity's direction, for numbers or for arrays."""
     return -2 * (x * z - w * y), -2 * (y * z + w * x), -(1 - 2 * (x * x + y * y))
 
 
