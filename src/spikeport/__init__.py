@@ -16,7 +16,7 @@ A network is compiled for a chip, and runs on an emulator that computes the chip
     >>> sim.report()["resources"]["cores"]["used"]
     1
 
-Or compile it alone, and keep the image, which runs where no Nengo is installed:
+Or only compile it, and keep the image, which runs without Nengo:
 
     >>> compilation = spikeport.compile_network(network)
     >>> compilation.image.save("network.npz")

@@ -42,7 +42,7 @@ from spikeport.errors import SpikeportError, printable
 
 
 class CommandGroup(typer.core.TyperGroup):
-    """The commands; one that is interrupted says so, where typer would exit in silence."""
+    """The group of commands. It reports an interrupt, where typer would exit in silence."""
 
     def invoke(self, ctx: Any) -> object:
         """Run a command."""
@@ -90,7 +90,7 @@ ReportPage = Annotated[Path | None, written("Write the report to this file, as a
 
 
 def explained(rule: str | None) -> None:
-    """Print what a rule is, and stop."""
+    """Print the explanation of a rule, and stop."""
     if rule is not None:
         from spikeport.commands.explain import explain
 
@@ -102,7 +102,7 @@ def explained(rule: str | None) -> None:
 def root(
     version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False,
 ) -> None:
-    """Print the version where it is asked for."""
+    """Print the version if `--version` asks for it."""
     if version:
         typer.echo(f"spikeport {__version__}")
         raise typer.Exit
@@ -584,9 +584,9 @@ def doctor() -> None:
 
 def main() -> None:
     """Run the command line; a user's mistake gives a message, never a traceback."""
-    warnings.filterwarnings("ignore", module="spikeport.compile")  # they stand in the report
+    warnings.filterwarnings("ignore", module="spikeport.compile")  # the report has them
     warnings.showwarning = warn
-    if isinstance(sys.stdout, io.TextIOWrapper):  # a label may hold letters that it cannot print
+    if isinstance(sys.stdout, io.TextIOWrapper):  # labels may hold letters that it cannot encode
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         try:
@@ -601,13 +601,13 @@ def main() -> None:
 
 
 def _flush() -> None:
-    """Flush standard output, so that a full disk is an error; at its exit, Python only warns."""
-    if sys.stdout is None:  # as a shell closes it, with >&-
+    """Flush standard output, so that a full disk is an error; at exit, Python would only warn."""
+    if sys.stdout is None:  # a shell can close it, with >&-
         return
     try:
         sys.stdout.flush()
     except OSError:
-        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (what could not be written stays in it)
+        sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (the old one keeps the unwritten text)
         raise
 
 
@@ -624,7 +624,7 @@ def warn(
 
 
 def fail(message: str, code: int) -> NoReturn:
-    """Print an error, without control characters that its texts may hold, and exit."""
+    """Print an error with its control characters escaped, and exit."""
     text = printable(message, kept="\n")
     typer.echo(f"error: {text}", err=True)
     sys.exit(code)

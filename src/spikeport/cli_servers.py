@@ -1,4 +1,4 @@
-"""The commands of boards and robots: processes that serve, and what they leave behind."""
+"""The commands of boards and robots: servers, and the files that they use and record."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""Compiled functions: kept on disk where that can be, and made ready before they are called."""
+"""Compiled functions: cached on disk if possible, and compiled before they are called."""
 
 import contextlib
 import warnings
@@ -30,7 +30,7 @@ class KernelCache(FunctionCache):
 
     @contextlib.contextmanager
     def _guard_against_spurious_io_errors(self) -> Iterator[None]:
-        """Replace numba's guard, which stands around everything that reads and writes files."""
+        """Replace numba's guard, which wraps all reading and writing of cache files."""
         try:
             yield
         except OSError as error:
@@ -42,7 +42,7 @@ class KernelCache(FunctionCache):
 
 
 def _warn_once(text: str) -> None:
-    """Warn of the cache once in a process: all kernels meet the same."""
+    """Warn of the cache once in a process: every kernel has the same problem."""
     if text not in WARNED:
         WARNED.add(text)
         warnings.warn(text, stacklevel=2)
@@ -54,12 +54,12 @@ def compiled(function: F) -> F:
 
 
 def released(function: F) -> F:
-    """Compile a function that lets other threads of Python run meanwhile; see `compiled`."""
+    """Compile a function that releases Python's GIL; see `compiled`."""
     return _cached(njit(nogil=True)(function), function)
 
 
 def inlined(function: F) -> F:
-    """Compile a function into those that call it."""
+    """Compile a function into its callers."""
     return _cached(njit(inline="always")(function), function)
 
 
@@ -77,14 +77,14 @@ def _cached(dispatcher: Any, function: F) -> F:
 def make_ready(function: Any, *arguments: object) -> Callable[..., Any]:
     """Compile a function for arguments of these types, or load it from the cache on disk.
 
-    Compiling takes seconds, the call that comes first microseconds: a measurement of steps
-    should not time both.
+    Compiling takes seconds, and a call takes microseconds: a measurement of steps should not time
+    both.
 
     Returns
     -------
     callable
-        The compiled code for these types. It saves a call the microsecond in which numba looks for
-        it, and takes no arguments of other types.
+        The compiled code for these types. Calling it saves the microsecond in which numba looks it
+        up; it takes no arguments of other types.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 """Numbers that every part of spikeport agrees on."""
 
 DT_S = 0.001
-"""Time step of a simulation where none is asked for, in s: nengo-loihi's and the paper's."""
+"""Default time step of a simulation, in s, as in nengo-loihi and the paper."""
 
 LONGEST_RUN = 10**9
-"""Steps of the longest run: at 1 ms and in real time it takes eleven days."""
+"""Steps of the longest run: with steps of 1 ms and in real time it takes eleven days."""
 
 MOST_POINTS = 100_000
 """Most points of a sweep: each is a run, and a file in one folder."""
@@ -13,7 +13,7 @@ LARGEST_SEED = 2**32 - 1
 """The largest seed of NumPy's random states."""
 
 DECAY_UNITS = 4096
-"""A chip's decay of a current or voltage is a number of so many parts."""
+"""A chip's decays of currents and voltages are multiples of 1 / 4096."""
 
 BITS_PER_KIB = 8 * 1024
 """Bits of a KiB: memories of chips are counted in bits, and shown in KiB."""

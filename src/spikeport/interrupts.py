@@ -1,4 +1,4 @@
-"""Processes that a terminal's Ctrl-C does not reach: the one that began them ends them."""
+"""Child processes that a terminal's Ctrl-C does not reach: their parent ends them."""
 
 import contextlib
 import signal
@@ -8,9 +8,9 @@ from multiprocessing import resource_tracker
 
 @contextlib.contextmanager
 def uninterruptible() -> Iterator[None]:
-    """Block SIGINT; processes begun meanwhile keep it so.
+    """Block SIGINT; processes that are started meanwhile inherit the block.
 
-    A terminal interrupts them too, which would say so at length; this process ends them.
+    Ctrl-C reaches child processes, too, and each would print a traceback. Their parent ends them.
     """
     resource_tracker.ensure_running()  # starting it later would unblock the signal
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

@@ -1,4 +1,4 @@
-"""Functions for all figures: a text that is drawn as it is, a figure as the content of a file."""
+"""Functions for all figures: the escaping of labels, and rendering as PNG."""
 
 from io import BytesIO
 from typing import TYPE_CHECKING
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def plain(text: str) -> str:
-    """Return a text, as of a label, such that matplotlib draws it and reads no formula in it."""
+    """Return a text, e.g. a label, escaped so that matplotlib reads no formula in it."""
     return printable(text, kept="\n").replace("$", r"\$")
 
 

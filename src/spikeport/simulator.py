@@ -50,49 +50,49 @@ class Simulator:
     chip : str or Path
         The chip it is compiled for: a name, or the path of a TOML file.
     backend : str
-        ``"native"``, ``"native-threads"`` for the same on all processors, ``"nengo-loihi"`` for
-        its emulator (the same bits, slower), ``"board"`` for a board or its stub, ``"replay"``
-        for a record of one, or ``"reference"`` for float Nengo without a chip.
+        ``"native"``, ``"native-threads"`` for the native one on all processors, ``"nengo-loihi"``
+        for its emulator (the same bits, slower), ``"board"`` for a board or its stub, ``"replay"``
+        for the record of a board, or ``"reference"`` for float Nengo without a chip.
     dt : float
         The time step, in seconds.
     seed : int, optional
         Seed of noise and processes; by default the network's seed + 1. A network without a seed
-        counts as one with seed 0, where Nengo draws one: all of its runs are equal.
+        counts as one with seed 0, so that its runs are equal; Nengo would draw a seed.
     progress_bar : bool or nengo.utils.progress.ProgressBar
         The progress bar of runs; by default none.
     pipeline : Pipeline or str, optional
         The passes of the compile; by default the chip's.
     counts : str or Path, optional
         A folder for the counts of every step, see `spikeport.backends.step_log.StepLog`; without
-        it `activity` keeps the last steps one by one, and of those before them what energy and
-        time depend on.
+        it `activity` keeps the last steps one by one, and folds earlier steps into the sums that
+        energy and time depend on.
     offload : bool
         Move ensembles that break a rule of the chip to the host, until the rest compiles; the
-        report has them as ``offloaded``.
+        report lists them as ``offloaded``.
     target, precompute, remove_passthrough, model, hardware_options
         The arguments of `nengo_loihi.Simulator`: ``"sim"`` is any backend with a chip,
-        ``precompute`` changes nothing, ``model`` brings its settings of the build, such as
+        ``precompute`` changes nothing, settings of the build are taken from ``model``, such as
         ``pes_error_scale``, and options of boards are refused. See docs/migrating.md.
     progress : callable
         Called when a stage of the compile begins, see `spikeport.progress.Progress`.
     link : LinkOptions, optional
-        The way to a board, for the backends ``"board"`` and ``"replay"``; by default a board's
+        The link to a board, for the backends ``"board"`` and ``"replay"``; by default a board's
         stub in simulated time.
     cache : Cache
-        Compiles are kept there, as in `spikeport.cache.of_user()`; by default nowhere.
+        The cache of compiles, e.g. `spikeport.cache.of_user()`; by default none.
 
     Attributes
     ----------
     network : nengo.Network
-        The network, as it was given.
+        The network, as passed in.
     compilation : Compilation or None
-        Image, report and host side; None on the reference backend, and where no ensemble is on the
-        chip, so that all of the network runs on the host.
+        Image, report and host side; None on the reference backend, and if no ensemble is on the
+        chip, so that the whole network runs on the host.
     data : mapping of nengo.Probe to (n_steps, size) array
-        Recordings of the probes, read-only; ``data[ensemble]`` and ``data[connection]`` hold what
-        was built, in Nengo's units. The weights of a connection are the product of transform and
-        decoders, which are solved anew when they are first asked for; those of a solver with
-        ``weights=True`` have the encoders as well, unless passes rewrote the network.
+        Recordings of the probes, read-only; ``data[ensemble]`` and ``data[connection]`` hold the
+        built parameters, in Nengo's units. The weights of a connection are the product of transform
+        and decoders, which are solved again when they are first read; weights of a solver with
+        ``weights=True`` include the encoders, too, unless passes rewrote the network.
 
     Raises
     ------
@@ -125,7 +125,7 @@ class Simulator:
         link: LinkOptions = OWN_STUB,
         cache: Cache = NOTHING,
     ) -> None:
-        # Whatever can be refused is, before a build that may take minutes.
+        # Refuse bad arguments first: the build may take minutes.
         check_arguments(network, chip, dt, pipeline)
         dt = float(dt)
         migration.check_target(target, backend)
@@ -154,7 +154,7 @@ class Simulator:
 
     def _start(self, compilation: Compilation | None) -> None:
         self._n_steps = 0
-        # Nobody waits for this lock: it marks a step that is under way, or was broken off.
+        # No thread waits for this lock: it marks a step that is under way, or was broken off.
         self._stepping = threading.Lock()
         self._execution = self._open(self.seed, compilation)
         self.compilation = self._execution.compilation
@@ -183,7 +183,7 @@ class Simulator:
 
     @property
     def image(self) -> ChipImage | None:
-        """The chip image; None where nothing is compiled for a chip."""
+        """The chip image; None if nothing is compiled for a chip."""
         return None if self.compilation is None else self.compilation.image
 
     @property
@@ -203,16 +203,16 @@ class Simulator:
 
     @property
     def activity(self) -> Activity:
-        """Exact counts of all steps so far; those of long runs are folded into sums."""
+        """Exact counts of all steps so far; early steps of long runs are folded into sums."""
         return self._execution.activity()
 
     @property
     def link(self) -> dict[str, object] | None:
-        """Round trips, held steps and faults of the link to a board; None where there is none."""
+        """Round trips, held steps and faults of the link to a board; None without a board."""
         return self._execution.link
 
     def report(self) -> dict[str, Any]:
-        """Return the report of the compile, with energy and time where steps were run.
+        """Return the report of the compile, with energy and time if steps were run.
 
         Raises
         ------
@@ -248,8 +248,8 @@ class Simulator:
     def run_steps(self, steps: int, progress_bar: bool | ProgressBar | None = None) -> None:
         """Advance by a number of steps; ``progress_bar`` replaces the simulator's.
 
-        Ctrl-C ends the run after the step under way, so that another run can go on from there. The
-        second one ends it at once.
+        Ctrl-C ends the run after the current step, so that another run can go on from there. A
+        second Ctrl-C ends it at once.
 
         Raises
         ------
@@ -292,7 +292,7 @@ class Simulator:
         ArgumentError
             If ``sample_every`` is neither None nor a time in seconds above 0.
         UsageError
-            If ``dt`` is given, the name that nengo-loihi has for ``sample_every``.
+            If ``dt`` is set: it is nengo-loihi's name for ``sample_every``.
         """
         migration.check_sample_times(dt)
         if not (sample_every is None or _is_time(sample_every)):
@@ -300,7 +300,7 @@ class Simulator:
         return self.dt * sampled(self.n_steps, sample_every, self.dt)
 
     def clear_probes(self) -> None:
-        """Forget what the probes recorded so far."""
+        """Delete the data that the probes recorded so far."""
         self._execution.clear_probes()
 
     def reset(self, seed: int | None = None) -> None:
@@ -309,7 +309,7 @@ class Simulator:
         Parameters
         ----------
         seed : int, optional
-            A new seed of noise and processes; by default that of before.
+            A new seed of noise and processes; by default the seed stays.
 
         Raises
         ------
@@ -327,7 +327,7 @@ class Simulator:
         self._start(self.compilation)
 
     def close(self) -> None:
-        """Free what the simulation holds; recorded data stays readable."""
+        """Free the simulation's resources; recorded data stays readable."""
         if not self.closed:
             self.data.freeze()
             try:
@@ -338,9 +338,9 @@ class Simulator:
 
 @contextlib.contextmanager
 def interrupts_deferred() -> Iterator[Callable[[], None]]:
-    """Hold the first Ctrl-C back; the callable raises it, between steps.
+    """Defer the first Ctrl-C: the yielded callable raises it, between steps.
 
-    Only Python's own handler in the main thread is replaced: others have a purpose of their own.
+    Only Python's own handler in the main thread is replaced: other handlers have another purpose.
     """
     ours = threading.current_thread() is threading.main_thread()
     if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
@@ -381,7 +381,7 @@ def _own_seed(seed: int | None, network: nengo.Network) -> int:
     if network.seed == LARGEST_SEED:
         # By default the simulator's seed is the network's plus 1, which would be too large.
         raise ArgumentError("network.seed", network.seed, "a smaller one, or Simulator(seed=)")
-    # Nengo's rule, with 0 for a seed that is not there.
+    # Nengo's rule, with 0 for a missing seed.
     return (network.seed or 0) + 1
 
 
@@ -407,7 +407,7 @@ def _check_kind(name: str, value: object, kind: type | tuple[type, ...], in_word
 
 
 def _counts_folder(folder: str | Path | None) -> Path | None:
-    """Return the folder for counts; UsageError if it is no place for files, or holds others."""
+    """Return the folder for counts; UsageError if it is not writable, or holds a run's counts."""
     if folder is None:
         return None
     check_folder("counts", Path(folder), Path(folder))
@@ -417,7 +417,7 @@ def _counts_folder(folder: str | Path | None) -> Path | None:
 
 
 class _Data(Mapping[NengoObject, Any]):
-    """Recorded data by probe; what Nengo built, by ensemble or connection."""
+    """Recorded data by probe, and built parameters by ensemble or connection."""
 
     def __init__(self, probes: list[nengo.Probe], execution: Execution) -> None:
         self._probes = probes

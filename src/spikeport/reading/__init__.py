@@ -1,1 +1,1 @@
-"""Files of others, read within limits: nothing of them is run, and no size is believed."""
+"""Readers of untrusted files: they work within limits, run nothing and check every size."""

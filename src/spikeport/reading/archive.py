@@ -1,4 +1,4 @@
-"""Zip archives of others: nothing is extracted, and no member inflates beyond a limit."""
+"""Untrusted zip archives: nothing is extracted, and no member inflates beyond a limit."""
 
 import io
 import os
@@ -14,13 +14,13 @@ from spikeport.errors import UsageError
 from spikeport.reading.mismatch import MismatchError
 
 NUMBERS = 2**23
-"""Most numbers in a policy's array: forty times all of a large walking policy (512, 256, 128)."""
+"""Most numbers in a policy's array: forty times a whole large walking policy (512, 256, 128)."""
 
 FILE_BYTES = 4 * 8 * NUMBERS
-"""Largest file that is read, 256 MiB: so many float64 weights, and their optimizer's three."""
+"""Largest file that is read, 256 MiB: `NUMBERS` float64 weights, and the optimizer's three each."""
 
 DIRECTORY_BYTES = 2**20
-"""Largest list of members, some 10,000: zipfile makes objects of all before one is refused."""
+"""Largest list of members, some 10,000: zipfile makes an object of each before any is refused."""
 
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 """Compressions that torch and NumPy write."""
@@ -31,15 +31,15 @@ DAMAGES = (
     struct.error,
     EOFError,
     NotImplementedError,  # a version or a flag that zipfile does not know
-    OSError,  # a seek to where nothing can be, in memory
-    RuntimeError,  # a password is asked for
+    OSError,  # a seek to an impossible place in memory
+    RuntimeError,  # the archive asks for a password
     ValueError,
 )
-"""Errors that zipfile raises of a damaged archive that lies in memory."""
+"""Errors that zipfile raises for a damaged archive in memory."""
 
 
 class UnreadableError(UsageError):
-    """A file is not there, or the system does not let it be read; ``reason`` says which."""
+    """A file is missing or cannot be read; ``reason`` says which."""
 
     def __init__(self, path: Path, error: OSError) -> None:
         missing = isinstance(error, FileNotFoundError)
@@ -48,34 +48,34 @@ class UnreadableError(UsageError):
 
 
 def read_bytes(path: Path, limit: int = FILE_BYTES) -> bytes:
-    """Return what is in a file.
+    """Return the content of a file.
 
     Raises
     ------
     UnreadableError
-        It is not there, a folder, or not to be read.
+        If it is missing, a folder, or not readable.
     MismatchError
-        It is no file (a pipe may never end), or larger than the limit.
+        If it is not a regular file (a pipe may never end), or larger than the limit.
     """
     with open_file(path) as file:
         size = os.fstat(file.fileno()).st_size
         if size > limit:
             raise MismatchError(f"a file of at most {limit:,} bytes", f"{size:,}")
         try:
-            return file.read(size)  # of the limit, Python would first set all aside
+            return file.read(size)  # `read(limit)` would first allocate the limit
         except OSError as error:
             raise UnreadableError(path, error) from None
 
 
 def open_file(path: Path) -> BinaryIO:
-    """Open a file to be read.
+    """Open a file for reading.
 
     Raises
     ------
     UnreadableError
-        It is not there, a folder, or not to be read.
+        If it is missing, a folder, or not readable.
     MismatchError
-        It is no file: a pipe may never end.
+        If it is not a regular file: a pipe may never end.
     """
     try:
         file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115
@@ -88,7 +88,7 @@ def open_file(path: Path) -> BinaryIO:
 
 
 def _without_waiting(path: str, flags: int) -> int:
-    """Open a pipe at once, too, and not when someone writes into it."""
+    """Open a file. A pipe is opened at once, too, even if nobody writes into it."""
     return os.open(path, flags | os.O_NONBLOCK)
 
 
@@ -100,12 +100,12 @@ class Archive:
     content : bytes
         The file.
     limit : int
-        Bytes to which all that is read of it may inflate.
+        Most bytes that the members which are read may inflate to, together.
 
     Raises
     ------
     MismatchError
-        It is damaged or too large, or names of members are doubled or lead out of it.
+        If it is damaged or too large, or a member's name occurs twice or leads out of it.
     """
 
     def __init__(self, content: bytes, limit: int = FILE_BYTES) -> None:
@@ -120,7 +120,7 @@ class Archive:
 
     @property
     def size(self) -> int:
-        """The number of bytes to which all members say that they inflate."""
+        """The number of bytes that all members inflate to, according to their list."""
         return sum(info.file_size for info in self._members.values())
 
     @property
@@ -129,7 +129,7 @@ class Archive:
         return list(self._members)
 
     def read(self, name: str, limit: int) -> bytes:
-        """Return a member of at most so many bytes; MismatchError if it is none, or damaged."""
+        """Return a member of at most ``limit`` bytes; MismatchError if it is missing or damaged."""
         if name not in self._members:
             raise MismatchError(f"a member {name}", "none")
         info = self._members[name]
@@ -141,7 +141,7 @@ class Archive:
         if self._inflated > self._limit:
             raise MismatchError(f"at most {self._limit:,} bytes in all that is read of it", "more")
         try:
-            # with a size, since without one zipfile inflates all there is before it cuts it off
+            # with a size: without it, zipfile inflates all data before it cuts the rest off
             with self._zip.open(info) as member:
                 content = member.read(info.file_size + 1)
         except DAMAGES as error:
@@ -172,9 +172,8 @@ def _check_directory(content: bytes) -> None:
     if end < 0:
         raise MismatchError("a whole zip archive", "one without a list of members")
     size = int.from_bytes(content[end + 12 : end + 16], "little")
-    long = content[
-        max(0, end - 76) : end
-    ]  # of a long archive: sizes of 64 bits, and where they are
+    # ZIP64: the record with sizes of 64 bits, and its locator.
+    long = content[max(0, end - 76) : end]
     if len(long) == 76 and long.startswith(b"PK\6\6") and long[56:60] == b"PK\6\7":
         size = int.from_bytes(long[40:48], "little")
     if size > DIRECTORY_BYTES:

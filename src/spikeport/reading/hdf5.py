@@ -1,8 +1,8 @@
-"""HDF5 files of others as plain values, or as time series; nothing that they point to is read.
+"""Untrusted HDF5 files, read as plain values or as time series; no other file is read.
 
-HDF5 can link to other files, take its data out of them, and ask for libraries that undo a filter:
-h5py would follow. Sizes are checked before anything is inflated. On a damaged file the HDF5 library
-may loop for ever, or end its process: it reads in a process of its own, of limited time and memory.
+An HDF5 file can link to other files, store its data in them, and ask for filter libraries: h5py
+would load all of these. Sizes are checked before anything is inflated. On a damaged file the HDF5
+library may loop for ever, or end its process: so a child process of limited time and memory reads.
 """
 
 import contextlib
@@ -31,20 +31,20 @@ T = TypeVar("T")
 Value: TypeAlias = np.ndarray | str | list[str] | dict[str, "Value"]
 
 DEPTH = 32
-"""Groups within groups: a nested NIR graph takes two."""
+"""Most levels of groups within groups: a nested NIR graph takes two."""
 OBJECTS = 2**16
-"""Groups and arrays: ten thousand nodes."""
+"""Most groups and arrays: enough for ten thousand nodes."""
 TEXT_BYTES = 2**22
-"""The size of all texts together: names of edges."""
+"""Most bytes of all texts together: they name edges."""
 TEXTS = 40_000
-"""In an array: two for each of 20,000 edges, which take seconds one by one."""
+"""Most texts in an array: two for each of 20,000 edges, which take seconds to read one by one."""
 CPU_S = 6
 """The CPU time that reading may take: the largest file that is allowed takes two to four."""
 MEMORY_BYTES = 2**30
-"""The memory that reading may take, beside what the process has at its start."""
+"""The memory that reading may take, beyond the process's memory at its start."""
 CONTEXT = multiprocessing.get_context("fork")
 METADATA = "metadata"
-"""A group that says nothing of what a NIR graph computes, and may hold anything."""
+"""A group that may hold anything, and does not affect what a NIR graph computes."""
 
 DAMAGES = (
     OSError,
@@ -59,7 +59,7 @@ DAMAGES = (
 """Errors that h5py raises for a damaged file."""
 
 FILTERS = (1, 2, 3, 32000)
-"""Deflate, shuffle, check sums and LZF, by HDF5's numbers: what h5py writes, and brings itself."""
+"""Deflate, shuffle, check sums and LZF, by HDF5's numbers: h5py writes and ships these filters."""
 
 
 def read(path: Path) -> dict[str, Value]:
@@ -68,9 +68,9 @@ def read(path: Path) -> dict[str, Value]:
     Raises
     ------
     MismatchError
-        It is no such file, damaged, too large, or holds more than numbers, texts and groups.
+        If it is not HDF5, damaged, too large, or holds anything but numbers, texts and groups.
     MissingExtraError
-        h5py is absent.
+        If h5py is absent.
     """
     _h5py()
     return _in_a_child(_values, read_bytes(path))
@@ -82,18 +82,18 @@ def read_dataset(path: Path) -> "xr.Dataset":
     Raises
     ------
     MismatchError
-        It is no such file, damaged, too large, or its data lie outside of it.
+        If it is not netCDF, damaged, too large, or has data in other files.
     """
-    import xarray  # noqa: F401, once, for all children
+    import xarray  # noqa: F401, imported once, for all children
 
     return _in_a_child(_dataset, read_bytes(path))
 
 
 def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
-    """Return what a function makes of a file, in a process of limited CPU time and memory."""
+    """Return a function's result for a file, from a child of limited CPU time and memory."""
     receiver, sender = CONTEXT.Pipe(duplex=False)
     child = CONTEXT.Process(target=_send, args=(sender, function, content), daemon=True)
-    with warnings.catch_warnings(action="ignore"):  # of threads, which the child does not use
+    with warnings.catch_warnings(action="ignore"):  # about threads, which the child does not use
         child.start()
     sender.close()
     try:
@@ -111,10 +111,10 @@ def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
 
 
 def _send(sender: Connection, function: Callable[[bytes], object], content: bytes) -> None:
-    """Send what is in a file, or why it is refused, before time or memory is over."""
+    """Send a function's result for a file, or its refusal, within limits of time and memory."""
     _limit(resource.RLIMIT_CPU, CPU_S)
     _limit(resource.RLIMIT_CORE, 0)
-    with contextlib.suppress(OSError):  # a system that does not say what a process has
+    with contextlib.suppress(OSError):  # a system without /proc
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         _limit(resource.RLIMIT_AS, pages * resource.getpagesize() + MEMORY_BYTES)
     try:
@@ -134,12 +134,12 @@ def _limit(kind: int, most: int) -> None:
 
 
 def _values(content: bytes) -> dict[str, Value]:
-    """Return what a NIR graph computes with."""
+    """Return the content of a NIR graph, without its metadata."""
     return _walked(content, left_out=METADATA)
 
 
 def _walked(content: bytes, left_out: str | None = None) -> dict[str, Value]:
-    """Return all that is in a file, but for members of a name."""
+    """Return the whole content of a file, except for members called ``left_out``."""
     h5py = _h5py()
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
@@ -152,9 +152,9 @@ def _walked(content: bytes, left_out: str | None = None) -> dict[str, Value]:
 def _dataset(content: bytes) -> "xr.Dataset":
     import xarray as xr
 
-    _walked(content)  # sizes, links and filters are within limits, of all that is loaded below
+    _walked(content)  # checks sizes, links and filters of everything that is loaded below
     try:
-        # Values as they are: one that is scaled or is a date could take many times its bytes.
+        # Raw values: scaled values and dates could take many times the bytes.
         with xr.open_dataset(
             io.BytesIO(content), engine="h5netcdf", mask_and_scale=False, decode_times=False
         ) as dataset:
@@ -173,7 +173,7 @@ def _h5py() -> ModuleType:
 
 
 class _Reader:
-    """A reader of one file, with what is left of its bytes, objects and letters."""
+    """A reader of one file, with the numbers of bytes, objects and letters that it may yet read."""
 
     def __init__(self, h5py: ModuleType, left_out: str | None) -> None:
         self._h5py, self._left_out = h5py, left_out
@@ -208,7 +208,7 @@ class _Reader:
         filters = item.id.get_create_plist()
         if any(filters.get_filter(i)[0] not in FILTERS for i in range(filters.get_nfilters())):
             raise MismatchError(f"{name} deflated, or as it is", "another filter")
-        # a chunk is inflated whole, whatever is read of it
+        # a chunk is inflated whole, even to read a part of it
         chunk = math.prod(item.chunks or ()) * item.dtype.itemsize
         if chunk > FILE_BYTES:
             raise MismatchError(f"chunks of at most {FILE_BYTES:,} bytes in {name}", f"{chunk:,}")
@@ -222,7 +222,7 @@ class _Reader:
         return np.asarray(item[()])
 
     def _texts(self, item: Any, name: str) -> str | list[str]:
-        """Return texts one after the other, since their sizes are not known before."""
+        """Return texts, read one by one, since their sizes are not known in advance."""
         if item.dtype.itemsize > TEXT_BYTES:
             found = f"texts of {item.dtype.itemsize:,} bytes"
             raise MismatchError(f"at most {TEXT_BYTES:,} bytes of texts in {name}", found)

@@ -1,15 +1,15 @@
-"""The refusal of a file that does not hold what it should, before its path is known."""
+"""The error for a file of unexpected content, raised where its path is not known."""
 
 from spikeport.errors import printable
 
 SHOWN = 400
-"""Most characters of a file's contents that a message shows."""
+"""Most characters of a file's content in a message."""
 
 
 class MismatchError(Exception):
-    """A file does not hold what it should; its reader makes an error of it that names the file.
+    """A file has unexpected content; its reader turns this into an error that names the file.
 
-    ``cure`` is one that is better than the reader's.
+    ``cure`` replaces the reader's own cure in the message.
     """
 
     def __init__(self, expected: str, found: str, cure: str | None = None) -> None:
@@ -18,6 +18,6 @@ class MismatchError(Exception):
 
 
 def shown(value: object) -> str:
-    """Return a value as a line: those out of a file may hold anything, and be of any length."""
+    """Return a value as a short line: a value from a file may hold anything, at any length."""
     text = str(value)
     return printable(text if len(text) <= SHOWN else f"{text[:SHOWN]}...")

@@ -1,4 +1,4 @@
-"""Jupyter notebooks: their code cells, as Python that stands without IPython.
+"""Jupyter notebooks: their code cells, as Python that runs without IPython.
 
 A notebook is read as data: nothing of it is run here.
 """
@@ -14,15 +14,15 @@ from spikeport.errors import UsageError, printable
 from spikeport.files import read_json, read_model
 
 CODE_LETTERS = 10**6
-"""Letters of all code cells, a hundred times those of a long tutorial."""
+"""Most letters of all code cells, a hundred times those of a long tutorial."""
 MAGICS = 200
-"""Magics in a cell."""
+"""Most magics in a cell."""
 PARSED_LETTERS = 4 * 10**6
-"""Letters that are parsed, some seconds' worth: a cell is parsed once more for each magic in it."""
+"""Most letters that are parsed, in some seconds: each magic in a cell has it parsed again."""
 MAGIC = re.compile(r"\s*((?:[\w, ]+=)?\s*[%!]|\?|.*\?\s*$)")
 """A line of IPython: ``%magic``, ``!command``, ``x = !command``, ``?name`` or ``name?``."""
 LINE_END = re.compile(r"\r\n?|\n")
-"""The end of a line of Python; `str.splitlines` knows others, which may stand within a text."""
+"""The end of a line of Python; `str.splitlines` splits elsewhere, too, as within a string."""
 PYTHON_INSIDE = ("capture", "prun", "time", "timeit")
 """Magics of a whole cell whose other lines are Python."""
 NO_PYTHON = (SyntaxError, ValueError, RecursionError, MemoryError)
@@ -61,7 +61,7 @@ def read_notebook(path: Path) -> list[Cell]:
     Raises
     ------
     UsageError
-        The file cannot be read, or is no notebook of Python in nbformat 4.
+        If the file cannot be read, or is not a Python notebook in nbformat 4.
     """
     notebook = read_model(path, _Notebook, "notebook of nbformat 4", read=read_json)
     language = notebook.metadata.language_info.name
@@ -81,8 +81,8 @@ def _cell(path: Path, number: int, source: str, magics: int) -> Cell:
         inside = lines[0].strip("% \t").partition(" ")[0] in PYTHON_INSIDE
         skipped.append(lines[0].strip() + (" and its cell" * (not inside)))
         lines = ["", *lines[1:]] if inside else []
-    # Only where Python stumbles is a line taken for a magic: one that begins with % may go on from
-    # the line before, or stand in a text.
+    # A line is taken for a magic only where Python cannot parse it: a line that begins with % may
+    # continue the line before, or be part of a string.
     while (fault := _fault(lines)) is not None:
         row = (fault.lineno or 0) - 1 if isinstance(fault, SyntaxError) else -1
         magic = 0 <= row < len(lines) and MAGIC.match(lines[row])
@@ -105,8 +105,8 @@ def _fault(lines: list[str]) -> Exception | None:
 
 
 def _skip(lines: list[str], row: int) -> str:
-    """Put ``pass`` in the place of a line, and of those that it goes on in; return the line."""
-    line = lines[row]  # its place stays, so that errors of the cell name the right line
+    """Replace a line, with its continuation lines, by ``pass``; return the line."""
+    line = lines[row]  # no line is removed, so that errors of the cell name the right line
     goes_on = line.endswith("\\")
     lines[row] = line[: len(line) - len(line.lstrip())] + "pass"
     while goes_on and row + 1 < len(lines):

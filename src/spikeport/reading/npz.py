@@ -30,7 +30,7 @@ DAMAGES = (
     MemoryError,
     SystemError,  # Python 3.12.1's tokenizer raises it for some headers
 )
-"""Errors of a damaged header: NumPy gives it to Python's own parser."""
+"""Errors of a damaged header: NumPy reads it with Python's own parser."""
 
 KINDS = "biufU"
 """Types of arrays: truth values, numbers and texts, by NumPy's letters."""
@@ -46,12 +46,12 @@ def read(path: Path, most: int = NUMBERS, limit: int = FILE_BYTES) -> dict[str, 
     most : int
         Most numbers of an array, and its longest axis.
     limit : int
-        Most bytes of the file, and of all that is in it.
+        Most bytes of the file, and of its inflated content.
 
     Raises
     ------
     MismatchError
-        It is no such archive, damaged, too large, or holds anything but numbers and texts.
+        If it is not such an archive, damaged, too large, or holds anything but numbers and texts.
     """
     content = read_bytes(path, limit)
     if content.startswith(npy.MAGIC_PREFIX):
@@ -64,7 +64,7 @@ def _array(archive: Archive, name: str, most: int) -> np.ndarray:
     content = archive.read(name, HEADER_BYTES + 8 * most)
     stream = io.BytesIO(content)
     try:
-        with warnings.catch_warnings(action="ignore"):  # of headers of old versions
+        with warnings.catch_warnings(action="ignore"):  # about headers of old versions
             shape, columns, kind = _header(stream)
     except DAMAGES as error:
         reason = (str(error) or type(error).__name__).splitlines()[0]
@@ -85,13 +85,13 @@ def _array(archive: Archive, name: str, most: int) -> np.ndarray:
 
 
 def _is_text(letters: np.ndarray) -> bool:
-    """Return whether numbers are letters of Unicode, and no halves of such."""
+    """Return whether numbers are letters of Unicode, and no surrogates."""
     halves = (letters >= 0xD800) & (letters < 0xE000)
     return not (halves | (letters > sys.maxunicode)).any()
 
 
 def _header(stream: io.BytesIO) -> tuple[tuple[int, ...], bool, np.dtype[np.generic]]:
-    """Return shape, whether columns come first, and type."""
+    """Return an array's shape, whether it is in Fortran order, and its type."""
     version = npy.read_magic(stream)
     if version == (1, 0):
         return npy.read_array_header_1_0(stream, HEADER_BYTES)

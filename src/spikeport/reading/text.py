@@ -1,4 +1,4 @@
-"""Texts of others: JSON, TOML and tables, of a size and in an encoding that is known."""
+"""Untrusted texts: JSON, TOML and tables, of limited size and in a known encoding."""
 
 import codecs
 import json
@@ -13,13 +13,13 @@ TEXT_BYTES = 2**25
 """Size of the largest text that is read, 32 MiB: the report of an image of 80,000 blocks."""
 
 PARTS = 2**20
-"""Lists and objects in JSON: three bytes of a text take a hundred and more in memory."""
+"""Most lists and objects in JSON: three bytes of text can take a hundred and more in memory."""
 
 TOML_BYTES = 2**18
 """Most bytes of a text of TOML: twenty times the largest that is shipped."""
 
 DOTS = 50
-"""In a line of TOML: what Python's parser takes grows with the square of the parts of a key."""
+"""Most dots in a line of TOML: the parser's cost grows with the square of the parts of a key."""
 
 MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -35,7 +35,7 @@ def read_text(path: Path, limit: int = TEXT_BYTES) -> str:
     Raises
     ------
     MismatchError
-        If it is too large, or no text.
+        If it is too large, or not text.
     UnreadableError
         If it cannot be read.
     """
@@ -48,14 +48,14 @@ def read_text(path: Path, limit: int = TEXT_BYTES) -> str:
 
 
 def parse_json(text: str) -> Any:
-    """Return what a text of JSON holds.
+    """Return the value of a JSON text.
 
     Raises
     ------
     MismatchError
         If it has too many parts, or is nested too deeply.
     ValueError, RecursionError
-        If it is no JSON, or nested too deeply.
+        If it is not JSON, or nested too deeply.
     """
     parts = text.count("[") + text.count("{")
     if parts > PARTS:
@@ -64,7 +64,7 @@ def parse_json(text: str) -> Any:
 
 
 def parse_toml(text: str) -> dict[str, Any]:
-    """Return what a text of TOML holds; raises as `parse_json`."""
+    """Return the content of a TOML text; raises as `parse_json`."""
     if len(text) > TOML_BYTES:
         raise MismatchError(f"TOML of at most {TOML_BYTES:,} characters", f"{len(text):,}")
     most = max((line.count(".") for line in text.splitlines()), default=0)
