@@ -1,4 +1,4 @@
-"""Files that are there whole or not at all, and folders that one process writes at a time."""
+"""Files that are written whole or not at all, and folders that one process writes at a time."""
 
 import contextlib
 import errno
@@ -16,7 +16,7 @@ ELSEWHERE = (
     *(errno.EROFS, errno.EACCES, errno.EPERM),
     *(errno.EEXIST, errno.ENOTDIR, errno.ENAMETOOLONG),
 )
-"""Errors of making a file that another place for it cures; a full disk has other cures, too."""
+"""Errors of making a file that another path cures; a full disk, not listed, has more cures."""
 
 
 def is_leftover(path: Path) -> bool:
@@ -27,8 +27,8 @@ def is_leftover(path: Path) -> bool:
 def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> None:
     """Refuse an output path that cannot be written, or where something else would be replaced.
 
-    A path is refused that is no file, that the command reads, that is of another kind, or whose
-    folder cannot be written into.
+    A path is refused if it is not a file, if the command reads it, if it is a file of another kind,
+    or if its folder cannot be written into.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> Non
     *reads : Path
         The files that the command reads.
     suffix : str
-        The end of names of its kind, such as ``.html``: what is there has this, or none.
+        The suffix of such files, e.g. ``.html``: a file that exists must have this suffix, or none.
 
     Raises
     ------
@@ -59,12 +59,12 @@ def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> Non
 
 
 def check_apart(outputs: Iterable[tuple[str, Path]]) -> None:
-    """Refuse outputs of which one would replace another.
+    """Refuse outputs that would replace each other.
 
     Parameters
     ----------
     outputs : iterable of (str, Path)
-        The options that ask for outputs, or whatever else writes, and their paths.
+        The options that ask for outputs, or names of other writers, and their paths.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def check_folder(option: str, path: Path, folder: Path) -> None:
     UsageError
         Naming option, path, and the folder that is there.
     """
-    # The nearest one that is there, by os.path, which is false of one that cannot be looked at.
+    # The nearest one that exists: `os.path.exists` is false, too, for one that cannot be accessed.
     there = next((one for one in (folder, *folder.parents) if os.path.exists(one)), folder)
     if os.path.exists(there) and not os.path.isdir(there):
         raise UsageError(f"{option} {path}: {there} is no folder; choose another")
@@ -99,8 +99,8 @@ def check_folder(option: str, path: Path, folder: Path) -> None:
 def atomic_path(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside ``path`` that takes its place when the block ends well.
 
-    The file is flushed to disk before it is renamed; on an error it is removed, and what was at
-    ``path`` before stays as it was. Several threads may write one path: the last one stays.
+    The file is flushed to disk before it is renamed; on an error it is removed, and the old file at
+    ``path`` stays as it was. Several threads may write one path: the last one wins.
 
     Raises
     ------
@@ -123,12 +123,11 @@ def atomic_path(path: Path) -> Iterator[Path]:
     try:
         yield temporary
         with open(temporary, "rb") as file:
-            # On disk before it has its name: a power cut leaves the old file, or all of the new
-            # one.
+            # On disk before it is renamed: a power cut leaves the old file, or the whole new one.
             os.fsync(file.fileno())
         os.replace(temporary, path)
     except OSError as error:
-        # A full disk is reported without one, others with a name that the user never gave.
+        # A full disk is reported without a name, other errors with one that no user knows.
         if error.filename in (None, str(temporary), temporary):
             error.filename = str(path)
         raise
@@ -137,11 +136,11 @@ def atomic_path(path: Path) -> Iterator[Path]:
 
 
 def _made_anew(path: Path) -> Path:
-    """Return an empty file beside a path that nobody else has: no link that others put there."""
+    """Return a new empty file beside a path, never a file or link that others put there."""
     while True:
         temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}{PART}")
         with contextlib.suppress(FileExistsError):
-            # With the rights of any new file; those of `tempfile` are for the owner alone.
+            # With the rights of any new file: files of `tempfile` are for the owner alone.
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
             return temporary
 

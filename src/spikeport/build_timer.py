@@ -1,4 +1,4 @@
-"""A watch on a user's code that builds a network: it says what takes long, and can end it."""
+"""A timer for a user's code that builds a network: it reports slow code, and can end it."""
 
 import contextlib
 import os
@@ -11,13 +11,13 @@ from spikeport.errors import NetworkError
 from spikeport.pacing import later
 
 NOTICE_S = 10.0
-"""Time after which a line says what is being waited for."""
+"""Time after which a line names the code that takes so long."""
 GRACE_S = 5.0
-"""Time that code has to end after its limit, before the process ends."""
+"""Time that code has after its limit to end, before the process is ended."""
 
 
 class OutOfTime(BaseException):
-    """The end of a user's code; no Exception, since that code may catch those."""
+    """The end of a user's code; not an Exception, since the code may catch Exceptions."""
 
 
 class Ended(SystemExit):
@@ -30,7 +30,7 @@ FROM_OUTSIDE = (KeyboardInterrupt, OutOfTime, Ended)
 
 @contextlib.contextmanager
 def watched(spec: str, limit_s: float | None = None) -> Iterator[None]:
-    """Name code on standard error that takes more than `NOTICE_S`, and end it at its limit.
+    """Report code that takes more than `NOTICE_S` on standard error, and end it at its limit.
 
     The limit interrupts Python code of the main thread. Code that goes on for another `GRACE_S`,
     as in a library that does not return, ends the process with exit code 1.
@@ -47,8 +47,8 @@ def watched(spec: str, limit_s: float | None = None) -> Iterator[None]:
             return
         reason = f"{spec}: did not return a network in {limit_s:g} s, as --build-timeout asks"
         try:
-            # The alarm is raised between two instructions of Python; code of C that never gets
-            # there ends with the process.
+            # The alarm is raised between two instructions of Python; C code that never returns to
+            # Python ends with the process.
             with later(limit_s + GRACE_S, lambda: _end_process(reason)), _alarm(limit_s):
                 yield
         except OutOfTime:

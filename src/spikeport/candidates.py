@@ -1,4 +1,4 @@
-"""The networks in a module of a user's, and what there makes one."""
+"""The networks in a user's module, and its functions and classes that make one."""
 
 import ast
 import inspect
@@ -10,7 +10,7 @@ from typing import get_type_hints
 import nengo
 
 WITHIN = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
-"""Parts of a function that return for themselves."""
+"""Nodes in a function whose return statements are their own."""
 
 
 def networks_in(module: ModuleType) -> dict[str, nengo.Network]:
@@ -19,7 +19,7 @@ def networks_in(module: ModuleType) -> dict[str, nengo.Network]:
 
 
 def makers_in(module: ModuleType) -> dict[str, Callable[..., object]]:
-    """Return the functions and classes that make networks, by name: its own, none it imports."""
+    """Return a module's own functions and classes that make networks, by name."""
     return {
         name: value
         for name, value in _public(module)
@@ -42,7 +42,7 @@ def _returns_network(
 ) -> bool:
     """Return whether a function is annotated with a network, or its source returns one.
 
-    It is not called to find out: a user's functions may do anything.
+    The function is not called to find out: a user's functions may do anything.
     """
     function = inspect.unwrap(value)
     if not isinstance(function, FunctionType) or function in callers:
@@ -75,7 +75,7 @@ def _source_returns(function: FunctionType, callers: frozenset[FunctionType]) ->
 
 
 def _own_nodes(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the nodes of a function, but for those of functions and classes within it."""
+    """Yield the nodes of a function, except those of functions and classes within it."""
     for child in ast.iter_child_nodes(node):
         if not isinstance(child, WITHIN):
             yield child

@@ -1,4 +1,4 @@
-"""A process of our own command line that serves the one that started it."""
+"""A child process of our own command line, which serves its parent."""
 
 import signal
 import subprocess
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from spikeport.errors import BackendError
 from spikeport.pacing import later
 
-# Imports take seconds, kernels that have to be compiled 10 s, and other work may share the machine.
+# Imports take seconds, compiling kernels takes 10 s, and other work may share the machine.
 START_S = 60.0
 STOP_S = 10.0
 
@@ -19,14 +19,14 @@ class Child:
     Parameters
     ----------
     name : str
-        Its name in messages; its first line begins with ``NAME:``, once it serves.
+        The server's name in messages. Once it serves, its first line begins with ``NAME:``.
     arguments : sequence of str
         The arguments of ``spikeport``.
 
     Raises
     ------
     BackendError
-        If it does not start; has its last words.
+        If it does not start; the message has its output.
     """
 
     def __init__(self, name: str, arguments: Sequence[str]) -> None:
@@ -35,7 +35,7 @@ class Child:
             [sys.executable, "-P", "-m", "spikeport", *arguments],
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
-            # An error is the last thing that it says.
+            # An error is the last line of its output.
             stderr=subprocess.STDOUT,
             text=True,
         )
@@ -48,7 +48,7 @@ class Child:
 
     @property
     def process_id(self) -> int:
-        """The number of its process."""
+        """The ID of its process."""
         return self._process.pid
 
     @property
@@ -67,9 +67,9 @@ class Child:
             raise BackendError(f"the {name}'s server did not start: {line.strip() or 'no word'}")
 
     def close(self) -> str:
-        """Wait for its end, which its one session brings, or end it; returns its last words.
+        """Wait until it ends after its one session, or kill it; return its last output.
 
-        One that had none says how it ended.
+        Without output, return how it ended.
         """
         try:
             words = self._process.communicate(timeout=STOP_S)[0]

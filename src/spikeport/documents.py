@@ -1,8 +1,8 @@
 """Documents that are made from data: ``python -m spikeport.documents docs`` writes them.
 
 ``rules.md`` is the table of rules, ``report.schema.json`` the schema of reports, ``commands.md``
-the help of every command, ``settings.md`` the settings of every experiment. Tests hold the files to
-what is written here.
+the help of every command, ``settings.md`` the settings of every experiment. Tests check that the
+files are up to date.
 """
 
 import json
@@ -95,7 +95,7 @@ def _row(row: Any) -> str:
         names += f" `{row.metavar}`"
     plain = isinstance(row.default, str | int | float) and not isinstance(row.default, bool)
     default = f"`{row.default}`" if plain else ""
-    if row.required and row.param_type_name == "option":  # its name has no brackets to show it
+    if row.required and row.param_type_name == "option":  # its name cannot mark it with brackets
         default = "required"
     text = " ".join((row.help or "").split())
     # A bar would end the cell.

@@ -1,7 +1,7 @@
 """Every error spikeport raises on purpose.
 
     SpikeportError
-    ├── UsageError (ValueError)            a name, key or value that is not known: lists what is
+    ├── UsageError (ValueError)            a name, key or value is not known: lists the known
     │   └── ArgumentError                  ... or an argument; nengo's ValidationError too
     ├── MissingExtraError (ImportError)    an optional package is absent: names the extra
     ├── ChipFileError (ValueError)         a chip's TOML is wrong: path and reason
@@ -63,13 +63,13 @@ __all__ = [
 ]
 
 LONGEST = 2000
-"""Letters of an error of a user's code that are printed."""
+"""Most letters of a user's error that are printed."""
 INSTALLED = (
     "<",
     *(f"{sysconfig.get_path(name)}/" for name in ("stdlib", "purelib", "platlib")),
     f"{Path(__file__).parent}/",
 )
-"""Beginnings of the names of files that are no user's."""
+"""Prefixes of the paths of files that are not the user's."""
 
 _HOMES = {
     "ArgumentError": "spikeport.compile.ground.refusal",
@@ -101,7 +101,7 @@ class SpikeportError(Exception):
 
 
 class UsageError(SpikeportError, ValueError):
-    """A name, key or value is not known; the message lists what is."""
+    """A name, key or value is not known; the message lists the known ones."""
 
     exit_code = 2
 
@@ -145,7 +145,7 @@ class RobotLostError(BackendError):
 
 
 class RenderError(SpikeportError, RuntimeError):
-    """Error for a machine on which no picture can be made."""
+    """No picture can be made on this machine."""
 
 
 class DivergedError(SpikeportError, ArithmeticError):
@@ -153,12 +153,12 @@ class DivergedError(SpikeportError, ArithmeticError):
 
 
 def printable(text: str, kept: str = "") -> str:
-    r"""Return a text with ``\n``, ``\x07`` and the like in place of what cannot be printed.
+    r"""Return a text with unprintable characters escaped, as ``\n`` or ``\x07``.
 
     Parameters
     ----------
     text : str
-        The text, as of a label or a file.
+        The text, e.g. of a label or a file.
     kept : str
         Characters that stay as they are, e.g. ``"\n"``.
     """
@@ -177,7 +177,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
     name : str
         The name that is not known.
     known : iterable of str
-        The names there are.
+        The known names.
     """
     choices = ", ".join(sorted(known))
     return UsageError(f"unknown {kind} '{printable(name)}'; choose from: {choices}")
@@ -186,7 +186,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> UsageError:
 def in_words(error: BaseException) -> str:
     """Return type, text, notes and place of an error of a user's code.
 
-    The code may fail to make the text.
+    The user's class may fail to make the text.
     """
     try:
         text = "; ".join([str(error), *getattr(error, "__notes__", [])])
@@ -197,7 +197,7 @@ def in_words(error: BaseException) -> str:
 
 
 def _place(error: BaseException) -> str:
-    """Return, in brackets, the last line of a user's code on the way to an error."""
+    """Return, in brackets, the last line of a user's code in the traceback of an error."""
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         if not frame.filename.startswith(INSTALLED):
             path = Path(frame.filename)

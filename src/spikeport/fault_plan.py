@@ -14,7 +14,7 @@ from spikeport.errors import UsageError
 from spikeport.pacing import in_steps
 
 MOST_MS = 10**6
-"""The longest time of a fault: beyond some 10^12, no system can wait for it."""
+"""The longest time of a fault, in ms: no system can wait for some 10^12."""
 _PATTERN = re.compile(
     r"(?P<kind>[a-z-]+)(=(?P<ms>[0-9.]+))?(@(?P<step>[0-9]+)|:(?P<share>[0-9.]+))"
 )
@@ -22,7 +22,7 @@ _PATTERN = re.compile(
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault at one step, or, with step 0, at a share of all; ``text`` is as it was asked for."""
+    """A fault at one step, or, with step 0, at a share of all steps; ``text`` is the user's."""
 
     kind: str
     step: int = 0
@@ -37,9 +37,9 @@ class Faults(NamedTuple):
     Attributes
     ----------
     option : str
-        The option by which they are asked for.
+        The option that asks for them.
     kinds : tuple of str
-        Their names.
+        The names of the kinds.
     timed : tuple of str
         The kinds that take a time in ms.
     """
@@ -54,7 +54,7 @@ class Faults(NamedTuple):
         if found is None or found["kind"] not in self.kinds:
             raise self._refused(text)
         try:
-            # The step as well: Python makes no integer of thousands of digits.
+            # The step as a float, too: Python makes no integer of thousands of digits.
             ms, share, step = (float(found[name] or 0) for name in ("ms", "share", "step"))
         except ValueError:
             raise self._refused(text) from None
@@ -75,7 +75,7 @@ class Faults(NamedTuple):
 
 
 def unreached(faults: Iterable[Fault], steps: int, run: str = "the run") -> list[str]:
-    """Return a line for each fault at a step beyond those of a run; none for a run without any."""
+    """Return a line for each fault beyond the last step of a run; none for a run of no steps."""
     return [
         f"fault {fault.text} was never reached: {run} has {in_steps(steps)}"
         for fault in faults
@@ -84,14 +84,14 @@ def unreached(faults: Iterable[Fault], steps: int, run: str = "the run") -> list
 
 
 class FaultPlan:
-    """Faults by steps; those of shares are drawn.
+    """Faults by step; faults with a share are drawn at random.
 
     Parameters
     ----------
     faults : sequence of Fault
         The plan.
     rng : random.Random
-        Draws the steps of shares.
+        Draws the steps of faults with a share.
     """
 
     def __init__(self, faults: Sequence[Fault], rng: random.Random) -> None:
@@ -103,6 +103,6 @@ class FaultPlan:
         self._rng = rng
 
     def drawn(self, step: int) -> Iterable[Fault]:
-        """Return the faults of a step, which is asked for once; those at a step come first."""
+        """Return the faults of a step, planned ones before drawn ones; call it once a step."""
         shares = [fault for fault in self._shares if self._rng.random() < fault.share]
         return [*self._at.pop(step, ()), *shares]

@@ -1,4 +1,4 @@
-"""TOML and JSON files: read with path and reason where that fails, written whole or not at all."""
+"""TOML and JSON files: read, with path and reason in errors, and written whole or not at all."""
 
 import json
 import math
@@ -20,7 +20,7 @@ M = TypeVar("M", bound=BaseModel)
 Refusal = type[SpikeportError]
 
 MOST_LISTED = 20
-"""Errors in a file that are listed, each on a line."""
+"""Most errors in a file that are listed, each on a line."""
 
 
 def _on_a_line(text: str) -> str:
@@ -30,10 +30,10 @@ def _on_a_line(text: str) -> str:
 
 
 Line = Annotated[str, AfterValidator(_on_a_line)]
-"""A text of a file that stands in reports: a terminal would obey control characters in it."""
+"""A text of a file that reports print: a terminal would obey control characters in it."""
 
 Name = Annotated[str, Field(min_length=1), AfterValidator(_on_a_line)]
-"""One that is not empty."""
+"""A `Line` that is not empty."""
 
 REASONS = {"missing": "is missing", "extra_forbidden": "is not a known key"}
 
@@ -68,7 +68,7 @@ def read_model(
     refusal: Refusal = UsageError,
     read: Callable[[Path, Refusal], Any] = read_toml,
 ) -> M:
-    """Return the model that a file holds, and say all that is wrong with it at once.
+    """Return the model that a file holds; an error lists everything that is wrong with it.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def _read(path: Path, parse: Callable[[str], Any], kind: str, refusal: Refusal) 
 
 
 def _listed(errors: Sequence[ErrorDetails]) -> str:
-    """Return a line for each error, and one for those that would be too many to read."""
+    """Return a line for each error up to `MOST_LISTED`, and one with the number of the others."""
     rows = [f"  {shown(_dotted(e))}: {shown(_reason(e))}" for e in errors[:MOST_LISTED]]
     more = len(errors) - len(rows)
     return "\n".join([*rows, *([f"  and {more:,} more"] if more else [])])

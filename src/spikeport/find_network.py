@@ -1,4 +1,4 @@
-"""Finds the network a user names: built in, in a file, a notebook, or in a module."""
+"""The search for the network a user names: built in, or in a file, a notebook or a module."""
 
 import functools
 import inspect
@@ -20,11 +20,11 @@ BUILT_IN = {"arm": "reach", "humanoid": "switch", "walk": "walk"}
 USUAL = ("model", "net")
 """Names that Nengo's documentation and GUI give to the network of a script."""
 FORMS = ("FILE.py", "FILE.ipynb", "FILE.py:NAME", "module:NAME", "graph.nir")
-"""Forms of other networks' names."""
+"""Forms of the names of networks that are not built in."""
 
 
 def needed_passes(spec: str) -> str | None:
-    """Return the passes that a network is made for, if it says so."""
+    """Return the passes that a network is made for, if it is built in and names any."""
     return _experiment(spec).pipeline if spec in BUILT_IN else None
 
 
@@ -40,21 +40,21 @@ def find_network(
     Parameters
     ----------
     spec : str
-        A built-in name; ``FILE.py:NAME``, ``FILE.ipynb:NAME`` or ``module:NAME``, where the name is
-        that of a network, or of a function or class that makes one; or a file alone, in which it is
-        a network called ``model`` or ``net``, or the only network, or all that makes one; or
+        A built-in name; ``FILE.py:NAME``, ``FILE.ipynb:NAME`` or ``module:NAME``, with the name of
+        a network, or of a function or class that makes one; a file alone, for its network called
+        ``model`` or ``net``, or its only network, or its only function or class that makes one; or
         ``graph.nir``.
     pairs : list of str
         ``KEY=VALUE`` arguments of the function; of a built-in network, its experiment's settings.
     chip, passes : str
         Chip and passes of its compile, for which read-outs of built-in networks are calibrated.
     timeout_s : float, optional
-        Longest time that building may take; by default as long as it likes.
+        Longest time that building may take; by default there is no limit.
 
     Raises
     ------
     UsageError
-        If it is not found, cannot be imported, or is no function that returns a network.
+        If it is not found, cannot be imported, or is not a function that returns a network.
     NetworkError
         If the function raises an error, exits, or takes too long.
     """
@@ -65,7 +65,7 @@ def find_network(
             return _graph(spec, pairs)
         from spikeport.compile.loihi.numpy1 import numpy1_semantics_without_turns
 
-        # A script of nengo-loihi's users ends with a run on its simulator: it fails under NumPy 2.
+        # Scripts for nengo-loihi often end with a run on its simulator, which fails under NumPy 2.
         with numpy1_semantics_without_turns():
             return _users(spec, pairs)
 
@@ -111,7 +111,7 @@ def _named(module: ModuleType, where: str, name: str) -> nengo.Network | Callabl
 
 
 def _only(module: ModuleType, where: str) -> nengo.Network | Callable[..., object]:
-    """Return the one network of a file that names none, or what makes it."""
+    """Return the only network of a file, or its only function or class that makes one."""
     networks, makers = networks_in(module), makers_in(module)
     if usual := [networks[name] for name in USUAL if name in networks]:
         return usual[0]
@@ -146,7 +146,7 @@ def _made(make: Callable[..., object], spec: str, pairs: list[str]) -> nengo.Net
 
 
 def built_in(spec: str, pairs: list[str], chip: str, passes: str | None = None) -> nengo.Network:
-    """Build a built-in network as `find_network`, whose time is not watched.
+    """Build a built-in network, as `find_network` does, without a time limit.
 
     Raises
     ------

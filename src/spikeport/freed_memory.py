@@ -2,7 +2,7 @@
 
 glibc gives an array of more than 128 KB (up to 32 MB, which it adjusts as it runs) back to the
 system as soon as it is freed. The next one gets new pages, each of which is zeroed and mapped when
-it is first touched: in a virtual machine that takes longer than many a NumPy operation. A compile
+it is first touched: in a virtual machine that takes longer than many NumPy operations. A compile
 makes and frees such arrays all the time.
 
 Source: mallopt(3) of the Linux manual.
@@ -22,7 +22,7 @@ _USUAL = 2**25
 
 @contextlib.contextmanager
 def kept() -> Iterator[None]:
-    """Keep what is freed meanwhile, and give it back at the end.
+    """Keep memory that is freed meanwhile, and give it back to the system at the end.
 
     It applies to the whole process. Where the C library has no ``mallopt``, nothing changes.
     """
@@ -34,7 +34,7 @@ def kept() -> Iterator[None]:
     try:
         yield
     finally:
-        # It cannot be asked for those before; glibc itself trims at twice the other threshold.
+        # The thresholds before cannot be read; glibc's own trim threshold is twice the other one.
         _set_thresholds(libc, _USUAL, 2 * _USUAL)
         libc.malloc_trim(0)
 

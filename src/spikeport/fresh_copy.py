@@ -1,7 +1,7 @@
-"""A copy of a network whose functions begin anew, for a second run beside a first.
+"""A copy of a network with functions of its own, for a second run beside a first.
 
 `nengo.Network.copy` copies the objects that nodes call, but shares functions, and so the variables
-that these change: a plant's state in one of them would go on where the first run left it.
+that they change: a plant's state in such a variable would go on where the first run left it.
 """
 
 import contextlib
@@ -24,15 +24,15 @@ LIBRARIES = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "pl
 def fresh_copy(network: nengo.Network) -> nengo.Network:
     """Return a copy of a network, and of the variables of a user's functions that it calls.
 
-    It is not made anew, since weights would be others wherever a user's random numbers have no
-    seed. A network without functions is returned itself. Where variables cannot be copied, as with
-    a lock or an open file among them, functions are shared, which a warning says.
+    The network is not built again, since its weights would differ wherever a user's random numbers
+    have no seed. A network without functions is returned itself. If variables cannot be copied,
+    such as a lock or an open file, functions are shared, and a warning says so.
     """
     if not _calls(network):
         return network
     try:
         with _by_value(_own_modules()), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Nengo's: they were shown as the network was made
+            warnings.simplefilter("ignore")  # Nengo warned when the network was made
             return _copied(network)
     except Exception as error:  # whatever copying a user's object raises
         warnings.warn(
@@ -45,7 +45,7 @@ def fresh_copy(network: nengo.Network) -> nengo.Network:
 
 
 def _calls(network: nengo.Network) -> bool:
-    """Return whether a network calls anything in its steps, but for processes."""
+    """Return whether a network calls functions in its steps, other than processes."""
     called = [node.output for node in network.all_nodes]
     called += [connection.function for connection in network.all_connections]
     return any(callable(one) and not isinstance(one, nengo.Process) for one in called)
@@ -106,7 +106,7 @@ def _own_modules() -> set[ModuleType]:
 
 @contextlib.contextmanager
 def _by_value(modules: set[ModuleType]) -> Iterator[None]:
-    """Copy functions of modules with their variables, within the context, in place of names."""
+    """Pickle functions of modules with their variables within the context, and not by name."""
     known = cloudpickle.list_registry_pickle_by_value()
     added = [one for one in modules if one.__name__ not in known and one.__name__ in sys.modules]
     for module in added:

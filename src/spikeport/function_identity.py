@@ -1,10 +1,10 @@
-"""The identity of functions: all that decides what they return, in a form that lasts.
+"""The identity of functions: everything that decides what they return, equal in every process.
 
-A function has one if its code, and whatever it reaches, can be read: values it closes over, its
-defaults, and names of its module, as deep as they go. Code of spikeport, of the packages that
-`spikeport.cache.surroundings` covers and of modules of Python that only compute is named, and not
-read; of SciPy and Nengo that is true of the parts that are known to compute alone. A function that
-may read a file, a clock or random numbers has no identity.
+A function has an identity if its code, and everything that it reaches, can be read: values it
+closes over, its defaults, and names of its module, recursively. Code of spikeport, of the packages
+that `spikeport.cache.surroundings` covers and of modules of Python that only compute is named, and
+not read; in SciPy and Nengo only the parts that are known to compute alone count as such. A
+function that may read a file, a clock or random numbers has no identity.
 """
 
 import builtins
@@ -28,7 +28,7 @@ PURE = {
     *("statistics", "fractions", "decimal", "numbers", "collections", "bisect", "_bisect", "copy"),
     *("heapq", "_heapq", "string", "re", "enum", "typing", "dataclasses", "abc", "types"),
 }
-"""Modules of Python with nothing that is another in each process, but for `UNSTABLE`."""
+"""Modules of Python whose content is the same in every process, except for `UNSTABLE`."""
 
 PARTS = {
     "scipy": (
@@ -37,10 +37,10 @@ PARTS = {
     ),
     "nengo": ("exceptions", "networks", "neurons", "synapses"),
 }
-"""The parts of packages that only compute, where others read files, or draw numbers."""
+"""The parts of packages that only compute; other parts read files, or draw random numbers."""
 
 OUTSIDE = ("numpy.random", "scipy.sparse.linalg", "scipy.linalg.interpolative")
-"""Modules that draw numbers, if only to begin from."""
+"""Modules that draw random numbers, even if only to start from."""
 
 UNSTABLE = {
     *("open", "input", "exec", "eval", "globals", "environ", "getenv", "time"),
@@ -51,19 +51,19 @@ UNSTABLE = {
     *("from_xml_path", "from_binary_path", "from_file", "from_zip", "mj_loadXML", "mj_loadModel"),
     *("random", "rand", "randn", "randint", "uniform", "normal", "default_rng", "rvs", "sample"),
 }
-"""Names of what is another in each process, or depends on files, whatever the code that asks."""
+"""Names of objects that differ between processes or depend on files, whatever code uses them."""
 READERS = ("load_", "read_")
-"""Beginnings of names of functions that read files, as ``load_npz``."""
+"""Prefixes of the names of functions that read files, as ``load_npz``."""
 
 DISPATCHER = type(np.linalg.norm)
-"""The type of NumPy's functions that other arrays may answer for."""
+"""The type of NumPy's functions that other array types may override."""
 
 ValueIdentity: TypeAlias = Callable[[object], object]
 """Returns the identity of a value that a function reaches; TypeError if it has none."""
 
 
 def is_covered(module: str | None) -> bool:
-    """Return whether the surroundings of a result say what a module does."""
+    """Return whether the surroundings of a result decide what a module does."""
     module = module or ""
     package, _, part = module.partition(".")
     if package not in COVERED or module.startswith(OUTSIDE):
@@ -72,7 +72,7 @@ def is_covered(module: str | None) -> bool:
 
 
 def is_unstable(name: str) -> bool:
-    """Return whether a name is of what is another in each process, or depends on files."""
+    """Return whether an object of this name may differ between processes or depend on files."""
     return name in UNSTABLE or name.startswith(READERS)
 
 
@@ -82,7 +82,7 @@ class FunctionIdentity:
     Parameters
     ----------
     of_value : callable
-        The identity of a value that is no function, class or module.
+        Returns the identity of a value that is not a function, class or module.
     """
 
     def __init__(self, of_value: ValueIdentity) -> None:
@@ -98,7 +98,7 @@ class FunctionIdentity:
         Raises
         ------
         TypeError
-            If it has none: a class of the user's, or an object of one.
+            If it has none, as a user's class, or an object of such a class.
         """
         match value:
             case ModuleType():
@@ -132,7 +132,7 @@ class FunctionIdentity:
         return "ufunc", name
 
     def _check_parts(self, modules: set[str], names: set[str]) -> None:
-        """Refuse the parts of modules that functions name, whichever function names which part."""
+        """Refuse unstable parts of all modules and names so far, whichever function has which."""
         self._modules |= modules
         self._names |= names
         for module in sorted(self._modules):
@@ -157,16 +157,16 @@ class FunctionIdentity:
             return kind, items, self.of(missing)
         assert isinstance(value, list | tuple | set | frozenset)
         if isinstance(value, set | frozenset):
-            # The order of a set is another one in each process.
+            # The order of a set differs between processes.
             return kind, sorted(repr(self.of(one)) for one in value)
         return kind, [self.of(one) for one in value]
 
     def _again(self, value: object) -> object:
-        """Return the number of a value that was met before; functions may reach themselves."""
+        """Return the number of a value that was met before, or None: functions may recurse."""
         if id(value) in self._known:
             return "again", self._known[id(value)]
         self._known[id(value)] = len(self._known)
-        self._kept.append(value)  # so that no other takes its id
+        self._kept.append(value)  # so that no other object takes its id
         return None
 
     def _function(self, value: FunctionType) -> object:
@@ -175,7 +175,7 @@ class FunctionIdentity:
         cells = [self._cell(cell) for cell in value.__closure__ or ()]
         rest = self.of(value.__defaults__), self.of(value.__kwdefaults__), self.of(vars(value))
         code = value.__code__
-        # By the module whose names it uses: a wrapper copies ``__module__`` of what it wraps.
+        # The module whose names it uses: a wrapper copies ``__module__`` of the wrapped function.
         module = value.__globals__.get("__name__")
         if is_covered(module) or (module or "").partition(".")[0] in COVERED:
             named = self._named("function", module, value.__qualname__)
@@ -200,9 +200,9 @@ class FunctionIdentity:
 
 
 def _parts(module: str, names: set[str]) -> Iterator[str]:
-    """Yield a module, those within it that have one of some names, and where the others are from.
+    """Yield a module, its submodules of some names, and the modules of its other parts so named.
 
-    A module is imported only after it was yielded: who refuses it goes no further.
+    A module is imported only after it was yielded, so that a caller can refuse it before.
     """
     yield module
     whole = import_module(module)
@@ -228,7 +228,7 @@ def _imported(code: CodeType) -> set[str]:
 
 
 def _code(code: CodeType) -> object:
-    """Return all of code that decides what it does, as plain data."""
+    """Return everything of a code object that decides what it does, as plain data."""
     sizes = code.co_argcount, code.co_posonlyargcount, code.co_kwonlyargcount, code.co_flags
     names = code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars
     consts = [_constant(one) for one in code.co_consts]

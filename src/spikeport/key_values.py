@@ -15,7 +15,7 @@ from spikeport.errors import UsageError, unknown
 
 PLAIN = (int, float, bool, str)
 CONTAINERS = (tuple, list, dict)
-"""Types of values that are given in JSON, as in ``rates=[100, 200]``."""
+"""Types of values that are written in JSON, as in ``rates=[100, 200]``."""
 UNIONS = (Union, types.UnionType)
 EXPECTED = {
     "int_parsing": "a whole number",
@@ -42,14 +42,14 @@ def parse(
     target : callable
         The function that takes the arguments; see `parameters`.
     owner : str
-        Its name in messages.
+        The name of the function in messages.
     option : str
         The source of the texts, for messages.
 
     Raises
     ------
     UsageError
-        For a text without ``=``, a key that is not a parameter (lists those there are), a key set
+        For a text without ``=``, a key that is not a parameter (the message lists them), a key set
         twice, or a value that does not convert.
     """
     split = []
@@ -64,14 +64,14 @@ def parse(
 def parameters(target: Callable[..., object], owner: str) -> dict[str, Any]:
     """Return the parameters that can be set by name, each with the type of its values.
 
-    The type is the one it is annotated with, if that is bool, int, float, str, a choice of texts or
-    one of several of these, with bounds or without, or a tuple, list or dict, which is given in
-    JSON; else the type of its default; else str.
+    A parameter's type is its annotation, if that is bool, int, float, str, a choice of texts or a
+    union of these, with bounds or without, or a tuple, list or dict, which is written in JSON; else
+    the type of its default; else str.
 
     Raises
     ------
     UsageError
-        If the parameters of the target cannot be known.
+        If the parameters of the target cannot be read.
     """
     try:
         found = inspect.signature(target).parameters
@@ -88,14 +88,14 @@ def parameters(target: Callable[..., object], owner: str) -> dict[str, Any]:
 def converted(
     pairs: Iterable[tuple[str, str]], kinds: dict[str, Any], kind: str, where: str
 ) -> dict[str, SettingValue]:
-    """Return the values that texts stand for, by key.
+    """Return the values of texts, by key.
 
     Parameters
     ----------
     pairs : iterable of (str, str)
         Keys and texts.
     kinds : dict
-        The types of the values, by key, as of `parameters`.
+        The types of the values, by key, as from `parameters`.
     kind : str
         The name of a key in messages, e.g. ``"key of network 'arm'"``.
     where : str
@@ -116,15 +116,15 @@ def converted(
 
 
 def check_fields(value: object, owner: str) -> None:
-    """Hold the plain fields of a dataclass against the types and bounds they are annotated with.
+    """Check the plain fields of a dataclass against the types and bounds in their annotations.
 
     Raises
     ------
     UsageError
-        That names the owner, the field and its value.
+        For a wrong value; the message names the owner, the field and the value.
     """
     for name, kind in _hints(type(value)).items():
-        # Numbers of NumPy's are as good, and no int to pydantic.
+        # NumPy's numbers are as good, but pydantic does not take them for an int.
         if _is_known(kind) and not isinstance(getattr(value, name), np.generic):
             _valid(getattr(value, name), TypeAdapter(kind), f"{owner}{name}", strict=True)
 
@@ -137,7 +137,7 @@ def _valid(value: Any, kind: TypeAdapter[Any], what: str, strict: bool = False) 
     try:
         found: SettingValue = kind.validate_python(value, strict=strict)
     except ValidationError as error:
-        (*_, last) = error.errors()  # of several types, the last one takes most
+        (*_, last) = error.errors()  # the last type of a union accepts most
         reason = last["msg"][0].lower() + last["msg"][1:]
         if last["type"] in EXPECTED:
             reason = "expected " + EXPECTED[last["type"]].format(**last.get("ctx", {}))
@@ -146,7 +146,7 @@ def _valid(value: Any, kind: TypeAdapter[Any], what: str, strict: bool = False) 
 
 
 def _in_order(kind: Any) -> Any:
-    """Return a type whose members are tried from left to right; None has no text."""
+    """Return a type whose members are tried from left to right, without None: it has no text."""
     if get_origin(kind) not in UNIONS:
         return kind
     members = tuple(one for one in get_args(kind) if one is not types.NoneType)
@@ -157,7 +157,7 @@ def _in_order(kind: Any) -> Any:
 
 
 def _hints(target: Callable[..., object]) -> dict[str, Any]:
-    """Return the types that parameters are annotated with, of those that can be known."""
+    """Return the annotated types of parameters, as far as they can be evaluated."""
     while isinstance(target, functools.partial):
         target = target.func
     holder: Any = target

@@ -1,6 +1,6 @@
-"""Arguments of `nengo_loihi.Simulator`: taken for what they mean here, or refused in words.
+"""Arguments of `nengo_loihi.Simulator`: taken as they apply here, or refused with a reason.
 
-docs/migrating.md has them in a table.
+docs/migrating.md lists them in a table.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ WITHOUT_CHIP = "reference"
 
 
 def check_target(target: object, backend: str) -> None:
-    """Check ``target``: the emulator is what runs here, whatever its backend.
+    """Check ``target``: only an emulator can run here, on any backend with a chip.
 
     Raises
     ------
@@ -32,7 +32,7 @@ def check_target(target: object, backend: str) -> None:
             "or with link=LinkOptions(board=ADDRESS) reaches one that `spikeport board serve` runs"
         )
     if target == registry.FLOAT_EMULATION:
-        registry.get(registry.FLOAT_EMULATION)  # refuses it, with what replaces it
+        registry.get(registry.FLOAT_EMULATION)  # raises an error with its replacement
     if target not in (None, "sim"):
         raise ArgumentError("target", target, "None or 'sim'; see backend")
     if target == "sim" and backend == WITHOUT_CHIP:
@@ -40,7 +40,7 @@ def check_target(target: object, backend: str) -> None:
 
 
 def check_precompute(precompute: object) -> None:
-    """Check ``precompute``; host and chip step in turn in any case, and give the same bits."""
+    """Check ``precompute``, which changes nothing: host and chip step in turn in any case."""
     if not isinstance(precompute, bool | None):
         raise ArgumentError("precompute", precompute, "None, or a bool, which changes nothing here")
 
@@ -58,7 +58,7 @@ def check_hardware_options(options: object) -> None:
 
 
 def check_sample_times(dt: object) -> None:
-    """Refuse ``dt`` of `trange`, the old name of ``sample_every``; UsageError has the call."""
+    """Refuse ``dt`` of `trange`, the old name of ``sample_every``; UsageError has the new call."""
     if dt is not None:
         expected = "None: the name is sample_every, as in Nengo since 3.0; cure: "
         raise ArgumentError("dt", dt, f"{expected}trange(sample_every={shown(dt)})")
@@ -70,7 +70,7 @@ def build_settings(model: "Model | None", dt: float, remove_passthrough: bool) -
     Raises
     ------
     UsageError
-        If the argument is no such model, of another time step, or was built already.
+        If ``model`` is not such a model, has another time step, or was built already.
     """
     from nengo_loihi.builder import Model
 

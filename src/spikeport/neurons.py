@@ -1,7 +1,7 @@
-"""Neuron types of our own: neurons in steps of the chip, and what feeds and reads them on the host.
+"""Neuron types of our own: neurons in steps of the chip, and host neurons that feed and read them.
 
-Nengo's types have no filtered current of their own and end the voltage at zero. Types of NIR and of
-most frameworks have the one and do not do the other, and nor does the chip.
+Nengo's types have no filtered current of their own, and clip the voltage at zero. Types of NIR, of
+most frameworks and of the chip have a filtered current, and do not clip the voltage at zero.
 """
 
 from typing import ClassVar
@@ -19,7 +19,7 @@ UNIT = 64
 """Thresholds and weights are multiples of this."""
 
 MANTISSA = 127
-"""A weight is up to so many steps of its connection."""
+"""The largest weight, in steps of its connection's weights."""
 
 MOST_HELD_STEPS = 52
 """The most steps from an input to its spike: a `SpikeSource` keeps them as bits of a float64."""
@@ -28,7 +28,7 @@ REST = Choice([0])
 
 
 class Integrator(NeuronType):
-    r"""Leaky integrators of a filtered current; `IntegrateAndFire` and `LeakyIntegrator` are such.
+    r"""Leaky integrators of a filtered current: base of `IntegrateAndFire` and `LeakyIntegrator`.
 
     .. math:: u \leftarrow (1 - d_u) u + J\,dt, \qquad v \leftarrow (1 - d_v) v + u + l
 
@@ -36,9 +36,9 @@ class Integrator(NeuronType):
     ----------
     current_decay, voltage_decay : float or (n,) array
         The shares :math:`d_u`, from above 0 to 1, and :math:`d_v`, from 0 to 1, that a step takes
-        away; of all neurons, or of each.
+        away; one for all neurons, or one for each.
     leak : float or (n,) array
-        The change of the voltage by a step, :math:`l`.
+        The change of the voltage in a step, :math:`l`.
 
     Raises
     ------
@@ -68,7 +68,7 @@ class Integrator(NeuronType):
         voltage += current - self.voltage_decay * voltage + self.leak
 
     def _per_step(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
-        """Return what a step adds to the voltage, once the current has settled."""
+        """Return the voltage that a step adds, once the current has settled."""
         charge: np.ndarray = self.current(x, gain, bias) * DT_S
         settled: np.ndarray = charge / self.current_decay + self.leak
         return settled
@@ -78,8 +78,8 @@ class IntegrateAndFire(Integrator):
     r"""Integrators that spike where :math:`v > \theta`, and then start from zero.
 
     The chip computes them in integers, :math:`\theta` in units of its voltage: weights become
-    multiples of 64, of a size of 8 bits for each connection, so that a large threshold keeps more
-    of them. There is no lower end of the voltage here; on the chip it is at -2^23.
+    multiples of 64, of 8 bits with a scale for each connection, so that a large threshold keeps
+    more of their precision. The voltage has no lower limit here; on the chip it is -2^23.
 
     Parameters
     ----------
@@ -88,8 +88,8 @@ class IntegrateAndFire(Integrator):
     current_decay, voltage_decay, leak : float or (n,) array
         See `Integrator`; on the chip decays are multiples of 1/4096.
     correction : float or (n,) array
-        What the chip adds to the leak, for what rounding takes off constant input; floating point,
-        which rounds nothing, does not.
+        The value that the chip adds to the leak, to make up for the rounding of constant input;
+        floating point, which does not round, leaves it out.
     """
 
     negative = False
@@ -127,7 +127,7 @@ class IntegrateAndFire(Integrator):
     def rates(self, x: np.ndarray, gain: np.ndarray, bias: np.ndarray) -> np.ndarray:
         """Return the rates in Hz that constant input leads to, in steps of 1 ms."""
         drive = self._per_step(x, gain, bias)
-        decay = np.maximum(self.voltage_decay, 1e-12)  # next to none, of those that have none
+        decay = np.maximum(self.voltage_decay, 1e-12)  # a tiny one in place of none
         fires = drive > decay * self.threshold
         share = np.where(fires, decay * self.threshold / np.where(fires, drive, 1), 0)
         with np.errstate(divide="ignore"):
@@ -168,7 +168,7 @@ class SpikeSource(NeuronType):
     late : int
         Steps from an input to its spike, up to `MOST_HELD_STEPS`.
     wait : int
-        Steps at the beginning in which there is none.
+        Steps at the beginning without spikes.
     n_steps : int, optional
         Steps after these in which there may be spikes; by default, all.
     """
@@ -193,7 +193,7 @@ class SpikeSource(NeuronType):
         history: np.ndarray,
     ) -> None:
         """Advance by a step."""
-        # The bits of a number: the lowest is this step's, the highest that of the spike.
+        # A number with a bit for each step: the lowest is this step's, the highest makes a spike.
         history[:] = 2 * history % 2.0 ** (self.late + 1) + (J > 0.5)
         end = np.inf if self.n_steps is None else self.wait + self.n_steps
         open_now = (elapsed >= self.wait) & (elapsed < end)
@@ -209,7 +209,7 @@ class SpikeSource(NeuronType):
 def chip_decays(
     current_decay: np.ndarray | float, voltage_decay: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the decays that the chip has for these, in 1/4096; a current's are above 0."""
+    """Return decays as the chip rounds them, in 1/4096; a current's decays are above 0."""
     current = np.clip(np.round(np.asarray(current_decay) * DECAY_UNITS), 1, DECAY_UNITS)
     voltage = np.clip(np.floor(np.asarray(voltage_decay) * DECAY_UNITS + 0.5), 0, DECAY_UNITS - 1)
     return current.astype(int), voltage.astype(int)

@@ -15,7 +15,7 @@ from spikeport.errors import UsageError
 
 
 class Clock(Protocol):
-    """A clock in s, of which only differences mean something."""
+    """A clock in s; only differences of its times have a meaning."""
 
     def now(self) -> float:
         """Return the time, in s."""
@@ -40,7 +40,7 @@ class SystemClock:
 
 @contextlib.contextmanager
 def later(delay_s: float, action: Callable[[], object]) -> Iterator[None]:
-    """Do something in a thread of its own, unless the block has ended by then."""
+    """Call ``action`` after a delay in a thread of its own, unless the block ends before."""
     timer = threading.Timer(delay_s, action)
     timer.daemon = True
     timer.start()
@@ -73,9 +73,9 @@ class Pace:
 def undisturbed(priority: int | None = None) -> Iterator[None]:
     """Keep other work away from steps that keep to the clock.
 
-    Objects that are there already are left out of collections of garbage: one collection of a run's
-    315,000 objects takes 0.2 s, and a robot waits 0.04 s. With a priority all threads that
-    are there already, and those that they start, come before all work that has none (SCHED_FIFO).
+    Garbage collection skips the objects that exist already: one collection of a run's 315,000
+    objects takes 0.2 s, and a robot waits 0.04 s. With a priority the threads that exist already,
+    and those that they start, run before all work without a priority (SCHED_FIFO).
 
     Parameters
     ----------
@@ -85,12 +85,12 @@ def undisturbed(priority: int | None = None) -> Iterator[None]:
     Raises
     ------
     UsageError
-        If the system does not give the priority to this process.
+        If the system does not grant the priority to this process.
     """
     before = {} if priority is None else _schedules()
     if priority is not None:
         _raise(before, priority)
-    # First, since garbage that is frozen stays for ever.
+    # Collect first, since frozen garbage stays.
     gc.collect()
     gc.freeze()
     try:
@@ -131,10 +131,10 @@ def _schedule(thread: int, policy: int, priority: int) -> None:
 
 
 class Deadlines:
-    """The beginnings of steps by a clock: t_0 + n dt, whatever the steps before took.
+    """The beginnings of steps by a clock: t_0 + n dt, however long earlier steps took.
 
-    A step that begins late is an overrun. After a stall of a step or more time goes on from there:
-    the steps that were missed are not made up for in a burst.
+    A step that begins late is an overrun. After a stall of a step or more the deadlines start again
+    from that time: the steps that were missed are not made up for in a burst.
 
     Parameters
     ----------
@@ -172,7 +172,7 @@ class RoundTrips:
     FIRST_S = 1e-6
     RATIO = 1.02
     N = 1200  # up to 21,000 s
-    KEPT = 1000  # until they are put into bins together
+    KEPT = 1000  # times that are put into bins together
 
     def __init__(self) -> None:
         self._kept: list[float] = []

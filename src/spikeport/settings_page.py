@@ -1,4 +1,4 @@
-"""The page of settings: what ``run EXPERIMENT --set KEY=VALUE`` takes, from the classes of them."""
+"""The page of settings, which ``run EXPERIMENT --set KEY=VALUE`` takes, made from their classes."""
 
 import dataclasses
 import inspect
@@ -53,7 +53,7 @@ def _link(settings: type) -> str:
 
 
 def _section(settings: type) -> Iterator[str]:
-    """Yield the table of a class's own settings, and what the class says of them."""
+    """Yield the table of a class's own settings, and the docstring of the class."""
     kinds = key_values.parameters(settings, settings.__name__)
     defaults = {one.name: one.default for one in dataclasses.fields(settings)}
     own = [name for name in inspect.get_annotations(settings) if name in defaults]
@@ -67,7 +67,7 @@ def _section(settings: type) -> Iterator[str]:
 
 
 def _kind(kind: Any) -> str:
-    """Return a type in words; None has none, since it cannot be given."""
+    """Return a type in words, without None, which cannot be set."""
     members = [one for one in get_args(kind) or (kind,) if one is not types.NoneType]
     return ", or ".join(WORDS.get(one, str(one)) for one in members)
 

@@ -8,7 +8,7 @@ GAP = "  "
 
 @dataclass(frozen=True)
 class Table:
-    """A titled table; its first column lies to the left, all others to the right.
+    """A titled table; its first column is aligned left, all others right.
 
     Attributes
     ----------

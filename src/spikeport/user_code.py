@@ -1,4 +1,4 @@
-"""Runs a user's code: a file, a notebook or a module, as Python and Jupyter would."""
+"""A user's code, run as Python and Jupyter would: a file, a notebook or a module."""
 
 import ast
 import asyncio
@@ -22,7 +22,7 @@ from spikeport.reading.notebook import Cell, read_notebook
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
 FOR_JUPYTER = '; cure: mend it, or put what is for Jupyter alone under `if __name__ == "__main__":`'
-"""The cure of a cell: a notebook's name is another here, as that of a module."""
+"""The cure for a cell: here a notebook's ``__name__`` is that of a module, not ``__main__``."""
 
 
 def imported(where: str) -> ModuleType:
@@ -33,7 +33,7 @@ def imported(where: str) -> ModuleType:
     UsageError
         If it is not found, cannot be read, or raises an error.
     """
-    # Plots of a model that is compiled are nobody's to look at, and a window would wait for one.
+    # Nobody looks at the plots of a model that is only compiled, and a plot window would block.
     os.environ.setdefault("MPLBACKEND", "agg")
     warnings.filterwarnings("ignore", message="FigureCanvasAgg is non-interactive")
     if where.endswith(".ipynb"):
@@ -43,7 +43,7 @@ def imported(where: str) -> ModuleType:
 
 @contextlib.contextmanager
 def without_arguments(where: str) -> Iterator[None]:
-    """Let code find itself as the script that runs, as python would, in place of our arguments."""
+    """Replace our arguments by the name of a user's script, as when python runs it."""
     ours = sys.argv
     sys.argv = [where]
     try:
@@ -90,14 +90,14 @@ def _notebook(path: Path) -> ModuleType:
 
 
 def _source(path: Path, cell: Cell) -> str:
-    """Return the name of a cell as a file, under which its lines are found, as in tracebacks."""
+    """Return a file name for a cell, under which its lines are found, e.g. in tracebacks."""
     name = f"{path}, cell {cell.number}"
     linecache.cache[name] = len(cell.code), None, cell.code.splitlines(keepends=True), name
     return name
 
 
 def _neighbour(module: ModuleType, path: Path) -> ModuleType:
-    """Make a module ready to run: what lies beside its file can be imported, and it itself."""
+    """Register a module, so that it and the files beside it can be imported."""
     sys.path.insert(0, str(path.parent.resolve()))  # as python looks for a script's neighbours
     sys.modules[module.__name__] = module  # where dataclasses look for names in annotations
     return module
@@ -105,7 +105,7 @@ def _neighbour(module: ModuleType, path: Path) -> ModuleType:
 
 @contextlib.contextmanager
 def _named(what: str, cure: str = "") -> Iterator[None]:
-    """Name the code whose error a block raises, and a cure."""
+    """Raise UsageError for an error in a block, with the name of its code and a cure."""
     try:
         yield
     except (SpikeportError, *FROM_OUTSIDE):
@@ -117,15 +117,16 @@ def _named(what: str, cure: str = "") -> Iterator[None]:
 
 @contextlib.contextmanager
 def contained(spec: str) -> Iterator[None]:
-    """Name code of a network that ends the process, in a block that compiles or runs it.
+    """Raise NetworkError if a network's code ends the process that compiles or runs it.
 
-    Functions of its nodes and connections are called there: one that calls ``sys.exit(0)`` must not
-    look like success.
+    The block calls functions of nodes and connections: a function that calls ``sys.exit(0)`` must
+    not look like success.
 
     Raises
     ------
     NetworkError
-        Such code ends the process, raises what is no `Exception`, or has made errors of warnings.
+        If the code ends the process, raises something other than an `Exception`, or turns warnings
+        into errors.
     """
     try:
         yield
