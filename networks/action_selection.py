@@ -8,13 +8,13 @@
     thalamus_i = [1 + w_out gpi_i - m sum_{j != i} thalamus_j]+ / 0.6
     gate_i     = [0.3 - thalamus_i]+ / 0.3
 
-The gates of all actions but one fire, and silence what they are wired to (`networks.gating`): the
-selected action is disinhibited. Weights are those of nengo_spa's basal ganglia, u the utilities
-times a gain. The differences make the selection sharp in the noise of few neurons: nengo_spa's LIF
-populations are spiking rectified linear ones with one decoder each (`solvers.Tied`), which compute
-[.]+ as they are and share axons on the chip; the thalamus has no threshold and saturates its gate;
-and where nengo_spa filters GABA with 8 ms and AMPA with 2 ms, a population on the chip has one
-filter.
+The gates of all actions but the selected one fire, and silence the populations they are wired to
+(`networks.gating`): the selected action is disinhibited. Weights are those of nengo_spa's basal
+ganglia, u the utilities times a gain. Differences from nengo_spa make the selection sharp in the
+noise of few neurons. Its LIF populations are replaced by spiking rectified linear neurons with one
+decoder per population (`solvers.Tied`), which compute [.]+ directly and share axons on the chip.
+The thalamus has no threshold and saturates its gate. A population on the chip has one filter, where
+nengo_spa filters GABA with 8 ms and AMPA with 2 ms.
 
 Source: Gurney, Prescott, Redgrave (2001), Biological Cybernetics 84, 401-423; Stewart, Choo,
 Eliasmith (2010); paper, sec. 3.3.
@@ -32,15 +32,15 @@ from spikeport.networks.rectified import Rectified
 from spikeport.node_functions import Affine
 
 GATE_RATES = (1500.0, 1800.0)
-"""Rates of a closed gate, in Hz: beyond the chip's one spike a step, so that it fires always, even
-before it is closed for good."""
+"""Rates of a closed gate's neurons, in Hz. They exceed the chip's one spike a step, so that the
+gate fires in every step even before it is fully closed."""
 
 
 @dataclass(frozen=True)
 class SelectionOptions:
-    """Sizes, weights that are not nengo_spa's, rates in Hz, and time constants in seconds.
+    """Sizes, weights that differ from nengo_spa's, rates in Hz, and time constants in seconds.
 
-    ``n_neurons`` are those of a population (one nucleus, one action), ``gate_neurons`` of a gate.
+    A population (one nucleus, one action) has ``n_neurons``, a gate has ``gate_neurons``.
     """
 
     n_neurons: int = 20
@@ -56,8 +56,9 @@ class SelectionOptions:
 
 
 class SelectionNetwork(nengo.Network):
-    """``utilities`` (n) is its input; ``gates`` (n) is 1 for the selected action and 0 for others.
+    """Network that selects an action.
 
+    ``utilities`` (n) is its input; ``gates`` (n) is 1 for the selected action and 0 for the others.
     ``nuclei`` holds the neurons of each nucleus, action by action, for probes and connections.
     """
 
@@ -118,14 +119,14 @@ def _gate(options: SelectionOptions) -> Rectified:
 def gate_neurons(
     n_actions: int, options: SelectionOptions, seed: int
 ) -> tuple[nengo.Ensemble, list[ObjView]]:
-    """Make neurons that fire for every action whose negative value comes in above -0.3.
+    """Make the gates' neurons: an action's fire while its input, a negative value, is above -0.3.
 
     Returns
     -------
     gates : nengo.Ensemble
         The ensemble of all gates, which takes a value for each action.
     neurons : list of ObjView
-        The neurons of each action, to silence what is wired to them.
+        The neurons of each action, which silence the populations they are wired to.
     """
     kind = _gate(options)
     gates = kind.ensemble(n_actions, 1.0, np.random.RandomState(seed), "gate")
@@ -202,7 +203,7 @@ class _Builder:
     def _connect(
         self, pre: str, post: str | nengo.Node, transform: np.ndarray, synapse: float
     ) -> None:
-        """Connect neuron to neuron; to a node, decoded."""
+        """Connect to neurons by weights, or to a node by decoders."""
         wired = isinstance(post, str)
         nengo.Connection(
             self.ensembles[pre],

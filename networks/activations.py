@@ -17,7 +17,7 @@ from spikeport.errors import unknown
 
 
 class Activation(NamedTuple):
-    """A function of pre-activations; ``signs`` are those of z that need neurons."""
+    """A function of pre-activations; ``signs`` are the signs of z that need neurons."""
 
     function: Callable[[Floats], Floats]
     signs: tuple[int, ...] = (+1, -1)
@@ -55,7 +55,7 @@ ACTIVATIONS = {
 
 
 def activation(name: str) -> Activation:
-    """Return the activation of that name; raises UsageError, which lists those there are."""
+    """Return the activation of a name; raise UsageError with the known names for any other."""
     if name not in ACTIVATIONS:
         raise unknown("activation", name, ACTIVATIONS)
     return ACTIVATIONS[name]

@@ -16,12 +16,12 @@ from spikeport.node_functions import Held
 
 
 class FollowerNetwork(nengo.Network):
-    """``reference`` and ``state`` are its inputs, ``command`` its output.
+    """A path follower with the inputs ``reference`` and ``state`` and the output ``command``.
 
     ``reference`` takes planar position (m) and velocity (m/s) of the point to follow, ``state`` the
     robot's heading (rad), planar position (m) and velocity (m/s), all in the world frame;
-    ``command`` gives forward speed (m/s) and yaw rate (rad/s). ``filters`` are its ensembles, by
-    the time constant in s of their input.
+    ``command`` gives forward speed (m/s) and yaw rate (rad/s). ``filters`` maps the time constant
+    in s of an input to the ensembles that have it.
     """
 
     reference: nengo.Node
@@ -45,7 +45,7 @@ def analytic_follower(gains: FollowerGains) -> FollowerNetwork:
 def from_inputs(
     label: str, function: Callable[[np.ndarray], np.ndarray], size: int, seed: int = 0
 ) -> tuple[FollowerNetwork, nengo.Node]:
-    """Return a network with inputs, an output, and a node that computes it of all inputs."""
+    """Return a network with inputs, an output, and a node that applies a function to all inputs."""
     net = FollowerNetwork(label=label, seed=seed)
     with net:
         net.reference = nengo.Node(size_in=REFERENCE_SIZE, label="reference")

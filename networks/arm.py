@@ -1,13 +1,13 @@
 """Spiking control of the right arm: S1, M1 and CB, factored as in the paper (sec. 3.1).
 
 - S1 relays the state [q, dq, x]: 50 neurons for each of its 11 dimensions. They are one ensemble
-  with axis-aligned encoders, and decoded dimension by dimension, which is the same computation as
-  eleven ensembles on a quarter of the cores.
+  with axis-aligned encoders, decoded dimension by dimension. This computes the same as eleven
+  ensembles, on a quarter of the cores.
 - M1 has one 5-D ensemble [q, e_d] per axis d, decoding kp e_d f_d(q).
 - CB has one 5-D ensemble [q, dq_j] per joint j, decoding -kv dq_j M_j(q), and a 4-D ensemble [q]
   decoding gravity and posture.
-- With an efference copy CB learns, too (`_Builder.efference_copy`); the paper names the copy, and
-  has no equation that uses it.
+- With an efference copy CB learns, too (`_Builder.efference_copy`). The paper mentions the copy,
+  but has no equation that uses it.
 
 Values are normalised to the region the task needs (`spikeport.networks.region`). Decoded
 torques are divided by their full scale, and multiplied again on their way to the torque node, on
@@ -36,7 +36,7 @@ REGULARISATION = 0.05
 LEARNING_RATE = 1e-4
 """Learning rate of CB's part that learns (see `nengo.PES`)."""
 MAX_DECODED_NEURONS = 4000
-"""Neurons of one decoded ensemble: a relay on the chip has 4,096 input axons."""
+"""The most neurons of a decoded ensemble: a relay on the chip has 4,096 input axons."""
 
 
 @dataclass(frozen=True)
@@ -109,9 +109,9 @@ def arm(
     Parameters
     ----------
     law : OperationalSpaceLaw
-        The law its pieces decode.
+        The law that the network decodes.
     region : ArmRegion
-        The states it is made for.
+        The states that the network is made for.
     sizes, synapses : optional
         Neuron counts and time constants.
     seed : int
@@ -141,7 +141,7 @@ def arm(
 
 
 class _Builder:
-    """Builder of the parts of an `ArmNetwork`, one a method."""
+    """Builder of an `ArmNetwork`, with a method for each part."""
 
     def __init__(
         self,
@@ -159,7 +159,7 @@ class _Builder:
         self.synapses = synapses
         self.decoders = decoders
         self.q = region.q.normalise(region.q_samples)
-        # A group has one error or velocity beside the posture: one random scalar does for all.
+        # A group has one error or velocity besides the posture: all groups use one random scalar.
         self.scalar = np.random.RandomState(seed).uniform(-1, 1, (len(self.q), 1))
         self.targets = term_torques(
             law.terms(region.q_samples),
@@ -169,7 +169,7 @@ class _Builder:
         self.scales = {label: np.abs(t).max(axis=0) for label, t in self.targets.items()}
 
     def inputs(self) -> None:
-        """Normalise what comes in, in one node: each costs the host a call of Python."""
+        """Normalise the inputs in one node: each node costs the host a Python call."""
         region, net = self.region, self.net
         box = Box.join(region.q, region.dq, region.x, region.x)
         with nengo.Network(label="inputs"):
@@ -186,16 +186,16 @@ class _Builder:
         self.state, self.target = whole[:STATE_SIZE], whole[STATE_SIZE:]
 
     def s1(self) -> None:
-        """Relay the state, 50 neurons a dimension.
+        """Relay the state, by default with 50 neurons for each dimension.
 
-        Their intercepts are even, in pairs of both signs: so few at random leave gaps, whose error
-        is an error of the hand's position.
+        Their intercepts are evenly spaced, in pairs of both signs: so few random ones would leave
+        gaps, and an error there is an error of the hand's position.
         """
         n = self.sizes.s1
         signs = np.where(np.arange(STATE_SIZE * n) % 2, 1.0, -1.0)
         encoders = np.repeat(np.eye(STATE_SIZE), n, axis=0) * signs[:, np.newaxis]
         pairs = -(-n // 2)
-        # Up to .9, as Nengo's own: neurons beyond fire at few values.
+        # Up to 0.9, as in Nengo: a neuron with a higher intercept fires at few values.
         intercepts = np.repeat(-1 + 1.9 * (np.arange(pairs) + 0.5) / pairs, 2)[:n]
         self.s1_ensemble = nengo.Ensemble(
             STATE_SIZE * n,
@@ -220,7 +220,7 @@ class _Builder:
     def m1(self) -> None:
         """Build a 5-D group [q, e_d] for each axis."""
         region = self.region
-        # Positions come in units of their box, and M1 represents errors in units of theirs.
+        # Positions are in units of their box; M1 represents errors in units of the errors' box.
         per_error = region.x.half / region.error.half
         for d, axis in enumerate(AXES):
             feedback = _select(4, {8 + d: -per_error[d]})
@@ -244,10 +244,10 @@ class _Builder:
 
         ``a`` (n,) are activities of neurons that represent [q, dq], ``u_kin`` (4,) is the copy of
         M1's torque. Source: DeWolf, Stewart, Slotine, Eliasmith, "A spiking neural model of
-        adaptive arm control", Proc. R. Soc. B 283, 2016; there CB learns what the arm's model
-        lacks.
+        adaptive arm control", Proc. R. Soc. B 283, 2016. In that paper CB learns the
+        dynamics that the arm's model lacks.
         """
-        # A network of its own leaves the seeds of all that is outside as they are without it.
+        # In a network of their own, these objects leave the seeds of all others unchanged.
         with nengo.Network(label="CB learned"):
             learner = nengo.Ensemble(
                 self.sizes.cb, 2 * len(JOINTS), radius=np.sqrt(len(JOINTS)), label="CB learned"
@@ -274,11 +274,11 @@ class _Builder:
         nengo.Connection(learned, self.net.torque, transform=unit, synapse=None)
         for i, scale in enumerate(scales):
             copy = self.shares[4 * i : 4 * i + 4]
-            # PES expects decoded minus wanted; M1's torque is what is missing, hence the sign.
+            # PES expects decoded minus target; M1's torque is the missing part, hence the sign.
             nengo.Connection(copy, decoded.learning_rule, transform=-scale / unit, synapse=None)
 
     def _term(self, label: str, n: int, transform: np.ndarray) -> list[nengo.Ensemble]:
-        """Return ensembles that decode a term of the torque from S1's state, transformed."""
+        """Return ensembles that decode a term of the torque from a transform of S1's state."""
         dimensions = len(transform)
         points = np.hstack([self.q, self.scalar])[:, :dimensions]
         targets = self.targets[label]
@@ -324,12 +324,12 @@ class _Builder:
 
 
 def _nothing(_state: np.ndarray) -> np.ndarray:
-    """Return what is decoded before anything was learned, (4,)."""
+    """Return the decoded torque before anything is learned: zeros, (4,)."""
     return np.zeros(len(JOINTS))
 
 
 def _select(n_first: int, extra: dict[int, float] | None = None) -> np.ndarray:
-    """Return rows that pick the first values of the state, and one row with these weights."""
+    """Return rows that pick the state's first values, and a row with the weights ``extra``."""
     rows = np.eye(STATE_SIZE)[:n_first]
     if extra is None:
         return rows
@@ -340,7 +340,7 @@ def _select(n_first: int, extra: dict[int, float] | None = None) -> np.ndarray:
 
 
 def analytic_arm(law: OperationalSpaceLaw) -> ArmNetwork:
-    """Return the same controller without neurons: the exact law, one step late."""
+    """Return the controller without neurons: the exact law, one step late."""
     net = ArmNetwork(label="analytic arm")
     with net:
         net.state = nengo.Node(size_in=STATE_SIZE, label="state")

@@ -4,8 +4,8 @@ import nengo
 
 
 def at_rest() -> dict[str, nengo.dists.Distribution]:
-    """Return the ``initial_state`` of neurons that start at zero, as the chip starts all of them.
+    """Return the ``initial_state`` of neurons that start at zero, as all neurons on the chip do.
 
-    Nengo draws voltages otherwise, and float and chip would not begin alike.
+    By default Nengo draws random voltages, and a float run would not begin like one on the chip.
     """
     return {"voltage": nengo.dists.Choice([0])}

@@ -2,12 +2,12 @@
 
     J = gain (e . x / R - strength r / 1 kHz) + bias
 
-with r the mean rate of the inhibiting neurons in Hz: Nengo multiplies what goes into neurons by
-their gains, so all neurons of a population fall silent alike once the strength exceeds what they
-represent above threshold, in radii. The inhibition comes from several sources; one large weight
-would round all others of its core to zero.
+with r the mean rate of the inhibiting neurons in Hz. Nengo multiplies the input of neurons by their
+gains, so the gains do not matter: a neuron falls silent once the inhibition exceeds the part of
+e . x / R that is above its intercept. The inhibition comes from several sources, since one large
+weight would round all other weights of its core to zero.
 
-Source: nengo_spa's thalamus, whose strength this is.
+Source: nengo_spa's thalamus, which has the default strength.
 """
 
 from collections.abc import Iterable
@@ -23,11 +23,11 @@ FULL_RATE_HZ = 1000.0
 """The rate of a closed gate: its neurons fire in every step."""
 FULL_RATE_NEURONS = 8
 DRIVEN_HZ = 1020.0
-"""Beyond the chip's one spike a step: neurons driven so fire in every step, without noise."""
+"""A rate above the chip's one spike a step: neurons driven to it fire in every step."""
 
 
 def full_rate_ensemble(label: str, always: bool = False) -> nengo.Ensemble:
-    """Return neurons that fire in every step while their input (1) is 1, or always, without one."""
+    """Return neurons that fire in every step while their scalar input is 1, or always."""
     n, rates = FULL_RATE_NEURONS, np.full(FULL_RATE_NEURONS, DRIVEN_HZ)
     return nengo.Ensemble(
         n,
@@ -57,9 +57,9 @@ def gate(
     ensembles : iterable of nengo.Ensemble
         The ensembles to silence.
     strength : float
-        Inhibition at 1 kHz, in radii of what an ensemble represents.
+        Inhibition at 1 kHz, in radii of an ensemble.
     synapse : float
-        Time constant in seconds; an ensemble on the chip has one, the longest of its inputs.
+        Time constant in seconds; an ensemble on the chip has only one, the longest of its inputs'.
     """
     n_sources = inhibitor.size_out
     for ensemble in ensembles:

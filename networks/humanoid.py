@@ -5,8 +5,8 @@
     action = policy(observation) + bias                       likewise, or always
 
 Gating is on the chip: gates of the actions that are not selected silence the neurons
-(`spikeport.networks.gating`). A constant would pass a gate by, so the policy's output bias comes
-from neurons too. With ``balances`` set, the policy is not gated: at zero command it keeps the
+(`spikeport.networks.gating`). A constant would bypass a gate, so the policy's output bias comes
+from neurons, too. With ``balances`` set, the policy is not gated: at zero command it keeps the
 robot standing while the arm draws.
 
 Source: paper, sec. 3.3.
@@ -33,16 +33,16 @@ from spikeport.networks.spa_selection import spa_action_selection
 ACTIONS = ("walk", "draw")
 OF_TWO = SelectionOptions(thalamus_s=0.002)
 """Between two actions a fast thalamus decides sooner: at utilities of 0.8 and 0.7 within 39 ms; the
-default takes up to 47 ms. Among more it hesitates."""
+default takes up to 47 ms. Among more actions it hesitates."""
 
 
 @dataclass(frozen=True)
 class HumanoidOptions:
     """The choice of gated outputs, and the time constants of gates and of the bias in seconds.
 
-    ``tau_walk`` is the filter of the policy's gates, ``tau_arm`` that of the arm's: those of the
-    layers they silence (an ensemble on the chip has one). ``spa`` selects by nengo_spa's own basal
-    ganglia, in float Nengo, in place of those with ``selection``.
+    ``tau_walk`` is the filter of the policy's gates, ``tau_arm`` that of the arm's. Each equals the
+    filter of the layers it silences (an ensemble on the chip has one). With ``spa``, nengo_spa's
+    own basal ganglia select, in float Nengo, instead of those with the options ``selection``.
     """
 
     balances: bool = False
@@ -54,10 +54,10 @@ class HumanoidOptions:
 
 
 class HumanoidNetwork(nengo.Network):
-    """``utilities`` of `ACTIONS` (2) is its input beside those of its parts.
+    """The whole network, with the input ``utilities`` (2) of `ACTIONS` and its parts' inputs.
 
-    These are ``arm.state``, ``arm.target``, ``follower.reference``, ``follower.state`` and
-    ``observation``, which holds the command. ``gates`` (2) is 1 for the action that is selected;
+    The parts' inputs are ``arm.state``, ``arm.target``, ``follower.reference``, ``follower.state``
+    and ``observation``, which holds the command. ``gates`` (2) is 1 for the selected action;
     ``torque`` (4), ``command`` (2) and ``action`` (19) are the outputs of arm, follower and policy.
     """
 
@@ -74,7 +74,7 @@ class HumanoidNetwork(nengo.Network):
 
 
 def without_bias(layer: Layer) -> Layer:
-    """Return the layer of the action for a policy whose bias `humanoid` adds."""
+    """Return a policy's last layer without its bias, which `humanoid` adds."""
     return dataclasses.replace(layer, bias=np.zeros_like(layer.bias))
 
 
@@ -91,7 +91,7 @@ def humanoid(
     Parameters
     ----------
     arm, follower, policy : nengo.Network
-        The parts, not yet in any network; the policy's last layer is one `without_bias`.
+        The parts, not yet in any network; the policy's last layer is made by `without_bias`.
     bias : (19,) array
         The bias of that layer.
     options : HumanoidOptions, optional
@@ -110,7 +110,7 @@ def humanoid(
         else:
             net.selection = action_selection(len(ACTIONS), options.selection, seed)
         constant = _constant(bias, policy.action, options.tau_bias)
-        # An action's gates fire while it is not selected, and silence the part that does it.
+        # An action's gates fire while it is not selected, and silence the part that performs it.
         walk, draw = net.selection.nuclei["gate"]
         gate(draw, [e for group in arm.groups.values() for e in group], synapse=options.tau_arm)
         for tau, ensembles in follower.filters.items():

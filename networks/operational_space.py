@@ -4,8 +4,9 @@
 
 with e = x_target - x_hand, f_d the d-th column of J^T M_x, M_x the damped task-space inertia, g the
 torque that holds the arm against gravity, and N^T = I - J^T M_x J M^-1 the projector onto torques
-that do not accelerate the hand. Every term but the second depends on q alone, or on q and one
-scalar: that is what lets ensembles of few dimensions share the work.
+that do not accelerate the hand. Each term depends on q alone, or is a sum of terms in q
+and one scalar (e_d, or the velocity dq_j of a joint), so ensembles of few dimensions can share the
+work.
 
 Source: paper, sec. 3.1 (u_kin, u_dyn, u_g; its -g is the force of gravity, g here the torque
 against it). The posture term is ours: with three task dimensions and four joints, neurons would
@@ -36,7 +37,7 @@ class ArmTerms(Protocol):
 
 
 class Arm(Protocol):
-    """The terms of the law, at many poses of an arm."""
+    """An arm that computes the terms of the law at many poses."""
 
     def batch(self, q: Floats) -> ArmTerms:
         """Return the terms at q of shape (n, 4), in radians."""
@@ -75,8 +76,8 @@ class OperationalSpaceLaw:
         arm, gains = self.arm.batch(q), self.gains
         force = np.swapaxes(arm.jacobian, 1, 2) @ arm.task_inertia  # (n, 4, 3) J^T M_x
         pull = arm.inertia @ (gains.kn * (np.asarray(gains.rest_rad) - q))[..., np.newaxis]
-        # The share of the posture's pull that would move the hand; without it, the hand feels
-        # nothing.
+        # The part of the posture's pull that would move the hand. It is subtracted, so that the
+        # hand feels nothing.
         felt = force @ arm.jacobian @ np.linalg.solve(arm.inertia, pull)
         return LawTerms(
             kinematic=gains.kp * np.swapaxes(force, 1, 2),

@@ -16,7 +16,7 @@ def check_counts(**counts: int) -> None:
 
 
 def check_pairs(key: str, count: int, what: str) -> None:
-    """Refuse a number of neurons that ``what`` has as many of for each sign, if it is not even."""
+    """Refuse a number of neurons that is not even; ``what`` has half of them for each sign."""
     if count < 2 or count % 2:
         raise UsageError(
             f"{key}={count}: {what} has as many neurons for each sign; give an even number from "
@@ -25,7 +25,7 @@ def check_pairs(key: str, count: int, what: str) -> None:
 
 
 def check_seed(key: str, seed: int) -> None:
-    """Refuse a seed that NumPy has no random numbers for."""
+    """Refuse a seed that NumPy does not accept."""
     if not 0 <= seed <= LARGEST_SEED:
         raise UsageError(f"{key}={seed}: a seed must be from 0 to {LARGEST_SEED}")
 
@@ -49,7 +49,7 @@ def check_rates(**ranges_hz: tuple[float, float]) -> None:
 
 def check_name_or_file(key: str, text: str, names: Collection[str]) -> None:
     """Refuse the value of a setting that is neither a name nor the path of a file."""
-    # os.path's, which is false, too, of a name that is too long for a file
+    # `os.path.exists` is False, too, for a name that is too long for a file.
     if text in names or os.path.exists(text):
         return
     if Path(text).suffix or os.sep in text:

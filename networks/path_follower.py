@@ -35,19 +35,19 @@ ERROR_SIZE = 6
 TAU_HOST_S = 0.005
 """Filter of values from the host, at neurons on the chip."""
 AHEAD = 1.5
-"""Most neurons of the bearing are for angles up to so many times that of the largest yaw rate."""
+"""Most of the bearing's neurons are for angles up to AHEAD times that of the largest yaw rate."""
 
 
 @dataclass(frozen=True)
 class FollowerOptions:
     """Neurons of each part; rates in Hz; time constants in seconds.
 
-    ``n_square`` are those of each of eight squares, ``n_bearing`` those of b, ``n_distance`` and
-    ``n_velocity`` those of position and velocity error, and ``n_speed`` those of the forward speed.
-    A neuron on the chip fires every so many whole steps, so slow ones err less, by the rates'
-    steps, and by their noise more. The bearing's are fast: its noise is that of the yaw rate.
-    Its input is smoothed for long, since noise there makes the robot turn less than is asked;
-    so is the command, since its slow noise throws the robot off its path.
+    ``n_square`` neurons compute each of eight squares; ``n_bearing`` represent b, ``n_distance``
+    and ``n_velocity`` the position and velocity errors, and ``n_speed`` the forward speed.
+    The intervals between spikes on the chip are whole steps, so that slow neurons have finer rates,
+    but more noise. The bearing's neurons are fast, since their noise is noise of the yaw rate.
+    Their input has a long filter, since noise there makes the robot turn less than commanded; the
+    command has one, too, since its slow noise throws the robot off its path.
     """
 
     n_square: int = 140
@@ -106,14 +106,14 @@ def path_follower(
         nengo.Connection(errors[4:], velocity, synapse=None)
         lengths = {distance: 1.0, velocity: gains.kd_speed}
         inner = [body, _speed(lengths, net.command[0], gains, options)]
-    # A compartment has one filter: gates need that of what feeds the neurons they silence.
+    # A compartment has one filter: a gate needs that of the neurons' other inputs.
     outer = [ensemble for ensemble in net.ensembles if ensemble not in inner]
     net.filters = {TAU_HOST_S: outer, options.tau_fwd: inner}
     return net
 
 
 class _Errors:
-    """The inputs of the neurons from the host: [position error, cos, sin, velocity error]."""
+    """The values that the host sends to the neurons: [position error, cos, sin, velocity error]."""
 
     def __init__(self, gains: FollowerGains) -> None:
         self._reach_m = gains.reach_m
@@ -128,8 +128,8 @@ class _Errors:
 
 
 def _share(x: float, y: float, limit: float) -> tuple[float, float]:
-    """Return the vector in units of a limit, and no longer than it."""
-    # Shortened as a whole: its direction, which the bearing is decoded from, stays.
+    """Return the vector in units of a limit, shortened to length 1 if it is longer."""
+    # Both components are scaled alike, to keep the direction: the bearing is decoded from it.
     unit = max(limit, float(np.hypot(x, y)))
     return x / unit, y / unit
 
@@ -140,7 +140,7 @@ def _yaw_rate(
     gains: FollowerGains,
     options: FollowerOptions,
 ) -> nengo.Ensemble:
-    """Turn the error into the body frame, and decode what its bearing asks for."""
+    """Turn the error into the body frame, and decode the yaw rate from its bearing."""
     ahead_rad = AHEAD * gains.max_yaw_rate_rad_s / gains.kp_heading
     body = bearing_ensemble("body", options.n_bearing, options.bearing_rates, ahead_rad)
     rotate(turned, body, Squares(options.n_square, options.rates, options.tau_fwd))

@@ -4,19 +4,19 @@
     v = max(v_min, kp_speed d + kd_speed w)
     wz = kp_heading wrap(atan2(e_y, e_x) - heading)
 
-The heading that is wanted is that of the point to be reached, so the law asks for it to move ahead.
-At speed v, the robot settles at d = v / kp_speed behind it. On a circle of radius R = v / wz this
-point is d / 2R = wz / (2 kp_speed) beside its course. A robot whose course is behind its heading,
-by an angle of turn_lag wz, then has a heading error of wz (1 / (2 kp_speed) - turn_lag), and stays
-on the circle if
+The target heading is the direction of the point to follow, so the law needs this point to move
+ahead of the robot. At speed v, the robot settles at d = v / kp_speed behind it. On a circle of
+radius R = v / wz the point then lies at an angle of d / 2R = wz / (2 kp_speed) to the robot's
+course. A robot whose course lags its heading by an angle of turn_lag wz has a heading error of
+wz (1 / (2 kp_speed) - turn_lag), and stays on the circle if
 
     1 / kp_heading = 1 / (2 kp_speed) - turn_lag
 
-The default gains are for a turn lag of 0.04 s: that of the default policy, and the time by which a
-robot turns later than its command (docs/lab/walk.md).
+The default gains are for a turn lag of 0.04 s: the lag of the default policy plus the time by which
+a robot turns later than its command (docs/lab/walk.md).
 
-Source: paper, sec. 3.2.2. The gains are ours, the paper gives none; so are the upper limits, the
-commands that the walking policy is trained for.
+Source: paper, sec. 3.2.2. The gains are ours, since the paper gives none. So are the upper limits:
+they are those of the commands that the walking policy is trained for.
 """
 
 from dataclasses import dataclass
@@ -56,11 +56,11 @@ class FollowerGains:
 
     @property
     def reach_m(self) -> float:
-        """The distance whose speed alone is the largest."""
+        """The distance at which ``kp_speed`` alone commands the largest speed."""
         return self.max_speed_m_s / self.kp_speed
 
     def speed(self, distance: ArrayLike, velocity_error: ArrayLike) -> np.ndarray:
-        """Return the forward speed in m/s from the sizes of both errors, in m and m/s."""
+        """Return the forward speed in m/s from the lengths of both errors, in m and m/s."""
         wanted = self.kp_speed * np.asarray(distance) + self.kd_speed * np.asarray(velocity_error)
         return _clipped(wanted, self.min_speed_m_s, self.max_speed_m_s)
 
@@ -71,9 +71,9 @@ class FollowerGains:
 
 
 def gains_for(turn_lag_s: float, kp_speed: float) -> FollowerGains:
-    """Return the gains that keep a robot on circles, by its turn lag in s and a speed gain in 1/s.
+    """Return the gains that keep a robot on circles, for its turn lag in s and a speed gain in 1/s.
 
-    The turn lag is less than 1 / (2 kp_speed): a robot with more of it leaves every circle.
+    The turn lag must be less than 1 / (2 kp_speed): with a larger one, a robot leaves every circle.
     """
     return FollowerGains(kp_speed=kp_speed, kp_heading=1 / (1 / (2 * kp_speed) - turn_lag_s))
 
@@ -85,7 +85,7 @@ def _clipped(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 def wrap(angle: ArrayLike) -> np.ndarray:
-    """Return the angle in [-pi, pi) that is equal but for whole turns; both in rad."""
+    """Return the equivalent angle in [-pi, pi); both in rad."""
     return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
 
 

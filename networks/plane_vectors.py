@@ -1,11 +1,11 @@
-"""Neurons of a vector in the plane, of which its length or its angle is decoded.
+"""Neurons that represent a vector in the plane, to decode its length or its angle.
 
     length = hypot(x, y),  bearing = atan2(y, x)
 
-A neuron responds along a line, and bends where the vector turns away from its encoder by a right
-angle. For lengths, encoders are even in all directions. For bearings, most neurons bend nearly
-ahead, where the function that is decoded has its limits, and every neuron has a mirror image: what
-one errs on the left, the other errs on the right, so that nothing is off straight ahead.
+A neuron responds along its encoder, and its response has a kink where the vector is at a right
+angle to it. For lengths, encoders are spread evenly over all directions. For bearings, most neurons
+have their kink nearly ahead, where the decoded function has its limits, and every neuron has a
+mirror image. Their errors to the left and right mirror each other, and cancel straight ahead.
 """
 
 import nengo
@@ -14,7 +14,7 @@ import numpy as np
 from spikeport.arrays import Floats
 
 SHARE = 0.7
-"""The share of neurons that bend, and of values that are decoded, nearly ahead."""
+"""The share of neurons with their kink, and of evaluation points, nearly ahead."""
 
 THRESHOLD = 0.1
 """Largest threshold of a neuron of a bearing, to either side of zero."""
@@ -23,11 +23,11 @@ N_POINTS = 3000
 """Values at which decoders are solved."""
 
 R2 = (0.7548776662466927, 0.5698402909980532)
-"""Steps of the sequence; 1/p and 1/p^2 where p^3 = p + 1."""
+"""Steps of the R2 sequence: 1/p and 1/p^2 where p^3 = p + 1."""
 
 
 def length_ensemble(label: str, n_neurons: int) -> nengo.Ensemble:
-    """Return neurons of a vector no longer than 1, whose length is to be decoded."""
+    """Return neurons of a vector no longer than 1, to decode its length."""
     turn = 2 * np.pi * np.arange(n_neurons) / n_neurons
     return nengo.Ensemble(
         n_neurons,
@@ -42,10 +42,10 @@ def length_ensemble(label: str, n_neurons: int) -> nengo.Ensemble:
 def bearing_ensemble(
     label: str, n_neurons: int, rates: tuple[float, float], ahead_rad: float
 ) -> nengo.Ensemble:
-    """Return neurons of a vector no longer than 1, a function of whose bearing is to be decoded.
+    """Return neurons of a vector no longer than 1, to decode a function of its bearing.
 
-    Thresholds and rates are spread evenly where they bend, not drawn: with some draws the value
-    decoded nearly ahead was too steep by a quarter.
+    Thresholds and rates are spread evenly over the kinks, not drawn: with some draws, the decoded
+    function was too steep by a quarter nearly ahead.
 
     Parameters
     ----------
@@ -54,16 +54,16 @@ def bearing_ensemble(
     n_neurons : int
         An even number.
     rates : tuple of float
-        Highest firing rates in Hz are between these.
+        The range of the highest firing rates, in Hz.
     ahead_rad : float
-        Most neurons bend within this angle, to either side.
+        Most neurons have their kink within this angle, to either side.
     """
     n = n_neurons // 2
     side = np.resize([-1, 1], n)
     encoders = _directions(_nearly_ahead(n, ahead_rad) + np.pi / 2 * side)
     threshold, rate = _spread(n)
     low, high = rates
-    # angle and length scale with the vector as neurons do whose thresholds lie near zero
+    # With a threshold near zero, a neuron's kink is at the same angle for short and long vectors.
     intercepts = THRESHOLD * (2 * threshold - 1)
     return nengo.Ensemble(
         n_neurons,

@@ -2,7 +2,7 @@
 
     h = f(z),  z = W h_before + b
 
-Every hidden unit is two one-dimensional ensembles, by default, and as in the paper, of spiking
+A hidden unit is two one-dimensional ensembles. By default, as in the paper, they are spiking
 rectified linear neurons for z > 0 and LIF neurons for z < 0 (`spikeport.networks.policy_units`).
 Between layers the values are filtered by a low-pass synapse.
 """
@@ -40,12 +40,13 @@ __all__ = [
 ]
 
 OFF_CENTRE = 0.5
-"""Share of a unit's range above which biases of the first layer are added on the host. It sends
-values within the range alone: without a bias of half the range, half of the sums would be lost."""
+"""Share of a unit's range above which biases of the first layer are added on the host. The
+host sends only values within the range: without a bias of half the range, half of the sums would be
+lost."""
 
 
 class PolicyNetwork(nengo.Network):
-    """``observation`` is its input, ``action`` its output; ``layers`` its hidden layers."""
+    """A policy with the input ``observation``, the output ``action``, and its hidden ``layers``."""
 
     observation: nengo.Node
     action: nengo.Node
@@ -73,7 +74,7 @@ def policy(
     seed : int
         Seed of the neurons.
     calibrated : Calibrated, optional
-        Changes of the first and the last layer for what the neurons do where they run
+        Changes of the first and the last layer that fit them to the neurons where they run
         (`spikeport.experiments.policy.calibration`).
     observations : (m, n) array, optional
         Recorded observations, for ``solve="layer"``.
@@ -95,7 +96,7 @@ def solved_layers(
     seed: int,
     observations: np.ndarray | None,
 ) -> list[Layer]:
-    """Return the layers as they are between the neurons, see `policy`.
+    """Return the layers that connect the neurons, see `policy`.
 
     Raises
     ------
@@ -125,7 +126,7 @@ def _network(
         # filter.
         values, synapse = net.observation, None
         for number, (layer, reach) in enumerate(zip(layers[:-1], ranges, strict=True)):
-            # A read-out that weighs the two signs separately needs the values of either, not their
+            # A read-out that weighs the two signs separately needs the value of each, not their
             # sum.
             halves = isinstance(layers[number + 1], Readout)
             hidden = hidden_layer(f"layer {number + 1}", reach, options, halves, rng)
@@ -140,13 +141,13 @@ def _network(
 
 
 def _is_off_centre(layer: Layer, reach: Ranges) -> bool:
-    """Return whether a bias is large beside its unit's range, above zero for a negative one."""
+    """Return whether a bias is large against its unit's range on the other side of zero."""
     room = np.where(layer.bias < 0, reach.above, reach.below)
     return bool((np.abs(layer.bias) > OFF_CENTRE * room).any())
 
 
 def _on_host(pre: nengo.Node, post: nengo.Node, layer: Layer) -> None:
-    """Connect as `_dense`, with sums that reach the chip as they are, bias and all."""
+    """Connect as `_dense` does, but compute the sums on the host, bias included."""
     sums = nengo.Node(
         Held(lambda x: layer.weights @ x + layer.bias),
         size_in=pre.size_out,

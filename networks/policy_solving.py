@@ -1,11 +1,11 @@
-r"""Weights between layers of spiking units, solved for against what is exact.
+r"""Weights between layers of spiking units, solved to match the exact values.
 
 .. math:: W = W_0 + \arg\min_\Delta |F \Delta^T + 1 c^T - (Y - F W_0^T)|^2
               + m (\lambda \max F)^2 |\Delta|^2
 
-``F`` (m, n) is what the halves of units put out for m observations, ``Y`` (m, d) what the next
-layer should get, and ``W_0`` the weights of the multilayer perceptron, to which halves that the
-observations say nothing of keep.
+``F`` (m, n) is the output of the units' halves for m observations, ``Y`` (m, d) the target input of
+the next layer, and ``W_0`` the weights of the multilayer perceptron. Halves whose output the
+observations do not change keep these weights.
 """
 
 from collections.abc import Sequence
@@ -18,16 +18,16 @@ from spikeport.networks.policy_units import HiddenLayer
 from spikeport.networks.policy_values import Layer, PolicyOptions, Readout, exact
 
 REGULARISATION = 0.003
-"""Lambda, as of `nengo.solvers.LstsqL2`; of gait that was not fitted, it leaves the least error."""
+"""Lambda, as in `nengo.solvers.LstsqL2`: it leaves the least error on gait that was not fitted."""
 
 
 def by_halves(layer: Layer, options: PolicyOptions) -> Readout:
-    """Return the same layer, reading the halves of units by themselves."""
+    """Return a copy of the layer that reads the halves of units separately."""
     return Readout(np.tile(layer.weights, len(options.function.signs)), layer.bias)
 
 
 def refit(nominal: Readout, halves: np.ndarray, wanted: np.ndarray) -> Readout:
-    """Return the read-out of recorded halves (m, n) that comes nearest to wanted values (m, d)."""
+    """Return the read-out of recorded halves (m, n) that comes nearest to target values (m, d)."""
     missing = wanted - halves @ nominal.weights.T
     centre, bias = halves.mean(axis=0), missing.mean(axis=0)
     solver = nengo.solvers.LstsqL2(reg=REGULARISATION)
@@ -38,12 +38,12 @@ def refit(nominal: Readout, halves: np.ndarray, wanted: np.ndarray) -> Readout:
 def solve_layers(
     net: nengo.Network, layers: Sequence[Layer], options: PolicyOptions, observations: np.ndarray
 ) -> list[Layer]:
-    """Return the layers; those after the first are solved for on the neurons' tuning curves.
+    """Return the layers, with all after the first solved on the neurons' tuning curves.
 
     Parameters
     ----------
     net : PolicyNetwork
-        The policy, its ``layers`` with outputs by halves.
+        The policy, whose ``layers`` output their halves separately.
     layers : sequence of Layer
         The layers of the multilayer perceptron.
     options : PolicyOptions
@@ -62,7 +62,7 @@ def solve_layers(
 
 
 def _halves(hidden: HiddenLayer, z: np.ndarray, sim: nengo.Simulator) -> np.ndarray:
-    """Return the halves' output, (m, n_halves * n), for pre-activations (m, n) that are held."""
+    """Return the halves' output, (m, n_halves * n), for constant pre-activations (m, n)."""
     found = np.zeros((len(z), hidden.output.size_in))
     for half in hidden.halves:
         _, rates = tuning_curves(half.ensemble, sim, inputs=z[:, [half.unit]])

@@ -1,11 +1,11 @@
 """The hidden units of a policy as neurons: one or two one-dimensional ensembles each.
 
-Neurons for z > 0 have encoders +1, for z < 0 they have -1; all are at threshold at z = 0, and all
-neurons of an ensemble have the same decoder (`spikeport.networks.solvers.Tied`).
+Neurons for z > 0 have encoders +1, neurons for z < 0 have encoders -1. They are at threshold at
+z = 0, and all neurons of an ensemble have the same decoder (`spikeport.networks.solvers.Tied`).
 
 A unit of the first half of a layer and its counterpart in the second have the same neurons. If
-these units mirror each other, as in a policy that treats left and right alike, what one errs by on
-one side, the other errs by on the other side.
+these units mirror each other, as in a policy that treats left and right alike, their errors mirror
+each other, too.
 """
 
 import itertools
@@ -21,7 +21,7 @@ from spikeport.networks.policy_values import PolicyOptions, Ranges
 from spikeport.networks.solvers import Tied
 
 N_POINTS = 200
-"""Values of a half space at which its decoder is solved."""
+"""The number of values of one sign at which a decoder is solved."""
 
 IF_TAU_RC_S = 4.0
 """Membrane time constant of the neurons called integrate-and-fire: on the chip, at steps of 1 ms, a
@@ -72,8 +72,8 @@ def hidden_layer(
         net.output = nengo.Node(size_in=n * len(signs) if halves else n, label=f"{label} output")
         net.halves = []
         for unit, (number, sign) in itertools.product(range(n), enumerate(signs)):
-            # Units i and i + pairs mirror each other, so they have the same neurons: what they get
-            # wrong then does not turn the robot.
+            # Units i and i + pairs mirror each other, so they have the same neurons: their
+            # errors then do not turn the robot.
             seed = int(seeds[number, unit % pairs])
             ensemble, points = _ensemble(unit, sign, radii[sign][unit], kinds[sign], options, seed)
             nengo.Connection(net.input[unit], ensemble, synapse=None)
@@ -91,7 +91,7 @@ def _ensemble(
     options: PolicyOptions,
     seed: int,
 ) -> tuple[nengo.Ensemble, np.ndarray]:
-    """Return a unit's neurons for one sign of its pre-activation, and values there (n, 1)."""
+    """Return a unit's neurons for one sign of its pre-activation, and evaluation points (n, 1)."""
     n = options.n_neurons // 2
     points = sign * np.linspace(0, radius, N_POINTS)[:, np.newaxis]
     ensemble = nengo.Ensemble(
@@ -104,7 +104,7 @@ def _ensemble(
         eval_points=points / radius,
         neuron_type=kind,
         label=f"unit {unit}{'+' if sign > 0 else '-'}",
-        # A seed of its own, so that twins have the same rates whatever the network's seeds.
+        # With this seed, twin units have the same rates, whatever the network's seed.
         seed=seed,
     )
     return ensemble, points

@@ -23,7 +23,7 @@ class Layer:
 
 @dataclass(frozen=True)
 class Readout(Layer):
-    """A layer that weighs the halves of the units before it by themselves.
+    """A layer with separate weights for the halves of the units before it.
 
     Its ``weights`` are (n_out, n_halves * n): first those of all units for z > 0, then those for
     z < 0, if the activation has neurons there.
@@ -43,7 +43,7 @@ class Calibrated:
     trim: np.ndarray | float = 0.0
 
     def of(self, layers: Sequence[Layer]) -> list[Layer]:
-        """Return the layers of a policy, so changed."""
+        """Return the layers of a policy with these changes."""
         first, *others, _ = layers
         trimmed = Layer(first.weights, first.bias + (first.weights * self.trim).sum(axis=1))
         return [trimmed, *others, Readout(self.weights, self.bias)]
@@ -51,7 +51,7 @@ class Calibrated:
 
 @dataclass(frozen=True)
 class Ranges:
-    """The reach of the pre-activations of a layer's units, (n,) each, both positive."""
+    """The ranges of the pre-activations of a layer's units, (n,) to either side, both positive."""
 
     above: np.ndarray
     below: np.ndarray
@@ -75,13 +75,13 @@ class PolicyOptions:
         One of `spikeport.networks.activations.ACTIVATIONS`.
     units : str
         ``hybrid``: spiking rectified linear neurons for z > 0, LIF for z < 0; ``lif``, ``relu``
-        and ``if`` have these, or integrate-and-fire neurons with a refractory period, for both.
+        or ``if`` (integrate-and-fire with a refractory period): the same neurons for both signs.
     solve : str
         ``unit``: every unit decodes the activation, and the weights stay as they are; ``layer``:
         the weights between two layers are solved for jointly (`spikeport.networks.policy_solving`).
     observes_host : bool
         True if observations come from the host, which then adds large biases of the first layer;
-        False if neurons on the chip give them: sums stay there.
+        False if they come from neurons on the chip: then the sums stay on the chip.
     """
 
     n_neurons: int = 20
@@ -113,7 +113,7 @@ class PolicyOptions:
 def exact(
     layers: Sequence[Layer], observation: np.ndarray, activation_name: str = "elu"
 ) -> list[np.ndarray]:
-    """Return the pre-activations of all layers, the last of them the action, for observations."""
+    """Return the pre-activations of all layers for observations; the last ones are the action."""
     function = activation(activation_name).function
     values, found = np.asarray(observation), []
     for layer in layers:
@@ -131,8 +131,8 @@ def record_ranges(
 ) -> list[Ranges]:
     """Return the ranges of all hidden units, for each sign, on observations (n_samples, n).
 
-    Error grows with the range, so it is a quantile of what occurs, and not the utmost; ``floor``
-    is the least range of a unit that hardly ever has that sign.
+    The error grows with the range, so the range is a quantile of the values, not their maximum;
+    ``floor`` is the least range, for a unit that hardly ever has that sign.
     """
     hidden = exact(layers, observations, activation_name)[:-1]
     return [

@@ -50,7 +50,7 @@ class Rectified:
     ) -> nengo.Ensemble:
         """Return n populations: the neurons of the i-th are [i n_neurons, (i + 1) n_neurons).
 
-        ``radius`` matters for what comes from the host, which is clipped to it.
+        ``radius`` matters for values from the host, which are clipped to it.
         """
         total = n * self.n_neurons
         per_unit = rng.uniform(*self.rates, total) / (self.full - self.threshold)
@@ -66,9 +66,9 @@ class Rectified:
         )
 
     def decoding(self, n: int, weights: bool) -> dict[str, object]:
-        """Return the function that a connection from ``n`` populations computes.
+        """Return the function and solver of a connection from ``n`` populations, as its arguments.
 
-        ``weights`` says whether it is wired from neuron to neuron.
+        ``weights`` is True if it is wired from neuron to neuron.
         """
         first = self.full if self.switches else self.threshold
         points = np.repeat(np.linspace(first, self.full, N_POINTS)[:, np.newaxis], n, axis=1)

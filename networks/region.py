@@ -1,7 +1,7 @@
 """The region of states a network is made for.
 
-Ensembles represent values in [-1, 1]; every error after their input is a fixed share of that range,
-so the range is taken as narrow as the task allows: from recorded states.
+Ensembles represent values in [-1, 1], and every error after their input is a fixed share of that
+range. So the range is as narrow as the task allows: it is taken from recorded states.
 """
 
 from collections.abc import Mapping
@@ -41,7 +41,7 @@ class Box:
 
     @classmethod
     def join(cls, *boxes: "Box") -> "Box":
-        """Return the box of all their dimensions, one box after the other."""
+        """Return the box with the dimensions of all boxes, one box after the other."""
         return cls(*(np.concatenate([getattr(b, k) for b in boxes]) for k in ("centre", "half")))
 
     def normalise(self, values: Floats) -> Floats:
@@ -61,7 +61,7 @@ class Box:
 class ArmRegion:
     """Boxes of joint angles, joint velocities, hand positions and position errors.
 
-    ``q_samples`` (n, 4) are recorded joint angles in radians inside the box: where decoders are
+    ``q_samples`` (n, 4) are recorded joint angles in radians inside the box, at which decoders are
     solved.
     """
 
@@ -80,7 +80,7 @@ class ArmRegion:
 
     @classmethod
     def of(cls, arrays: Mapping[str, Floats]) -> "ArmRegion":
-        """Return the region whose `arrays` these are; others among them are left out."""
+        """Return the region from its `arrays`; other arrays in the mapping are ignored."""
         boxes = {box: Box(*(arrays[f"{box}.{side}"] for side in SIDES)) for box in BOXES}
         return cls(**boxes, q_samples=arrays["q_samples"])
 
@@ -99,10 +99,10 @@ class ArmRegion:
         """Return the region of states that were recorded while the exact law does the task.
 
         The samples are drawn from the recording and jittered by a share of each joint's range:
-        spiking runs leave the recorded path, and decoders must know what to do beside it.
+        spiking runs leave the recorded path, and decoders must be accurate beside it, too.
 
-        The box of errors is no narrower than that of positions: target and position reach M1 one by
-        one, in units of the error, and what carries them clips beyond 1.
+        The box of errors is no narrower than that of positions: target and position reach M1
+        separately, in units of the error, and each is clipped beyond 1.
         """
         rng = np.random.RandomState(seed)
         box = Box.around(q)

@@ -3,8 +3,8 @@
     b = R(-angle) e = [e_x cos + e_y sin, e_y cos - e_x sin]
     a c = ((a + c) / 2)^2 - ((a - c) / 2)^2
 
-A square is a function of one dimension, which few neurons decode well. The eight populations are
-the same, and even in their value: what squares err mostly cancels in their differences.
+A square is a function of one dimension, which few neurons decode well. The eight populations have
+the same neurons, symmetric about zero, so that errors mostly cancel in the squares' differences.
 """
 
 from dataclasses import dataclass
@@ -24,15 +24,15 @@ HALVES = 0.5 * np.array(
         [1, 0, 0, -1],
     ]
 )
-"""Half sums and differences of [e_x, e_y, cos, sin], those of each product in turn."""
+"""Half sums and half differences of [e_x, e_y, cos, sin], two for each product."""
 
 ROTATION = np.array([[1, -1, 1, -1, 0, 0, 0, 0], [0, 0, 0, 0, 1, -1, -1, 1]])
 """b from the squares of the halves."""
 
 STRIDE = 7
-"""Neighbours in intercept differ by so many in rate: no rate is that of one region. This holds as
-well where it divides the number of neurons of a sign, as the default's 70: these have ten rates,
-each at every tenth intercept."""
+"""Neurons with neighbouring intercepts are this many places apart in rate, so that no rate occurs
+in one region alone. This holds even if the stride divides the number of neurons of a sign, as the
+default of 70: these have ten rates, each at every tenth intercept."""
 
 N_POINTS = 1000
 """Values at which the decoders of a square are solved."""
@@ -40,7 +40,7 @@ N_POINTS = 1000
 
 @dataclass(frozen=True)
 class Squares:
-    """Neurons of each of the eight squares, their rates in Hz, and their synapses' time in s."""
+    """Neurons of each of eight squares, their rates in Hz, and their synapses' time constant, s."""
 
     n_neurons: int
     max_rates: tuple[float, float]
@@ -48,14 +48,14 @@ class Squares:
 
 
 def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
-    """Connect a vector and an angle with the ensemble of the vector turned back by that angle.
+    """Connect a vector and an angle to the ensemble of the vector turned back by that angle.
 
     Parameters
     ----------
     turned : nengo.Node or view of one, 4 dimensions
         The vector, no longer than 1, and cosine and sine of the angle.
     body : nengo.Ensemble, 2 dimensions
-        Gets the vector turned backwards.
+        Receives the vector turned backwards.
     squares : Squares
         The neurons in between.
     """
@@ -68,7 +68,7 @@ def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
 
 
 def _half(label: str, squares: Squares) -> nengo.Ensemble:
-    """Return neurons of either sign, the same for both, with intercepts that leave no gaps."""
+    """Return neurons, the same for both signs, with intercepts that leave no gaps."""
     n = squares.n_neurons // 2
     place = (np.arange(n) + 0.5) / n
     low, high = squares.max_rates

@@ -17,8 +17,8 @@ def silence(
 ) -> list[nengo.Ensemble]:
     """Silence a share of a network's ensembles, drawn from a seed, at a time in seconds.
 
-    ``synapse`` is the filter of the inhibition: that of the ensembles' other inputs. Returns the
-    ones that fall silent, in the network's order; a share above 0 is of at least one.
+    ``synapse`` is the filter of the inhibition, which equals that of the ensembles' other inputs.
+    Return the ensembles that fall silent, in the network's order: at least one if share > 0.
     """
     ensembles = list(net.all_ensembles)
     n = max(round(share * len(ensembles)), int(share > 0))

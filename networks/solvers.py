@@ -7,10 +7,10 @@ from nengo.solvers import SolverParam
 
 
 class PerDimension(nengo.solvers.Solver):
-    """Solver of dimension i from its own neurons alone, and from no others.
+    """Solver that decodes each dimension from its own neurons alone.
 
-    For an ensemble whose neurons ``[i n, (i + 1) n)`` encode dimension i: the decoders of ``d``
-    independent one-dimensional ensembles.
+    For an ensemble whose neurons ``[i n, (i + 1) n)`` encode dimension i, the decoders are those of
+    ``d`` independent one-dimensional ensembles.
 
     Parameters
     ----------
@@ -45,12 +45,12 @@ class PerDimension(nengo.solvers.Solver):
 
 
 class Tied(nengo.solvers.Solver):
-    r"""One decoder for all neurons: least squares with a single unknown for each dimension.
+    r"""Solver with one decoder for all neurons: least squares with one unknown for each dimension.
 
     .. math:: d = \frac{s^T Y}{s^T s}, \quad s_m = \sum_n A_{mn}
 
-    Neurons that encode one half of one value, with spread gains, need no more; and those with equal
-    weights can share an axon on the chip.
+    Neurons that encode one half of one value, with spread gains, need no more, and neurons with
+    equal weights can share an axon on the chip.
     """
 
     compositional = True

@@ -1,8 +1,8 @@
 """nengo_spa's basal ganglia and thalamus, as they are: LIF neurons, AMPA with 2 ms, GABA with 8 ms.
 
-For float Nengo, which filters every connection by itself. A compartment on the chip has one filter
-for all that reaches it: it cannot hold GPi and GPe, which excitation of 2 ms and inhibition of 8 ms
-reach. `action_selection` is what stands for it there, and is measured against it.
+This network is for float Nengo, which filters every connection by itself. A compartment on the chip
+has one filter for all its inputs, so it cannot represent GPi and GPe, whose excitation has 2 ms and
+inhibition 8 ms. `action_selection` replaces this network there, and is measured against it.
 
 Source: Stewart, Choo, Eliasmith (2010); paper, sec. 3.3.
 """
@@ -22,7 +22,7 @@ NUCLEI = ("strD1", "strD2", "stn", "gpe", "gpi")
 def spa_action_selection(n_actions: int, seed: int = 0) -> SelectionNetwork:
     """Build the network; ``gates`` are its thalamus' filtered outputs.
 
-    The thalamus closes the neurons that silence what is gated: those of `action_selection`.
+    The thalamus inhibits the gates' neurons, which are those of `action_selection`.
     """
     net = SelectionNetwork(label="action selection of nengo_spa", seed=seed)
     options = SelectionOptions()
@@ -32,7 +32,7 @@ def spa_action_selection(n_actions: int, seed: int = 0) -> SelectionNetwork:
         thalamus.connect_bg(ganglia)
         net.utilities = ganglia.input
         net.gates = nengo.Node(size_in=n_actions, label="gates")
-        # The thalamus' output is decoded spikes: without a filter it crosses a threshold with them.
+        # The thalamus' output is decoded spikes: unfiltered, it would cross a threshold at each.
         nengo.Connection(thalamus.output, net.gates, synapse=options.output_s)
         net.nuclei = {name: _neurons(getattr(ganglia, name)) for name in NUCLEI}
         net.nuclei["thalamus"] = _neurons(thalamus.actions)

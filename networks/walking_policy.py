@@ -35,7 +35,7 @@ _AXES = {"weights": 2, "biases": 1}
 _GAINS = "follower_gains"
 """The array with kp_speed and kp_heading; a file without it asks for the default gains."""
 LARGEST_GAIN = 20.0
-"""In 1/s. Gains that training measures are a quarter of it or less."""
+"""The largest gain accepted, in 1/s. Gains that training measures are at most a quarter of it."""
 
 CURE = "make one with: spikeport train walk"
 
@@ -53,7 +53,7 @@ class WalkingPolicy:
     pose_rad : ndarray, (joints,)
         The pose that the zero action asks for.
     action_scale_rad : float
-        Change of a joint's target for an action of one.
+        Change of a joint's target for an action of 1.
     gains : FollowerGains
         Gains with which a path follower commands this policy.
     """

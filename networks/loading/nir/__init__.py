@@ -1,9 +1,9 @@
-"""NIR graphs, read within limits, as networks: `spikeport.nir` is the door.
+"""NIR graphs, read within limits, as networks; the public interface is `spikeport.nir`.
 
-A file becomes plain values (`hdf5`), these a flat graph of nodes (`graph`), in which all linear
-operators between two populations of neurons become one sparse matrix (`operators`, `signals`,
-`fold`; `checks` refuses some graphs). Left are populations and their inputs (`populations`).
-Neurons are coefficients of a time step (`dynamics`). Such a graph runs by NIR's own equations
-(`equations`), or is put into units of the chip (`units`) and built as a network (`network`);
-`differences` names what the chip then does otherwise.
+A file is read into plain values (`hdf5`), and these become a flat graph of nodes (`graph`). The
+linear operators between two populations of neurons become one sparse matrix (`operators`,
+`signals`, `fold`; `checks` refuses some graphs), so that populations and their inputs are left
+(`populations`). Neurons are described by the coefficients of a time step (`dynamics`). The graph
+runs by NIR's own equations (`equations`), or is converted to units of the chip (`units`) and built
+as a network (`network`); `differences` lists where the chip then departs from the equations.
 """

@@ -1,4 +1,4 @@
-"""Checks of a graph of populations, which refuse what a chip with its host cannot do."""
+"""Checks of a graph of populations, which refuse graphs that a chip with its host cannot run."""
 
 import math
 from collections.abc import Mapping
@@ -22,7 +22,7 @@ def check_readouts(populations: Mapping[str, Population]) -> None:
 
 
 def check_delays(graph: PopulationGraph) -> None:
-    """Refuse a node that is reached with different delays.
+    """Refuse a node whose inputs arrive with different delays.
 
     A delay that all paths share is ignored. The edge that closes a cycle takes one step anyway, so
     the delays in a cycle may sum to one step, or to none.
@@ -40,7 +40,7 @@ def check_delays(graph: PopulationGraph) -> None:
 
 
 def _delay(name: str, signal: Signal, since: Mapping[str, int]) -> int:
-    """Return the steps by which a node's input is delayed, given those of its sources."""
+    """Return the steps by which a node's input is delayed, from the delays of its sources."""
     found = sorted({since[one] + n for one, n in signal.delays.items() if one in since})
     if len(found) > 1:
         raise unequal_delays(name, found)
@@ -48,7 +48,7 @@ def _delay(name: str, signal: Signal, since: Mapping[str, int]) -> int:
 
 
 def check_held(graph: PopulationGraph) -> None:
-    """Refuse more inputs than the host may hold back, each counted for each number of steps."""
+    """Refuse too many inputs for the host to hold back; each counts once per number of steps."""
     ways = {
         (name, graph.held_steps(one))
         for one in graph.populations.values()

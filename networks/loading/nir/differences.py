@@ -15,7 +15,7 @@ LOWEST = 2**23
 
 
 def differences(network: NirNetwork) -> Iterator[tuple[str, str]]:
-    """Yield the name of a population, and a difference."""
+    """Yield each difference, after the name of its population."""
     for name, one in network.folded.populations.items():
         texts = _on_chip(network, one) if one.spikes else _on_host(one)
         yield from ((name, text) for text in (*texts, *_path_lengths(network.folded, one)))

@@ -1,11 +1,11 @@
-r"""Nodes of neurons as equations of one time step, as NIR's are discretised by Euler's method.
+r"""Equations of a node's neurons for one time step: NIR's, discretised by Euler's method.
 
 .. math::
     I &\leftarrow I + \tfrac{dt}{\tau_{syn}} (w_{in} x - I) \\
     v &\leftarrow v + \tfrac{dt}{\tau_{mem}} (v_{leak} - v + R I)
 
-and a spike where :math:`v > v_{thr}`, which sets v to :math:`v_{reset}`. x is a sum of weights, one
-for each spike of the step, as all frameworks have it. Neurons without a current have I = x; IF has
+A neuron spikes where :math:`v > v_{thr}`, which sets v to :math:`v_{reset}`. x is a sum of weights,
+one for each spike of the step, as in all frameworks. Neurons without a current have I = x; IF has
 no time constant, v <- v + R x; a threshold has neither, v = x.
 """
 
@@ -31,12 +31,12 @@ PARAMETERS = (
     "threshold",
 )
 LONGEST = 8192
-"""Steps of the longest time constant of a current: the chip has 12 bits for its decay, and no 0."""
+"""The longest time constant of a current, in steps: the chip has 12 bits for its decay, no 0."""
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Coefficients of neurons, each (n,); voltages count from the reset voltage.
+    """Coefficients of neurons, each (n,); voltages are relative to the reset voltage.
 
     Attributes
     ----------
@@ -49,7 +49,8 @@ class Dynamics:
     leak : array
         The change of v in every step.
     threshold, reset : array
-        The threshold, from the reset voltage on, and that voltage; a read-out has infinity and 0.
+        The threshold, relative to the reset voltage, and that voltage; infinity and 0 of a
+        read-out.
     """
 
     shape: Shape

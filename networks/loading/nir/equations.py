@@ -1,6 +1,6 @@
-"""NIR's own equations, by Euler's method, for as many steps as there are inputs.
+"""NIR's own equations, by Euler's method, for as many steps as the inputs have.
 
-Within a step populations follow each other; an edge that closes a cycle takes one step.
+Within a step populations are computed in order; an edge that closes a cycle takes one step.
 """
 
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ def run(graph: PopulationGraph, inputs: Mapping[str, np.ndarray]) -> dict[str, n
     Returns
     -------
     outputs : dict of str to (n_steps, n) array
-        The spikes of each population, of a read-out its voltage.
+        The spikes of each population, or the voltage of a read-out.
     """
     n_steps = min(len(rows) for rows in inputs.values())
     states = {name: _State(one) for name, one in graph.populations.items()}
@@ -42,7 +42,7 @@ class _State:
     def __init__(self, population: Population) -> None:
         self._of = population
         self._current = np.zeros(population.size)
-        self._voltage = -population.dynamics.reset  # zero, from the reset voltage on
+        self._voltage = -population.dynamics.reset  # zero, relative to the reset voltage
 
     def step(self, sent: Mapping[str, np.ndarray]) -> np.ndarray:
         signal, of = self._of.input, self._of.dynamics

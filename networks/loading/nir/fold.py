@@ -38,7 +38,7 @@ def fold(graph: Graph, dt_s: float) -> PopulationGraph:
 
 
 def _order(inputs: list[str], sources: dict[str, list[str]]) -> list[str]:
-    """Return populations such that each comes after its sources, but for those of a cycle.
+    """Return populations in an order in which each comes after its sources, except in cycles.
 
     In a cycle, the edge by which a depth-first walk from the inputs returns to a node on its path
     is ignored.

@@ -1,4 +1,4 @@
-"""The nodes of a NIR graph, with those of graphs within it, and the edges between them."""
+"""The nodes of a NIR graph, including nodes of graphs within it, and the edges between them."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping
@@ -30,7 +30,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "CubaLI": ("tau_syn", "tau_mem", "r", "v_leak"),
     "Threshold": ("threshold",),
 }
-"""The kinds of nodes, and what each must have."""
+"""The kinds of nodes, and the fields that each must have."""
 
 SPIKING = ("LIF", "CubaLIF", "IF", "Threshold")
 READOUTS = ("LI", "CubaLI")
@@ -42,7 +42,7 @@ EDGES = 2 * NODES
 
 @dataclass(frozen=True)
 class Node:
-    """A node: its name, with those of the graphs around it, its kind, and its parameters."""
+    """A node: its name, prefixed by the names of the graphs around it, its kind, and parameters."""
 
     name: str
     kind: str
@@ -54,7 +54,7 @@ class Node:
         Raises
         ------
         MismatchError
-            It is absent, or anything else.
+            The parameter is absent, or is not finite numbers.
         """
         value = self.values.get(field)
         if not isinstance(value, np.ndarray):
@@ -85,13 +85,13 @@ class Node:
 
 @dataclass(frozen=True)
 class Graph:
-    """Nodes by name, and edges; what was a graph in the graph is nodes of this one."""
+    """Nodes by name, and edges; a graph within the graph is replaced by its nodes."""
 
     nodes: dict[str, Node]
     edges: tuple[tuple[str, str], ...]
 
     def before(self, name: str) -> list[str]:
-        """Return the nodes that lead to one."""
+        """Return the nodes that have an edge to a node."""
         return [source for source, target in self.edges if target == name]
 
     def kinds(self, *kinds: str) -> list[Node]:
@@ -105,7 +105,7 @@ def flattened(values: Mapping[str, Value]) -> Graph:
     Raises
     ------
     MismatchError
-        A node or an edge is not as NIR has it, or nothing that can be put on a chip.
+        A node or an edge is not valid NIR, or cannot be put on a chip.
     """
     found = values.get("node")
     if not isinstance(found, dict):
@@ -118,7 +118,7 @@ def flattened(values: Mapping[str, Value]) -> Graph:
 
 
 class _Flattening:
-    """Nodes and edges of a graph and the graphs in it, as far as they are known."""
+    """Builder of one flat graph from a graph and the graphs within it."""
 
     def __init__(self) -> None:
         self._n_nodes = 0
@@ -164,7 +164,7 @@ class _Flattening:
 
 
 def _ends(graph: Graph, name: str) -> tuple[str, str]:
-    """Return the nodes through which a graph in a graph is reached and left."""
+    """Return the input node and the output node of a graph within a graph."""
     ends = []
     for kind in ("InnerInput", "InnerOutput"):
         mine = [n.name for n in graph.kinds(kind) if n.name.count(".") == name.count(".") + 1]

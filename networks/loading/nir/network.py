@@ -1,7 +1,7 @@
 """A folded graph as a network: populations on the chip, their inputs and read-outs on the host.
 
 Every connection to the chip takes one step, so that a population at depth d is d steps late; the
-sources of its biases wait until its first input can be there. Spikes are 1/dt high, as Nengo's.
+sources of its biases wait until its first input can arrive. Spikes are 1/dt high, as in Nengo.
 """
 
 import math
@@ -19,20 +19,20 @@ from spikeport.networks.loading.nir.units import Units, all_parts, parts, units
 from spikeport.neurons import IntegrateAndFire, LeakyIntegrator, SpikeSource
 
 DENSE_FROM = 0.5
-"""Share of weights other than zero from which on a matrix is stored whole."""
+"""Share of nonzero weights above which a matrix is stored as a dense one."""
 WHOLE = 2**20
-"""Weights up to which a matrix that reads spikes on the host is stored whole."""
+"""The most weights, with zeros, of a dense matrix that reads spikes on the host."""
 
 
 class Feed:
-    """The function of an input's node: what is connected to it, or rows that are played."""
+    """The function of an input's node: it passes its input on, or plays rows."""
 
     def __init__(self) -> None:
         self._rows: np.ndarray | None = None
         self._dt_s = 0.0
 
     def play(self, rows: np.ndarray, dt_s: float) -> None:
-        """Have a row, (n_steps, size), for each of the first steps of dt_s; then nothing."""
+        """Play the rows, (n_steps, size), one in each step of dt_s; then zeros."""
         self._rows, self._dt_s = rows, dt_s
 
     def __call__(self, t: float, x: np.ndarray) -> np.ndarray:
@@ -45,14 +45,14 @@ class Feed:
 
 
 class NirNetwork(nengo.Network):
-    """A network of a NIR graph.
+    """The network of a NIR graph.
 
     Parameters
     ----------
     folded : PopulationGraph
         The graph.
     n_parts : int
-        Synapses of a weight: 1, or 2 for one that holds the bits that 8 do not.
+        Synapses of a weight: 1, or 2, where the second holds the bits beyond the first 8.
     at_once : float
         The largest share of a neuron's sources that spike in one step.
     label : str
@@ -61,11 +61,11 @@ class NirNetwork(nengo.Network):
     Attributes
     ----------
     inputs : dict of str to nengo.Node
-        A node for each input: connect to it what is above 0.5 in steps with a spike.
+        A node for each input: connect a signal to it that is above 0.5 in steps with a spike.
     populations : dict of str to nengo.Ensemble
         The neurons of each node.
     outputs : dict of str to nengo.Node
-        The signals read: spikes 1/dt high, times the weights on their path; voltages as they are.
+        The signals that are read: spikes 1/dt high, times the weights on their path, or voltages.
     feeds : dict of str to Feed
         The functions of the inputs' nodes.
     """
@@ -73,7 +73,7 @@ class NirNetwork(nengo.Network):
     def __init__(self, folded: PopulationGraph, n_parts: int, at_once: float, label: str) -> None:
         super().__init__(label=label, seed=0)
         self.folded, self.n_parts, self.at_once = folded, n_parts, at_once
-        with warnings.catch_warnings(action="ignore"):  # of every nengo newer than 3.2
+        with warnings.catch_warnings(action="ignore"):  # nengo-loihi warns of Nengo after 3.2
             import nengo_loihi
         nengo_loihi.add_params(self)
         self.units = {
@@ -97,7 +97,7 @@ class NirNetwork(nengo.Network):
             self.outputs = {name: self._output(name, one) for name, one in folded.outputs.items()}
 
     def _source(self, name: str, late: int) -> nengo.Ensemble:
-        """Return neurons on the host that spike where an input is above one half, or later."""
+        """Return neurons on the host that spike ``late`` steps after an input is above one half."""
         if (name, late) not in self._sources:
             node = self.inputs[name]
             label = f"{name} spikes" + (f", {late} late" if late else "")
@@ -173,7 +173,7 @@ class NirNetwork(nengo.Network):
         return node
 
     def _add_constant(self, name: str, node: nengo.Node, signal: Signal) -> None:
-        """Add a signal's constant in its unit: beside spikes, that of one in every step."""
+        """Add a signal's constant in the signal's unit: to spikes, as a spike in every step."""
         if any(one in self.inputs or self.folded.populations[one].spikes for one in signal.parts):
             source = self._on_host(_ensemble(1, SpikeSource(), f"{name} constant", bias=1))
             _to_host(source, node, sparse.csr_matrix(signal.constant[:, np.newaxis]))
@@ -182,7 +182,7 @@ class NirNetwork(nengo.Network):
             nengo.Connection(constant, node, synapse=None)
 
     def _spikes_of(self, source: str, late: int) -> nengo.Ensemble:
-        """Return the neurons of a population, or those that send an input so many steps later."""
+        """Return the neurons of a population, or those that send an input ``late`` steps later."""
         return self._source(source, late) if source in self.inputs else self.populations[source]
 
 
@@ -193,7 +193,7 @@ def _unchanged(t: float, x: np.ndarray) -> np.ndarray:
 def _to_host(
     source: nengo.Ensemble, target: nengo.base.NengoObject, matrix: sparse.csr_matrix
 ) -> None:
-    """Connect neurons with what is on the host; the chip sends by whole matrices, or as it is."""
+    """Connect neurons to an object on the host; the chip sends by dense matrices, or unweighted."""
     n_rows, n_columns = matrix.shape
     if n_rows == n_columns and (matrix != sparse.eye_array(n_rows)).nnz == 0:
         nengo.Connection(source.neurons, target, synapse=None)
@@ -209,7 +209,7 @@ def _to_host(
 def _ensemble(
     n: int, kind: nengo.neurons.NeuronType, label: str, bias: float = 0
 ) -> nengo.Ensemble:
-    """Return neurons whose input is a current as it is."""
+    """Return neurons whose input is their current."""
     return nengo.Ensemble(
         n,
         1,

@@ -21,13 +21,13 @@ from spikeport.reading.mismatch import MismatchError
 Shape = tuple[int, ...]
 
 SIZE = 2**20
-"""Values between nodes: eight times the compartments of a chip."""
+"""The most values between nodes: eight times the compartments of a chip."""
 ENTRIES = 2**23
-"""Weights of a matrix: some times what the synapses of a chip can be."""
+"""The most weights of a matrix: several times the synapses that a chip can have."""
 
 
 class Operator(NamedTuple):
-    """A matrix (n_out, n_in), what it adds, (n_out,), the shape of its output, and its delay."""
+    """A matrix (n_out, n_in), its bias (n_out,), the shape of its output, and its delay."""
 
     matrix: sparse.csr_matrix
     bias: np.ndarray
@@ -36,7 +36,7 @@ class Operator(NamedTuple):
 
 
 def operator(node: Node, shape: Shape, dt_s: float) -> Operator:
-    """Return what a linear node does with an input of a shape.
+    """Return the operator of a linear node for an input of a shape.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
 
 def _flatten(node: Node, shape: Shape, dt_s: float) -> Operator:
     start, end = node.one("start_dim", -len(shape)), node.one("end_dim", -len(shape))
-    if start == len(shape) and end == -1:  # of axes behind a batch's, none is left to flatten
+    if start == len(shape) and end == -1:  # no axis follows the batch's
         return _same(node, shape, dt_s)
     end = end + len(shape) if end < 0 else end
     start = start + len(shape) if start < 0 else start
@@ -159,7 +159,7 @@ def _batch(node: Node, shape: Shape, n_axes: int) -> tuple[Shape, Shape]:
 def _pooling(node: Node, shape: Shape, dt_s: float) -> Operator:
     batch, shape = _batch(node, shape, 2)
     kernel, stride = (_each(node, name, 2) for name in ("kernel_size", "stride"))
-    _check_weights(node, shape[0] * math.prod(kernel))  # before they are made
+    _check_weights(node, shape[0] * math.prod(kernel))  # before the weights are made
     padding = [(n, n) for n in _each(node, "padding", 2, least=0)]
     value = 1.0 / math.prod(kernel) if node.kind == "AvgPool2d" else 1.0
     weight = np.full((shape[0], 1, *kernel), value)
@@ -213,7 +213,7 @@ def _entries(
 
 
 def _each(node: Node, field: str, n_axes: int, least: int = 1) -> Shape:
-    """Return a whole number for each axis of space, where one may stand for all."""
+    """Return a whole number for each axis of space; a single number stands for all."""
     found = node.whole(field)
     if len(found) not in (1, n_axes) or min(found) < least:
         raise MismatchError(f"{field} from {least} in node {node.name}", f"{found}")

@@ -47,15 +47,15 @@ class Population:
 
     @property
     def spikes(self) -> bool:
-        """True if the neurons spike; others are read."""
+        """True if the neurons spike, False if their voltages are read."""
         return self.node.kind not in READOUTS
 
     def constants(self) -> np.ndarray:
         """Return the `CONSTANTS` of its neurons' currents, (3, n), in units of the voltage.
 
-        A leak is a current that holds itself and is whole in the first step. Voltages begin at 0,
-        which is not what they count from if the neurons reset to another one: a current has that
-        difference in the first step alone.
+        A leak is a constant current that has its full size in the first step. NIR's voltages begin
+        at 0, but voltages are relative to the reset voltage here: where it is not 0, a current in
+        the first step alone makes up for it.
         """
         of = self.dynamics
         filtered, start = 1 - of.current_decay, -(1 - of.voltage_decay) * of.reset
@@ -88,7 +88,7 @@ class PopulationGraph:
         """Yield each source whose spikes arrive early, with the number of steps; negative if late.
 
         In NIR, paths within a step take no time; on the chip each connection takes a step. The host
-        holds inputs back.
+        holds inputs back to make up for it.
         """
         names = list(self.populations)
         for source in population.input.parts:

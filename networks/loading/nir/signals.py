@@ -22,11 +22,11 @@ from spikeport.reading.mismatch import MismatchError
 MOST_WEIGHTS = 2**26
 """The most weights in the matrices into all nodes together: a gigabyte."""
 MOST_PRODUCTS = 2**27
-"""The most products of weights of two nodes in a row: seconds of work, and as many weights."""
+"""The most products of two weights in a matrix product: seconds of work, and as many weights."""
 
 
 class Signal(NamedTuple):
-    """A sum of spikes times matrices, by source, and a constant; and its shape.
+    """A sum of spikes times a matrix for each source, plus a constant, and its shape.
 
     ``delays`` has the steps by which nodes of kind Delay hold each source back.
     """
@@ -63,7 +63,7 @@ class Signals:
         _check_size(self.shapes)
 
     def _parameter_shape(self, node: Node) -> Shape:
-        """Return the shape of a node's parameters, () if its neurons have the shape of their input.
+        """Return the shape of a node's parameters, or () if neurons have the shape of their input.
 
         A value may stand for all neurons, or for those of a channel: (2, 1, 1) for (2, 8, 8).
         """
@@ -72,7 +72,7 @@ class Signals:
         return () if several and self._before[node.name] else shape or (1,)
 
     def _compute(self) -> None:
-        """Go through the graph: linear nodes after all before them, neurons after any."""
+        """Go through the graph: linear nodes after all their sources, neurons after any source."""
         ends = [node.name for node in self._graph.kinds("Input", "Output", *NEURONS)]
         missing = {n: len(before) for n, before in self._before.items() if n not in ends}
         self._visit([*self.shapes, *(name for name, n in missing.items() if not n)], missing)
@@ -84,7 +84,7 @@ class Signals:
             raise MismatchError("neurons in every cycle", f"none at {self._in_cycle(missing)}")
 
     def _visit(self, names: Sequence[str], missing: dict[str, int]) -> None:
-        """Go on from known nodes; through a linear node once all nodes before it are known."""
+        """Visit the nodes behind known ones; a linear node once all nodes before it are known."""
         known = deque(names)
         while known:
             name = known.popleft()
@@ -101,14 +101,14 @@ class Signals:
                     known.append(target)
 
     def _in_cycle(self, missing: Mapping[str, int]) -> str:
-        """Return a node of a cycle, to which a walk against the edges leads."""
+        """Return a node of a cycle, found by a walk against the edges."""
         name = next(iter(missing))
         for _ in missing:
             name = next(one for one in self._before[name] if one in missing)
         return name
 
     def into(self, name: str) -> Signal:
-        """Return the sum of what leads to a node."""
+        """Return the sum of the signals into a node."""
         signals = [self._signal(one) for one in self._before[name]]
         if not signals:
             return self._nothing(name)
@@ -142,7 +142,7 @@ class Signals:
         return (node.whole("shape") or None) if node.kind == "Output" else self.shapes.get(name)
 
     def _signal(self, name: str) -> Signal:
-        """Return what leaves a node."""
+        """Return the output of a node."""
         if name in self._done:
             return self._done[name]
         shape = self.shapes[name]
@@ -195,7 +195,7 @@ def _check_size(shapes: Mapping[str, Shape]) -> None:
 
 
 def unequal_delays(name: str, delays: Sequence[int]) -> MismatchError:
-    """Return the refusal of a node that is reached with these delays."""
+    """Return the error for a node whose inputs arrive with these delays."""
     return MismatchError(
         f"equal delays on all ways to node {name}",
         " and ".join(map(str, delays)) + " steps",

@@ -1,14 +1,14 @@
 r"""Weights and thresholds of a population in units of the chip.
 
-A neuron may have its weights and threshold scaled together. A large threshold keeps more of small
-weights, which are multiples of 64 units, and loses less to decays, which are rounded towards zero
-in every step. The largest one, :math:`\theta`, is
+A neuron may have its weights and threshold scaled together. A large threshold keeps more bits of
+small weights, which are multiples of 64 units, and loses less to decays, which are rounded towards
+zero in every step. The largest one, :math:`\theta`, is
 
 .. math::
     \theta \max(\Sigma^+, \Sigma^-) \le \min(2^{21}, d_u 2^{23}), \qquad \theta \le 2^{22}
 
 where :math:`\Sigma^\pm` are the sums of a neuron's weights of one sign, in thresholds: no input
-wraps a register around, were all sources to spike at once.
+wraps a register around, even if all sources spike at once.
 
 If at most a share ``at_once`` of the sources spikes in a step, the sums are those of that share of
 a neuron's weights, the largest ones. The threshold may then exceed the bound for all sources, up to
@@ -16,14 +16,14 @@ a neuron's weights, the largest ones. The threshold may then exceed the bound fo
 leak and has inhibitory input never gets more than 2^19, because its inhibition adds up.
 
 A sum of more than 128 times the population's largest weight would leave that weight less than
-255 * 2^6 units, the most that one synapse holds. The bound gives way there, and that weight keeps
-as many units.
+255 * 2^6 units, the most that one synapse holds. The bound does not apply there, and that weight
+keeps 255 * 2^6 units.
 
 If a weight may be two synapses, and all weights and thresholds can be whole units, thresholds are
-powers of two, or the graph's own ones, in the unit of its weights, times powers of two. Otherwise
-there are at most 4 levels (8 in a large population), chosen to keep most bits. If a weight is one
-synapse, thresholds are powers of two times a common factor, with which the largest weight takes all
-bits of its synapse.
+powers of two, or the graph's own ones, in the unit of its weights, times powers of two. Otherwise a
+population has at most 4 levels of thresholds (8 if it is large), chosen to keep the most bits. If a
+weight is one synapse, thresholds are powers of two times a common factor, with which the largest
+weight takes all bits of its synapse.
 """
 
 from collections.abc import Iterator, Mapping
@@ -41,7 +41,7 @@ INPUT, CURRENT = 2.0**21, 2.0**23
 """The largest input and current of a step, in units."""
 THRESHOLDS = (2.0**7, 2.0**22)
 DEEP = 2.0**19
-"""The largest threshold with which the voltage, whose end is -2^23, can fall by 16 thresholds."""
+"""The largest threshold with which the voltage, which ends at -2^23, can fall by 16 thresholds."""
 LEVELS, MORE_LEVELS = 4, 8
 """The most different thresholds in a population that may share its core, and in a large one."""
 SHARES = 2**16
@@ -49,7 +49,8 @@ SHARES = 2**16
 CANDIDATES = 256
 """The most thresholds that are tried as levels."""
 ONE_WEIGHT = 255 * 2.0**6
-"""The largest weight that is one synapse of nengo-loihi; no sum takes the largest one below it."""
+"""The largest weight that fits one synapse of nengo-loihi. However large the sums of weights are, a
+population's largest weight keeps at least this size."""
 
 COARSEST = 2.0**14
 """The largest step of a connection's weights, a power of two from `UNIT` on."""
@@ -82,7 +83,7 @@ def units(population: Population, n_parts: int, at_once: float = 1.0) -> Units:
     Raises
     ------
     MismatchError
-        A neuron's weights are too many thresholds for a chip of 24 bits.
+        A neuron's weights are too large for 24 bits, relative to its threshold.
     """
     of, signal = population.dynamics, population.input
     weights = {name: _rows(of.gain / of.threshold, matrix) for name, matrix in signal.parts.items()}
@@ -101,7 +102,7 @@ def _rows(scale: np.ndarray, matrix: sparse.csr_matrix) -> sparse.csr_matrix:
 
 
 class _Room:
-    """The thresholds that a population's weights, in thresholds, leave in the chip's registers."""
+    """Bounds of a population's thresholds, from its weights and the sizes of chip registers."""
 
     def __init__(
         self,
@@ -119,8 +120,8 @@ class _Room:
     def input_bound(self, n_parts: int | None, at_once: float = 1.0) -> np.ndarray:
         """Return the largest thresholds, (n,), with which no input wraps a register around.
 
-        Weights may be rounded up: as far as ``n_parts`` synapses round them, or, without it, not at
-        all, since they are whole units.
+        The bounds leave room for weights that ``n_parts`` synapses round up; None is for weights
+        that are whole units, which are not rounded.
         """
         n_weights = np.diff(self.matrix.indptr)
         room = np.minimum(INPUT, CURRENT * self._of.current_decay) - UNIT
@@ -148,7 +149,7 @@ class _Room:
         return found
 
     def _sums(self, at_once: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the sums of a share of weights, the largest of each sign, and of constants."""
+        """Return the sums of the largest share of weights and of constants, for each sign."""
         above, below = (_largest(sign * self._weights, at_once) for sign in (1, -1))
         return (
             above + self._constants.clip(min=0).sum(axis=0),
@@ -164,7 +165,7 @@ class _Room:
 
 
 def _largest(matrix: sparse.csr_matrix, share: float) -> np.ndarray:
-    """Return the sums, (n,), of a share of each row's entries, the largest above zero."""
+    """Return the sums, (n,), of the largest share of each row's entries, without negative ones."""
     values, n_entries = matrix.data.clip(min=0), np.diff(matrix.indptr)
     row = np.repeat(np.arange(len(n_entries)), n_entries)
     if share < 1:
@@ -177,7 +178,7 @@ def _largest(matrix: sparse.csr_matrix, share: float) -> np.ndarray:
 def _thresholds(
     room: _Room, threshold: np.ndarray, gain: np.ndarray, n_parts: int, at_once: float
 ) -> np.ndarray:
-    """Return the thresholds of a population, (n,), by its own ones and its gains."""
+    """Return the thresholds of a population, (n,), from its own ones and its gains."""
     largest = room.largest_thresholds(n_parts, at_once)
     if n_parts == 1:
         return _fill_one_synapse(_powers(largest), room.matrix)
@@ -190,26 +191,26 @@ def _thresholds(
 
 
 def _powers(largest: np.ndarray) -> np.ndarray:
-    """Return the exponents of the powers of two below thresholds; there are few of them."""
+    """Return exponents of powers of two up to the largest thresholds, with few different ones."""
     exponents = np.floor(np.log2(largest))
     result: np.ndarray = np.minimum(exponents, exponents.min() + LEVELS - 1)
     return result
 
 
 def _are_whole_units(threshold: np.ndarray, weights: sparse.csr_matrix) -> bool:
-    """Return whether thresholds, and weights in them, are whole units."""
+    """Return whether thresholds, and weights times thresholds, are whole units."""
     n_units = np.concatenate([threshold, _rows(threshold, weights).data]) / UNIT
     return bool((np.abs(n_units - np.round(n_units)) < 1e-6).all())
 
 
 def _levels(largest: np.ndarray, n_levels: int) -> np.ndarray:
-    """Return thresholds of few levels, none above its largest, that keep the most bits."""
+    """Return thresholds of at most ``n_levels`` levels, within their bounds, with the most bits."""
     floors = np.floor(largest / UNIT) * UNIT
     levels = np.unique(floors)
     if len(levels) > CANDIDATES:
         levels = levels[np.linspace(0, len(levels) - 1, CANDIDATES).astype(int)]
     n_below = np.append(np.searchsorted(np.sort(floors), levels), len(floors))
-    # Bits of all neurons from level i on up to level j, if they have level i.
+    # Bits of all neurons from level i up to level j, if level i is their threshold.
     bits = np.log2(levels)[:, np.newaxis] * (n_below - n_below[:-1, np.newaxis])
     bits[np.tri(*bits.shape) > 0] = -np.inf
     best, following = np.append(np.full(len(levels), -np.inf), 0), []
@@ -224,7 +225,7 @@ def _levels(largest: np.ndarray, n_levels: int) -> np.ndarray:
 
 
 def _correction(bias: np.ndarray, current_decay: np.ndarray, n_parts: int) -> np.ndarray:
-    """Return what rounding takes off the current that a bias leads to, (n,), in units."""
+    """Return the loss by rounding of the current that a bias leads to, (n,), in units."""
     rounded = np.zeros_like(bias)
     for part in parts(sparse.csr_matrix(bias[:, np.newaxis]), n_parts):
         step = weight_step(np.abs(part.data).max())
@@ -237,7 +238,7 @@ def _correction(bias: np.ndarray, current_decay: np.ndarray, n_parts: int) -> np
 def _fill_one_synapse(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.ndarray:
     """Return thresholds, (n,), with which the largest weights take all bits of one synapse.
 
-    Since all weights share one step, no row's become larger than the largest are.
+    The weights share one step, so no row's weights may become larger than the largest.
     """
     flat: np.ndarray = np.exp2(exponents)
     rows = abs(weights).max(axis=1).toarray().ravel()
@@ -255,8 +256,8 @@ def _fill_one_synapse(exponents: np.ndarray, weights: sparse.csr_matrix) -> np.n
 def parts(matrix: sparse.csr_matrix, most: int) -> Iterator[sparse.csr_matrix]:
     """Yield the parts of a matrix, which add up to it.
 
-    With ``most`` 1 that is the matrix, with ``most`` 2 its values as 8 bits hold them, and the rest
-    if any. On the chip each part is a connection with a step of its own.
+    With ``most`` 1 the only part is the matrix, with ``most`` 2 the parts are its values in 8 bits,
+    and the rest, if any. On the chip each part is a connection with a step of its own.
     """
     step = weight_step(np.abs(matrix.data).max(initial=0))
     coarse = matrix.copy()
@@ -271,7 +272,7 @@ def parts(matrix: sparse.csr_matrix, most: int) -> Iterator[sparse.csr_matrix]:
 def all_parts(
     weights: Mapping[str, sparse.csr_matrix], most: int
 ) -> Iterator[tuple[str, sparse.csr_matrix]]:
-    """Yield each source and part."""
+    """Yield each part of each matrix, after its source."""
     for name, matrix in weights.items():
         for part in parts(matrix, most):
             yield name, part
