@@ -1,4 +1,4 @@
-"""Cures of what nengo-loihi's builder and discretiser refuse, by the words of the refusal."""
+"""Cures for refusals by nengo-loihi's builder and discretiser, by the words of the refusal."""
 
 from spikeport.compile.ground.refusal import reason_of
 
@@ -55,7 +55,7 @@ CURES = {
     "assert isinstance(syn1, Lowpass)": FUNCTION,
     "object selection has repeated indices": FUNCTION,
 }
-"""Cures of refusals, by some of a refusal's words."""
+"""Cures for refusals, by a part of the refusal's text."""
 
 
 def cure_of(error: Exception) -> str:

@@ -14,11 +14,11 @@ ALIKE = ("bias", "decay_u", "decay_v", "vth", "refract_delay")
 
 
 def duplicated(image: ChipImage) -> np.ndarray:
-    """Return the neurons that equal an earlier one of their block in all input, (n_compartments,).
+    """Return the neurons that are copies of an earlier neuron of their block, (n_compartments,).
 
-    Equal are weights from every source, bias, decays, threshold and refractory period. Weights are
-    compared by two sums with random factors for every source. Read-outs and neurons with noise or
-    learning are not copies.
+    A copy has equal weights from every source, and equal bias, decays, threshold and refractory
+    period. Weights are compared by two sums, with a random factor for every source. Read-outs and
+    neurons with noise or learning are not copies.
     """
     factors = np.random.RandomState(0).randint(1, 2**31, (2, image.n_sources)).astype(np.uint64)
     sums = np.zeros((2, image.n_compartments), dtype=np.uint64)  # wraps around, as a hash may
@@ -41,15 +41,15 @@ def silenced(image: ChipImage) -> np.ndarray:
 
         u_max = 4096 q_max / (decay_u + 1),   v_max = 4096 (u_max + bias) / decay_v
 
-    where q_max is the sum of a neuron's positive weights: every excitatory source spikes in every
-    step, and no other. Neurons that events of a file excite, read-outs, and neurons with noise or
-    learning are not silenced.
+    where q_max, the sum of a neuron's positive weights, is its input if every excitatory source
+    spikes in every step, and no other source does. Read-outs, neurons with noise or learning, and
+    neurons that an input of kind ``spikes`` excites are not silenced.
     """
     most = np.zeros(image.n_compartments)
     unbounded = _unbounded(image)
     for synapses in synapses_of(image):
-        # A route reaches few of all compartments. NumPy adds numbers of the sum's own type alone
-        # without a cast of each.
+        # A route reaches few of all compartments. `np.add.at` casts each number, unless they are of
+        # the sum's own type.
         positive = np.maximum(image.synapses.weight[synapses.number], 0).astype(most.dtype)
         positive[(positive > 0) & unbounded[synapses.source]] = np.inf
         np.add.at(most, synapses.target, positive)
@@ -63,7 +63,7 @@ def silenced(image: ChipImage) -> np.ndarray:
 def _unbounded(image: ChipImage) -> np.ndarray:
     """Return the sources that may spike several times in a step, (n_sources,) of bool.
 
-    The encoding of a file's events is that of an ensemble's spikes too.
+    Inputs of kind ``spikes`` count: events of a file, and spikes of an ensemble on the host.
     """
     spikes = [entry.encoding.kind == "spikes" for entry in image.manifest.inputs]
     of_inputs = np.repeat(np.array(spikes, dtype=bool), image.inputs.size)

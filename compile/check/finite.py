@@ -1,4 +1,4 @@
-"""Refusals while a network is built: numbers that are not finite (rule SP011), and other ones."""
+"""Refusals while a network is built: of NaN or infinity (rule SP011), and by the builder."""
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.cures import cure_of
@@ -9,20 +9,20 @@ NOT_FINITE = "array must not contain infs or NaNs"
 
 
 class NotFiniteError(RefusedError):
-    """The error of NaN or infinite numbers, which are no better rewritten, or on the host."""
+    """The error of NaN or infinite numbers, which neither passes nor the host can mend."""
 
     everywhere = True
 
 
 def not_finite(name: str, where: str) -> NotFiniteError:
-    """Return the error for an object of which some numbers are NaN or infinite."""
+    """Return the error for an object with NaN or infinite numbers."""
     return NotFiniteError(str(rules.get("SP011").broken(name, f"NaN or infinity in {where}")))
 
 
 def refused_or_not_finite(about: tuple[str, ...], error: Exception) -> RefusedError:
-    """Return the error for what nengo-loihi's builder raised at an object.
+    """Return our error for an error that nengo-loihi's builder raised at an object.
 
-    ``about`` holds the object's name, and those of its ends.
+    ``about`` holds the object's name, and the names of its ends.
     """
     if str(error) == NOT_FINITE:
         return not_finite(about[0], "what its function returns")

@@ -1,5 +1,5 @@
-"""Hints on what compiles, but is lost or left out: rules SP4xx, of a network, its filters and its
-image.
+"""Hints (rules SP4xx) from a network, its filters and its image: parts that compile, but are lost
+or left out.
 """
 
 from collections import defaultdict
@@ -27,10 +27,10 @@ DUPLICATED = 0.1
 
 
 def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
-    """Yield hints on what an image leaves out, or records otherwise than float Nengo.
+    """Yield hints on nodes that an image leaves out, and probes and loops unlike float Nengo's.
 
-    A passthrough node that leads nowhere is removed with all that leads to it. Ensemble arrays are
-    left out: they have an output for every function, used or not.
+    A passthrough node that leads nowhere is removed with all connections into it. Nodes of ensemble
+    arrays get no hint: an array has an output for every function, used or not.
     """
     read = {c.pre_obj for c in network.all_connections} | {p.obj for p in network.all_probes}
     fed = {c.post_obj for c in network.all_connections}
@@ -47,7 +47,7 @@ def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
 
 
 def _in_cycles(scope: Scope) -> Iterator[nengo.Connection]:
-    """Yield a connection of each loop on the chip that no synapse is in."""
+    """Yield one connection of each loop on the chip that has no synapse."""
     direct = [
         c
         for c in scope.network.all_connections
@@ -76,7 +76,7 @@ def filter_hints(
     dt_s : float
         The time step, in seconds.
     rewritten : bool
-        True if passes rewrote the network: what is slow then stays so with others.
+        True if passes rewrote the network: a loop that is slow then stays slow with other passes.
     """
     asked: dict[str, set[float]] = defaultdict(set)
     for one in passages:
@@ -88,7 +88,7 @@ def filter_hints(
     loop = components([(one.source, one.target) for one in passages if one.source])
     for one in passages:
         before_s = 0.0 if one.relay_s is None else one.relay_s + dt_s
-        whole_s = before_s + one.target_s  # what a shared filter adds is another hint
+        whole_s = before_s + one.target_s  # a shared filter gets its own hint
         if one.source and loop[one.source] == loop[one.target] and whole_s > (1 + LATE) * one.own_s:
             delays = f"{1000 * one.own_s:g} ms became {1000 * whole_s:g} ms"
             rule = rules.get("SP410")
@@ -111,7 +111,7 @@ def image_hints(
     errors : sequence of BlockError
         The rounding error of each block.
     rounded_away : sequence of int
-        The groups of synapses of which all weights were rounded to zero.
+        The groups of synapses whose weights were all rounded to zero.
     rewritten : bool
         True if passes rewrote the network; if not, another cure is to let them.
     """
@@ -152,7 +152,7 @@ def _ways_into(image: ChipImage, group: int) -> list[str]:
 
 
 def _blocks_of_zeros(image: ChipImage) -> list[int]:
-    """Return the blocks that have synapses, all of weight 0, none of which learns."""
+    """Return the blocks that have synapses, but only synapses of weight 0 that do not learn."""
     of_rows = np.repeat(image.groups.block, np.diff(image.groups.row_start))
     block = np.repeat(of_rows, np.diff(image.rows.start))
     weighted = np.unique(block[image.synapses.weight != 0])
@@ -164,7 +164,7 @@ def _blocks_of_zeros(image: ChipImage) -> list[int]:
 def _neurons(
     image: ChipImage, rule_id: str, found: np.ndarray, share: float = 0
 ) -> Iterator[Violation]:
-    """Yield the ensembles of which more than a share of neurons is found.
+    """Yield a hint on each ensemble in which more than a share of the neurons was found.
 
     Relays are left out: a network cannot change their neurons.
     """

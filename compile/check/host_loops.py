@@ -1,4 +1,4 @@
-"""Loops between chip and host, which are slower there than in float Nengo: rule SP415.
+"""Loops between chip and host that are slower than in float Nengo: rule SP415.
 
 Values that the host sends wait to be encoded as spikes, and pass a filter of 5 ms on the chip; what
 the chip sends back arrives a step later.
@@ -21,16 +21,17 @@ from spikeport.compile.ground.scope import Scope, is_passthrough
 
 STEPS = 3
 """Steps from a node over an ensemble to a node, beyond those in float Nengo and the filter of 5 ms.
-As the phase of a sine: 7.1, 8.4 and 10.7 ms in all, with steps of 0.5, 1 and 2 ms."""
+Measured by the phase of a sine, filter and steps take 7.1, 8.4 and 10.7 ms together, with steps of
+0.5, 1 and 2 ms."""
 NAMED = 6
-"""Objects of a loop up to which all are named."""
+"""The most objects of a loop that are all named."""
 INSTANT_S = 1e-9
 """The length of a connection without a filter, since sparse matrices have no edges of length 0."""
 Part: TypeAlias = nengo.Ensemble | nengo.Node
 
 
 def host_loop_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterator[Violation]:
-    """Yield a hint on each loop between chip and host, which names the fastest way around it.
+    """Yield a hint on each slower loop between chip and host; it names the fastest way around.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def host_loop_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterat
     """
     scope = Scope(network, names)
     late_s = DECODE_TAU_S + STEPS * dt_s
-    # An error that corrects decoders goes around none.
+    # An error that a learning rule receives goes around no loop: it only corrects decoders.
     around_any = [c for c in network.all_connections if not isinstance(c.post_obj, LearningRule)]
     for ways in loops(around_any):
         own_s, around = _fastest(ways, scope)
@@ -55,7 +56,8 @@ def host_loop_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterat
 def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, list[Part]]:
     """Return the sum of time constants of the fastest way to the host and back, and its parts.
 
-    There are none if all of a loop is on one side. Passthrough nodes are on neither.
+    A loop that is all on one side has no such way: 0 and no parts. Passthrough nodes are on neither
+    side.
     """
     parts = list(dict.fromkeys(base(end) for c in ways for end in (c.pre_obj, c.post_obj)))
     chip = [i for i, part in enumerate(parts) if scope.on_chip(part)]
@@ -73,7 +75,7 @@ def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, lis
 
 
 def _lengths(ways: Sequence[nengo.Connection], at: dict[Part, int]) -> sparse.csr_array:
-    """Return the time constants between parts as a matrix, of the fastest connection of a pair."""
+    """Return the time constants between parts as a matrix; the fastest of a pair's counts."""
     length: dict[tuple[int, int], float] = {}
     for c in sorted(ways, key=time_constant_s, reverse=True):
         length[at[base(c.pre_obj)], at[base(c.post_obj)]] = INSTANT_S + time_constant_s(c)
@@ -82,7 +84,7 @@ def _lengths(ways: Sequence[nengo.Connection], at: dict[Part, int]) -> sparse.cs
 
 
 def _path(before: np.ndarray, end: int, start: int) -> list[int]:
-    """Return the path to an end back to its start, by the predecessors of all."""
+    """Follow the predecessors from an end back to its start, and return the path."""
     path = [end]
     while path[-1] != start:
         path.append(int(before[path[-1]]))
@@ -90,7 +92,7 @@ def _path(before: np.ndarray, end: int, start: int) -> list[int]:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return the names of objects in a row, of a long one those at its ends."""
+    """Return names joined by arrows; from a long row, only those at its ends."""
     if len(names) > NAMED:
         half = NAMED // 2
         names = [*names[:half], f"{len(names) - 2 * half} more", *names[-half:]]

@@ -1,9 +1,9 @@
-"""Neurons on the host that spike several times in a step, of which the chip gets one: rule SP417.
+"""Rule SP417: neurons on the host that spike several times in a step; the chip gets one spike.
 
-The types in `MOST` spike several times in a step of dt if their rate r is high; others, as
-`nengo.LIF`, once at most.
+The types in `MOST` spike several times in a step of dt if their rate r is high. Other types, such
+as `nengo.LIF`, spike at most once. Spikes are lost if
 
-    r dt > 1,    and r dt > 0.1 of nengo.PoissonSpiking, which then loses more than one in 20
+    r dt > 1,    or r dt > 0.1 for nengo.PoissonSpiking, which then loses more than one in 20
 """
 
 from collections.abc import Iterator
@@ -23,13 +23,13 @@ MOST = {
     nengo.StochasticSpiking: 1.0,
     nengo.PoissonSpiking: 0.1,
 }
-"""Mean spikes in a step up to which hardly any are lost, by type of neurons."""
+"""Mean number of spikes in a step up to which hardly any spike is lost, by type of neurons."""
 
 
 def host_neuron_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterator[Violation]:
     """Yield a hint on each connection from neurons on the host that spike several times in a step.
 
-    Rates are those at the radius; neurons that others drive directly may have higher ones.
+    Rates are those at the radius. Neurons that a connection drives directly may have higher rates.
     """
     for connection in Scope(network, names).from_host_neurons():
         ensemble = connection.pre_obj.ensemble

@@ -1,9 +1,9 @@
-"""Rules a network must keep before nengo-loihi's builder is asked: all breaches at once, in words.
+"""Rules that a network must keep before nengo-loihi builds it; all breaches are found at once.
 
-nengo-loihi finds some of these one at a time, some as an assertion without text, and lets others
-pass in silence (a subclass of LIF is built as plain LIF). Found by reading nengo-loihi 1.1.0's
-builder and confirmed by the tests of this module. The text of each rule and its reason
-stand in ``rules.toml``, SP0xx.
+nengo-loihi finds some breaches one at a time, some as an assertion without text, and lets others
+pass in silence (it builds a subclass of LIF as plain LIF). The rules were found by reading
+nengo-loihi 1.1.0's builder, and the tests of this module confirm them. ``rules.toml`` has the text
+and reason of each rule, SP0xx.
 """
 
 from collections import Counter
@@ -36,7 +36,7 @@ from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.neurons import OWN_TYPES
 
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
-"""Parameters of ensembles and connections that can be arrays, beside transforms."""
+"""Parameters of ensembles and connections that can be arrays, besides transforms."""
 
 
 def lint(network: nengo.Network, names: Names, rewritten: bool = True) -> list[Violation]:
@@ -64,7 +64,7 @@ def _kept_off(scope: Scope) -> str:
 
 
 def neuron_type(scope: Scope) -> Iterator[Violation]:
-    """Refuse neurons other than LIF and integrate-and-fire, also where a subclass adds to these."""
+    """Refuse neurons other than LIF and integrate-and-fire; subclasses of these are refused too."""
     for ensemble in scope.ensembles:
         kind = ensemble.neuron_type
         if not is_plain(kind) and type(kind) not in OWN_TYPES:
@@ -89,8 +89,7 @@ def gain_and_bias(scope: Scope) -> Iterator[Violation]:
 def synapse(scope: Scope) -> Iterator[Violation]:
     """Refuse filters other than the chip's own, a first-order low-pass."""
     for connection in scope.network.all_connections:
-        # Values from the host are filtered there, before they are sent as spikes: any filter will
-        # do.
+        # The host filters its values before it sends them as spikes, with any filter.
         filtered_on_chip = scope.on_chip(connection.post_obj) and (
             scope.on_chip(connection.pre_obj) or isinstance(connection.pre_obj, Neurons)
         )
@@ -124,7 +123,7 @@ def _tau_s(synapse: nengo.synapses.Synapse) -> str:
 def post_slice(scope: Scope) -> Iterator[Violation]:
     """Refuse convolutions into a part of an ensemble on the chip: their weights would be unshared.
 
-    Everything else is connected to the whole, see `spikeport.compile.rewriting.slices`.
+    Any other transform is extended to the whole ensemble: see `spikeport.compile.rewriting.slices`.
     """
     for connection in scope.network.all_connections:
         matrix = isinstance(connection.transform, MATRICES)
@@ -134,7 +133,7 @@ def post_slice(scope: Scope) -> Iterator[Violation]:
 
 
 def convolved_twice(scope: Scope) -> Iterator[Violation]:
-    """Refuse convolutions that read a neuron on the chip more than once: each has one position."""
+    """Refuse convolutions that read a neuron on the chip twice: nengo-loihi keeps one position."""
     for connection in scope.network.all_connections:
         if scope.repeats_spikes(connection) and not isinstance(connection.transform, MATRICES):
             rows = source_rows(connection)
@@ -143,9 +142,9 @@ def convolved_twice(scope: Scope) -> Iterator[Violation]:
 
 
 def learning_rule(scope: Scope) -> Iterator[Violation]:
-    """Refuse all but one PES on connections from an ensemble on the chip.
+    """Refuse learning rules other than a single PES on connections from an ensemble on the chip.
 
-    nengo-loihi takes no list or dict of rules, even of PES alone.
+    nengo-loihi accepts no list or dict of rules, even if all of them are PES.
     """
     for connection in scope.network.all_connections:
         rule = connection.learning_rule_type
@@ -197,7 +196,7 @@ def chip_process(scope: Scope) -> Iterator[Violation]:
 def probe(scope: Scope) -> Iterator[Violation]:
     """Refuse probes of values that the chip does not record."""
     for recorded in scope.network.all_probes:
-        obj = base(recorded.obj)  # of a learning rule, its connection
+        obj = base(recorded.obj)  # the connection, if a learning rule is probed
         if not scope.on_chip(obj.pre_obj if isinstance(obj, nengo.Connection) else obj):
             continue
         allowed = probeable(recorded.obj)
@@ -235,7 +234,7 @@ def users_decoders(scope: Scope) -> Iterator[Violation]:
 
 
 def host_neurons(scope: Scope) -> Iterator[Violation]:
-    """Refuse neurons on the host that reach the chip, but do not spike, or spike below zero."""
+    """Refuse neurons on the host that reach the chip, but do not spike or have negative spikes."""
     for connection in scope.from_host_neurons():
         kind = connection.pre_obj.ensemble.neuron_type
         if not kind.spiking or kind.negative:
@@ -262,7 +261,7 @@ def host_cycles(scope: Scope) -> Iterator[Violation]:
 
 
 def _ways_through(connection: nengo.Connection) -> Iterator[tuple[Hashable, Hashable]]:
-    """Yield pairs of what a connection reads and itself, and of itself and what it reaches."""
+    """Yield pairs (entry that is read, connection) and (connection, entry that is reached)."""
     read = _entries(connection.pre_obj, connection.pre_slice)
     reached = _entries(connection.post_obj, connection.post_slice)
     yield from ((one, connection) for one in read)
@@ -282,7 +281,7 @@ def _entries(end: End, part: slice | list[int]) -> list[tuple[object, int]]:
 
 
 def unread_settings(scope: Scope) -> Iterator[Violation]:
-    """Refuse settings in the config of a network where they are not read, and have no effect."""
+    """Refuse settings in a network's config where nothing reads them: they have no effect."""
     for one in NetworkSettings(scope.network).unread():
         where, read = (_config_of(scope, network) for network in (one.network, one.read))
         used, limit = f"{one.name} in {where}", f"in {read}"

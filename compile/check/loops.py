@@ -5,8 +5,9 @@ of such connections, each through a filter of time constant tau,
 
     tau dx/dt = (M - 1) x + input
 
-so that an error decays with tau / (1 - g), where the gain g is the largest real part among the
-eigenvalues of M. It stays where g is 1, as in memories and oscillators, and grows above.
+so that an error decays with time constant tau / (1 - g), where the gain g is the largest real part
+among the eigenvalues of M. The error stays if g is 1, as in memories and oscillators, and grows if
+g is above 1.
 Source: Eliasmith and Anderson, Neural Engineering (2003), chapter 8.
 """
 
@@ -27,17 +28,17 @@ from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.scope import MATRICES, Scope, is_passthrough, source_rows, target_rows
 
 KEPT = 0.95
-"""Gain of a loop from which on errors outlast twenty of its time constants."""
+"""Gain of a loop from which on an error lasts twenty time constants of the loop or more."""
 LATE = 0.05
-"""Share of a loop's time constant that the chip adds to it, worth a hint."""
+"""Share of a loop's time constant that the chip may add to it without a hint."""
 MOST_DENSE = 50
-"""Values of a loop up to which all of its eigenvalues are computed."""
+"""The most values of a loop for which all eigenvalues are computed."""
 Thing = TypeVar("Thing", bound=Hashable)
 Part: TypeAlias = nengo.Ensemble | nengo.Node
 
 
 class Way(NamedTuple):
-    """A connection within a loop, and its matrix from the whole of one part to that of the next."""
+    """A connection of a loop, and its matrix from all values of one part to those of the next."""
 
     pre: Part
     post: Part
@@ -56,7 +57,7 @@ def loop_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
 
 
 def loops(connections: Sequence[nengo.Connection]) -> list[list[nengo.Connection]]:
-    """Return the connections within each loop of ensembles and nodes that they make."""
+    """Find the loops of ensembles and nodes, and return the connections within each."""
     ends = [(base(c.pre_obj), base(c.post_obj)) for c in connections]
     number = components(ends)
     within: dict[int, list[nengo.Connection]] = defaultdict(list)
@@ -67,13 +68,13 @@ def loops(connections: Sequence[nengo.Connection]) -> list[list[nengo.Connection
 
 
 def components(pairs: Sequence[tuple[Thing, Thing]]) -> dict[Thing, int]:
-    """Return a number for each end of directed pairs, equal for those that are in one loop."""
+    """Return a number for each end of directed pairs, which is equal for ends in the same loop."""
     number = {end: i for i, end in enumerate(dict.fromkeys(end for pair in pairs for end in pair))}
     rows, columns = np.array([[number[a], number[b]] for a, b in pairs]).reshape(-1, 2).T
     graph = sparse.coo_array((np.ones(len(pairs)), (rows, columns)), shape=(len(number),) * 2)
     if not number:
         return {}
-    # As an attribute of `sparse`, it is loaded here: the import of scipy's graphs takes 0.2 s.
+    # The attribute of `sparse` imports SciPy's graphs only here, since that takes 0.2 s.
     _, loop = sparse.csgraph.connected_components(graph, connection="strong")
     return dict(zip(number, map(int, loop), strict=True))
 
@@ -81,7 +82,7 @@ def components(pairs: Sequence[tuple[Thing, Thing]]) -> dict[Thing, int]:
 def _is_decoded(connection: nengo.Connection) -> bool:
     """Return whether a connection is a fixed function of values, from one ensemble to another.
 
-    Nodes in between pass values on, or are no part of it: what others compute is not known here.
+    Passthrough nodes may lie in between. Other nodes may not: their functions are not known here.
     """
     transform = connection.transform
     return (
@@ -98,7 +99,7 @@ def _passes_values(obj: object) -> bool:
 
 
 def _ways(connections: Sequence[nengo.Connection]) -> list[Way]:
-    """Return the matrices of connections; users' functions draw no random numbers of the run's."""
+    """Return the matrices of connections; users' functions leave NumPy's random state unchanged."""
     state = np.random.get_state()
     try:
         with np.errstate(all="ignore"):
@@ -118,7 +119,7 @@ def _sampled(transform: nengo.transforms.Transform) -> Matrix:
     """Return a transform: a factor, a factor for each row, or a matrix."""
     if isinstance(transform, nengo.transforms.NoTransform):
         return np.array(1.0)
-    found: Matrix = transform.sample(np.random.RandomState(0))  # no distribution: all are alike
+    found: Matrix = transform.sample(np.random.RandomState(0))  # no distribution: any seed does
     return found
 
 
@@ -130,7 +131,7 @@ def _slope(connection: nengo.Connection) -> np.ndarray:
     points = _points(connection)
     try:
         values = get_targets(connection, points)
-    except Exception:  # whatever a function raises at points that its decoders were not solved at
+    except Exception:  # a function may raise anything at points other than its own
         values = np.full((len(points), connection.size_mid), np.nan)
     if not np.isfinite(values).all():
         return np.zeros((connection.size_mid, size))
@@ -140,7 +141,7 @@ def _slope(connection: nengo.Connection) -> np.ndarray:
 
 
 def _points(connection: nengo.Connection) -> np.ndarray:
-    """Return evaluation points of a connection, (n_points, dimensions); of a distribution, few."""
+    """Return evaluation points of a connection, (n_points, dimensions), or few random ones."""
     ensemble = connection.pre_obj
     points = connection.eval_points
     if points is None:
@@ -156,7 +157,7 @@ def _points(connection: nengo.Connection) -> np.ndarray:
 
 
 def _gain(ensembles: Sequence[nengo.Ensemble], ways: Sequence[Way]) -> tuple[float, nengo.Ensemble]:
-    """Return the gain of a loop, and the ensemble in which an error is kept most."""
+    """Return the gain of a loop, and the ensemble that holds most of a lasting error."""
     sizes = np.cumsum([one.dimensions for one in ensembles])
     nodes = {way.pre: None for way in ways if isinstance(way.pre, nengo.Node)}
     whole = _assembled([*ensembles, *nodes], ways)
@@ -176,9 +177,9 @@ def _assembled(parts: Sequence[Part], ways: Sequence[Way]) -> sparse.csr_array:
 
 
 def _past_nodes(matrix: sparse.csr_array, n: int, n_nodes: int) -> sparse.csr_array:
-    """Return the matrix between the first n values alone; nodes have the others, and no filter."""
+    """Return the matrix between the first n values, past those of nodes, which have no filter."""
     whole, passed = matrix[:n, :n], matrix[n:, :n]
-    for _ in range(n_nodes):  # ways past nodes, by the number of these
+    for _ in range(n_nodes):  # paths through one node, then two, and so on
         whole = whole + matrix[:n, n:] @ passed
         passed = matrix[n:, n:] @ passed
     return whole
@@ -190,7 +191,7 @@ def _largest(matrix: sparse.csr_array) -> tuple[float, np.ndarray]:
         values, vectors = np.linalg.eig(matrix.toarray())
     else:
         try:
-            # From a fixed start: ARPACK's own is random, and so would the hints be.
+            # A fixed start vector: with ARPACK's own, which is random, hints would be random.
             start = np.ones(matrix.shape[0])
             values, vectors = sparse.linalg.eigs(matrix, k=1, which="LR", v0=start, tol=1e-3)
         except sparse.linalg.ArpackError:  # no eigenvalue is found: the gain is not known

@@ -1,11 +1,11 @@
-"""The memory that a compile will take, estimated before anything is built, and how much there is.
+"""Estimates of the memory that a compile will take, before anything is built, and of free memory.
 
-    M = sum over objects of what each takes
+    M = sum over objects of the bytes of each
         + 150 B W + 700 B S + 70 B R + 25 B T + max(10 B n p + 52 B min(n, p)^2)
 
-for W weights, S weights of sparse matrices, R weights to neurons that relay decoded values and T
-from them, and n neurons and p evaluation points of the decoders that take most. The figures were
-fitted to peaks of fresh processes (docs/architecture.md has estimates beside peaks).
+for W weights, S weights of sparse matrices, R weights to neurons that relay decoded values, T
+weights from these, and n neurons and p evaluation points of the decoders that take most memory. The
+figures were fitted to peaks of fresh processes (docs/architecture.md compares estimates and peaks).
 """
 
 import math
@@ -24,21 +24,20 @@ from spikeport.compile.ground.scope import full_weights
 from spikeport.errors import UsageError
 
 VARIABLE = "SPIKEPORT_MEMORY_GB"
-"""The environment variable that holds another limit than the memory that is available."""
+"""The environment variable that sets a limit in place of the available memory."""
 GB = 1e9
-# By the growth of fresh processes; docs/architecture.md has estimates and peaks side by side.
 BASE = 4e6
 ENSEMBLE, DECODED, PLAIN = 15_000, 35_000, 8_000
-"""Bytes of an ensemble, a connection that decodes, and one that does not, without weights."""
+"""Bytes of an ensemble, a decoded connection and any other connection, without weights."""
 PROBE = 20_000
-"""Bytes of a probe, with what decodes for it."""
+"""Bytes of a probe, with the connection that decodes for it."""
 COMPARTMENT, WEIGHT, SPARSE_WEIGHT = 400, 150, 700
-"""Bytes of a neuron and of a weight; one of a sparse matrix has a list almost of its own."""
+"""Bytes of a neuron, a weight and a sparse matrix's weight, which has a list almost to itself."""
 RELAYED, TO_TARGET = 70, 25
-"""Bytes of a weight to a neuron that relays decoded values, and of one from it."""
+"""Bytes of a weight to a neuron that relays decoded values, and of a weight from it."""
 EVALUATION, SQUARE = 10, 52
-"""Bytes of an evaluation point and neuron while decoders are solved, as matrices of activities have
-them, and of an entry of the square matrix of neurons, or of points where these are fewer."""
+"""Bytes for each evaluation point and neuron in the matrices of activities while decoders are
+solved, and of an entry of the square matrix of neurons, or of points if these are fewer."""
 DECODE_NEURONS = 20
 """The neurons that relay a dimension from ensemble to ensemble: nengo-loihi's decode neurons."""
 KERNELS, PER_KERNEL = 16, 128
@@ -48,7 +47,7 @@ CGROUP = Path("/sys/fs/cgroup")
 
 
 def over_memory(network: nengo.Network) -> list[Violation]:
-    """Return the violation of a network that takes more memory than there is, if it does."""
+    """Return a violation if compiling a network takes more memory than is available."""
     needed, limit = estimate(network), available()
     if needed <= limit:
         return []
@@ -59,18 +58,18 @@ def over_memory(network: nengo.Network) -> list[Violation]:
 def available() -> float:
     """Return the memory that a compile may take, in bytes.
 
-    It is the value of `VARIABLE`, in GB, where that is set; else what the machine has left, or the
-    container where that has less; without a limit where neither says.
+    This is the value of `VARIABLE`, in GB, if that is set; else the memory left on the machine or
+    in the container, whichever is less; infinity if neither is known.
     """
     if text := os.environ.get(VARIABLE):
         return _asked_for(text)
-    # The kernel's own estimate of what can be had without swapping.
+    # The kernel's own estimate of the memory that is available without swapping.
     lines = _text(Path("/proc/meminfo")).splitlines()
     free = [1024 * float(line.split()[1]) for line in lines if line.startswith("MemAvailable:")]
     most, used = (_text(CGROUP / name).strip() for name in ("memory.max", "memory.current"))
     group = []
     if most.isdigit() and used.isdigit():
-        # Pages of files that were read count as used, and are freed where others are needed.
+        # Cached pages of files count as used, but the kernel frees them on demand.
         group.append(float(most) - float(used) + _reclaimable())
     return min([*free, *group], default=math.inf)
 
@@ -91,7 +90,7 @@ def _asked_for(text: str) -> float:
 
 
 def _text(path: Path) -> str:
-    """Return the text of a file of the system, nothing where there is none."""
+    """Return the text of a system file, or an empty text if it cannot be read."""
     try:
         return path.read_text(encoding="utf-8")
     except OSError:
@@ -137,13 +136,13 @@ def _of_weights(connection: nengo.Connection) -> float:
     if isinstance(transform, nengo.Sparse):
         sparse = transform.init  # Nengo's matrix, or SciPy's
         return SPARSE_WEIGHT * float(sparse.nnz if hasattr(sparse, "nnz") else len(sparse.indices))
-    spikes = 1 if isinstance(connection.pre_obj, Neurons) else 2  # the host sends on and off
+    spikes = 1 if isinstance(connection.pre_obj, Neurons) else 2  # the host sends on and off spikes
     matrix = np.ndim(getattr(transform, "init", 1)) > 0
     return WEIGHT * float(spikes * connection.size_mid * (connection.size_out if matrix else 1))
 
 
 def _solved(network: nengo.Network) -> Iterator[tuple[nengo.Ensemble, int]]:
-    """Yield the ensembles of which decoders are solved, and the number of evaluation points."""
+    """Yield each ensemble whose decoders are solved, and the number of its evaluation points."""
     for connection in network.all_connections:
         pre, points = connection.pre_obj, connection.eval_points
         if isinstance(pre, nengo.Ensemble):
@@ -159,7 +158,7 @@ def _of_solving(neurons: int, points: int) -> int:
 
 
 def _n_points(ensemble: nengo.Ensemble, points: nengo.dists.Distribution | np.ndarray) -> int:
-    """Return the number of evaluation points that Nengo draws, or is to use as they are."""
+    """Return the number of evaluation points that Nengo draws, or that the user passes."""
     if not isinstance(points, nengo.dists.Distribution):
         return len(points)
     if ensemble.n_eval_points is not None:

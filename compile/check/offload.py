@@ -1,4 +1,4 @@
-"""Moves to the host what a network's refusals name, until the rest is accepted."""
+"""Moves to the host of ensembles that refusals name, until the rest of a network is accepted."""
 
 import contextlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -14,13 +14,13 @@ from spikeport.compile.ground.settings import add_params
 
 Result = TypeVar("Result")
 OF_NETWORK = "SP0"
-"""First letters of the ids of rules that one ensemble breaks, whatever the others do."""
+"""The prefix of the ids of rules that an ensemble breaks by itself, whatever other ensembles do."""
 OF_HOST_TOO = ("SP004", "SP011", "SP013")
-"""The rules on gain and bias, NaN and the user's decoders, which are no better on the host."""
+"""The rules that hold on the host too: on gain and bias, NaN, and the user's decoders."""
 
 
 class Problem(NamedTuple):
-    """A refusal: the rule, if it has one, the object that breaks it, and what else it is about."""
+    """A refusal: its rule, if any, the object that breaks it, and all objects that it is about."""
 
     id: str
     rule: str
@@ -29,7 +29,7 @@ class Problem(NamedTuple):
 
 
 class Move(NamedTuple):
-    """An ensemble that was moved to the host, and the problem that this solved."""
+    """The move of an ensemble to the host, and the problem that it is meant to solve."""
 
     ensemble: nengo.Ensemble
     problem: Problem
@@ -38,13 +38,13 @@ class Move(NamedTuple):
 class Offload(Generic[Result]):
     """A search for the ensembles that have to leave the chip, fewest neurons first.
 
-    A move is kept where the problem that it was made for is gone, and taken back where it is not.
-    If no single ensemble solves one, all that it is about are moved.
+    A move is kept if it solves the problem that it was made for, and undone if not. If no single
+    move solves a problem, all ensembles that the problem is about are moved.
 
     Parameters
     ----------
     network : nengo.Network
-        The network; its settings are as before at the end.
+        The network; its settings are restored at the end.
     attempt : callable
         Compiles the network, or raises `RefusedError`.
     """
@@ -57,12 +57,12 @@ class Offload(Generic[Result]):
         self.moves: list[Move] = []
 
     def result(self) -> Result:
-        """Return what the attempt returns in the end.
+        """Move ensembles until the attempt succeeds, and return its result.
 
         Raises
         ------
         RefusedError
-            If no ensemble on the chip is named whose move solves a problem.
+            If no move of an ensemble that the refusal names solves a problem.
         """
         found = self._with([])
         while isinstance(found, RefusedError):
@@ -70,7 +70,7 @@ class Offload(Generic[Result]):
         return found
 
     def offloaded(self, host_spikes: Mapping[nengo.Ensemble, int]) -> tuple[Offloaded, ...]:
-        """Return what was moved, with the spikes that each ensemble now sends to the chip."""
+        """Return the moved ensembles, with the spikes that each one now sends to the chip."""
         return tuple(
             Offloaded(
                 self._names[ensemble],
@@ -84,10 +84,10 @@ class Offload(Generic[Result]):
         )
 
     def _improved(self, error: RefusedError) -> Result | RefusedError:
-        """Return what more moves give, or raise the error where none helps."""
+        """Return the outcome of further moves, or raise the error if no move helps."""
         for moves in self.possible(error):
             found = self._with([move.ensemble for move in moves])
-            # Another problem may be there now: the search goes on with that one.
+            # If there is another problem now, the search goes on with it.
             solved = {move.problem for move in moves}
             if not isinstance(found, RefusedError) or solved.isdisjoint(problems(found)):
                 self.moves += moves
@@ -95,9 +95,10 @@ class Offload(Generic[Result]):
         raise error
 
     def possible(self, error: RefusedError) -> list[tuple[Move, ...]]:
-        """Return moves without an alternative, at once; then single ones; then all of a problem.
+        """Return the sets of moves to try, in order.
 
-        Each time fewest neurons first.
+        First come all moves without an alternative, together; then single moves; then all moves of
+        one problem. Each of these is sorted by number of neurons, fewest first.
         """
         scope, refused = Scope(self._network, self._names), _refused_by_host(error)
         moved = {move.ensemble for move in self.moves}
@@ -119,7 +120,7 @@ class Offload(Generic[Result]):
         at_once = tuple(sorted(no_choice.values(), key=lambda move: move.ensemble.n_neurons))
         single = [(move,) for group in groups for move in group]
         several = [group for group in groups if len(group) > 1]
-        # Single moves before groups: what leaves the chip costs spikes between host and chip.
+        # Single moves before groups: each ensemble off the chip costs spikes from or to the host.
         others = sorted(single, key=_n_neurons) + sorted(several, key=_n_neurons)
         return [at_once, *others] if at_once else others
 
@@ -140,7 +141,7 @@ def _n_neurons(moves: tuple[Move, ...]) -> int:
 
 
 def problems(error: RefusedError) -> list[Problem]:
-    """Return what an error is about that the host may be better at, problem by problem."""
+    """Return the problems of an error that a move to the host may solve."""
     if not isinstance(error, DoesNotFitError):
         about = () if error.everywhere else error.about
         return [Problem("", "refusal by nengo-loihi", about[0], about)] if about else []
@@ -158,7 +159,7 @@ def _refused_by_host(error: RefusedError) -> set[str]:
 
 
 def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:
-    """Yield the ensembles at the ends of an object, or behind a probe."""
+    """Yield an ensemble itself, the ensembles at a connection's ends, or those behind a probe."""
     obj = base(obj)
     if isinstance(obj, nengo.Ensemble):
         yield obj
@@ -171,11 +172,11 @@ def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:
 
 @contextlib.contextmanager
 def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iterator[None]:
-    """Keep ensembles on the host for a while; the network's settings are then as before."""
+    """Keep ensembles on the host for a while, then restore the network's settings."""
     classes = [of for kind, of in network.config.params.items() if isinstance(kind, type)]
     options = [dict(of._extra_params) for of in classes]
     add_params(network)
-    # An ensemble without a value of its own follows the one of its class, which may change later.
+    # An ensemble without a value of its own follows its class's value, which may change later.
     own = {e: network.config[e].on_chip for e in ensembles if "on_chip" in network.config[e]}
     try:
         for ensemble in ensembles:
@@ -187,6 +188,7 @@ def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iter
                 network.config[ensemble].on_chip = own[ensemble]
             else:
                 del network.config[ensemble].on_chip
-        # Options that were added would be part of what a compile is kept under.
+        # If added options remained, they would change the network's identity, by which compiles
+        # are cached.
         for of, before in zip(classes, options, strict=True):
             of._extra_params = before

@@ -1,4 +1,4 @@
-"""Placement -> violations: every limit of the chip on every core, all at once."""
+"""Checks of a placement: every limit of the chip on every core, all at once."""
 
 import math
 from collections.abc import Sequence
@@ -16,12 +16,12 @@ CHECKED = ("clipping", "noise")
 
 
 def verify(cores: Sequence[CoreUse], chip: ChipModel) -> list[Violation]:
-    """Return every limit that is exceeded, with the smallest change that helps."""
+    """Return a violation for every limit that is exceeded, with the smallest change that helps."""
     return [_violation(usage) for usage in usages(cores, chip) if usage.exceeded]
 
 
 def verify_settings(image: ChipImage, chip: ChipModel) -> list[Violation]:
-    """Return every core whose blocks cannot share its settings of clipping and noise."""
+    """Return a violation for every core whose blocks differ in settings of clipping or noise."""
     return [
         rules.get("SP108").broken(label, f"{mask.bit_count()} of {name}")
         for label, load in zip(image.cores, core_loads(image, chip), strict=True)
@@ -31,7 +31,7 @@ def verify_settings(image: ChipImage, chip: ChipModel) -> list[Violation]:
 
 
 def verify_learning(image: ChipImage, chip: ChipModel) -> list[Violation]:
-    """Return every core with synapses that learn, where the chip has no learning."""
+    """Return a violation for every core with synapses that learn, if the chip has no learning."""
     if chip.learns:
         return []
     groups = np.bincount(image.group_core, image.learns, minlength=1)
@@ -42,7 +42,7 @@ def verify_learning(image: ChipImage, chip: ChipModel) -> list[Violation]:
 
 
 def verify_size(compartments: int, chip: ChipModel) -> list[Violation]:
-    """Return the violation of a network with more compartments than all cores of a chip have.
+    """Return a violation if a network has more compartments than all cores of a chip together.
 
     ``compartments`` is a lower bound, known before the network is built.
     """
@@ -58,6 +58,6 @@ def verify_size(compartments: int, chip: ChipModel) -> list[Violation]:
 
 def _violation(usage: Usage) -> Violation:
     rule = rules.named(usage.resource.replace("_", "-"))
-    assert usage.limit is not None  # what is exceeded is known
+    assert usage.limit is not None  # a limit that is exceeded is public
     parts = math.ceil(usage.used / usage.limit)
     return rule.broken(usage.object, f"{usage.used:,}", f"{usage.limit:,}", parts=parts)

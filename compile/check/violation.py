@@ -8,14 +8,15 @@ from spikeport.compile.ground.refusal import RefusedError
 from spikeport.errors import CompileError
 
 MOST_NAMED = 8
-"""Objects that a line names, of those that break a rule alike."""
+"""The most objects that a line names, if several break a rule in the same way."""
 
 
 class Violation(NamedTuple):
     """One broken rule.
 
-    ``id`` and ``rule`` are the rule's, ``object`` the Nengo object or core it concerns, ``used``
-    and ``limit`` what was found against what is allowed, ``cure`` the smallest change that helps.
+    ``id`` and ``rule`` are the rule's id and name, ``object`` the Nengo object or core that breaks
+    it, ``used`` the amount found, ``limit`` the amount allowed, ``cure`` the smallest change that
+    helps.
     """
 
     id: str
@@ -33,7 +34,7 @@ class Violation(NamedTuple):
 class DoesNotFitError(RefusedError):
     """The error of a network that breaks rules of the chip; ``violations`` holds all of them.
 
-    ``owners`` names the objects of the network that a violation of a core is about.
+    ``owners`` maps a core in a violation to the names of the network's objects on it.
     """
 
     def __init__(
@@ -49,9 +50,9 @@ class DoesNotFitError(RefusedError):
 
 
 class NothingOnChipError(DoesNotFitError):
-    """The error of a network of which no ensemble is on the chip, so that there is no image.
+    """The error of a network without an ensemble on the chip, so that there is no image.
 
-    It is no fault: all of the network runs on the host.
+    The network is not at fault: all of it runs on the host.
 
     Attributes
     ----------
@@ -71,7 +72,7 @@ class NothingOnChipError(DoesNotFitError):
         )
 
     def __str__(self) -> str:
-        """Return where the network runs, and what was moved there."""
+        """Return where the network runs, and which ensembles were moved there."""
         return "\n".join([f"{self.verdict}; there is no image", *map(str, self.offloaded)])
 
 
@@ -127,7 +128,7 @@ class OverBudgetError(CompileError):
 
 
 def _rows(violations: Sequence[Violation]) -> str:
-    """Return lines of violations by rule, those that differ in their objects alone on one line."""
+    """Return lines of violations by rule; violations that differ only in object share a line."""
     alike: dict[Violation, list[str]] = {}
     for violation in sorted(violations, key=lambda violation: violation.id):
         alike.setdefault(violation._replace(object=""), []).append(violation.object)
@@ -136,12 +137,12 @@ def _rows(violations: Sequence[Violation]) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Return names in order, of many the first; numbers in them count as numbers."""
+    """Return the first names in natural order (name2 before name10), and the number of others."""
     ordered = sorted(names, key=_by_number)
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     return ", ".join(ordered[:MOST_NAMED]) + more
 
 
 def _by_number(name: str) -> list[tuple[int, str]]:
-    # Every second part is digits, of which more are a larger number.
+    # Every second part is a number: with more digits, it is larger.
     return [(i % 2 * len(part), part) for i, part in enumerate(re.split("([0-9]+)", name))]
