@@ -1,1 +1,1 @@
-"""From a Nengo network to a chip image."""
+"""The compiler, from a Nengo network to a chip image."""

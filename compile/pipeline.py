@@ -1,4 +1,4 @@
-"""Network -> passes -> blocks -> passes -> image -> passes -> verified, with a report."""
+"""The compile of a network: passes, blocks, passes, image, passes, verification and a report."""
 
 import functools
 import math
@@ -67,15 +67,15 @@ if TYPE_CHECKING:
 
 
 RULES, BUILD, ROUND, VERIFY = "checking rules", "building blocks", "rounding", "verifying"
-"""The stages of a compile beside its passes."""
+"""The stages of a compile, besides its passes."""
 
 
 @dataclass(frozen=True)
 class Compilation:
-    """A compiled network: the image, the report on it, and the blocks it was made of.
+    """A compiled network: the image, the report on it, and the blocks of the image.
 
-    ``make_blocks`` returns the blocks, ``stand_ins`` and ``built`` are those of
-    `spikeport.compile.ground.rewrite.Rewrite`.
+    ``make_blocks`` returns the blocks. `spikeport.compile.ground.rewrite.Rewrite` describes
+    ``stand_ins`` and ``built``.
     """
 
     image: ChipImage
@@ -85,7 +85,7 @@ class Compilation:
     built: Mapping[NengoObject, Built] = field(default_factory=dict)
 
     def __repr__(self) -> str:
-        """Return the verdict, on a line."""
+        """Return the verdict, on one line."""
         return f"<Compilation: {verdict(self.report)}>"
 
     def __str__(self) -> str:
@@ -98,12 +98,12 @@ class Compilation:
 
     @functools.cached_property
     def blocks(self) -> IntegerBlocks:
-        """The blocks that the image was made of; those of a kept compile are made anew."""
+        """The blocks that the image was made of; a compile from the cache makes them again."""
         return self.make_blocks()
 
     @property
     def model(self) -> "Model":
-        """nengo-loihi's model, which has the host's side."""
+        """nengo-loihi's model, which has the host's part of the network."""
         return self.blocks.model
 
 
@@ -123,19 +123,19 @@ def compile_network(
     Parameters
     ----------
     network : nengo.Network
-        The network; a seed of 0 stands in where it has none.
+        The network. If it has no seed, 0 is used.
     chip : str or Path
         A chip's name, or the path of its TOML file.
     dt : float
         The time step, in seconds.
     pipeline : Pipeline or str, optional
         The passes, or a text that `spikeport.compile.passes.parse` reads; by default the chip's.
-        Without any pass every block has a core of its own, as in nengo-loihi.
+        Without passes, every block has a core of its own, as in nengo-loihi.
     observer : callable
-        Called after every pass with the pass and the value it left.
+        Called after every pass with the pass and its return value.
     offload : bool
-        Move ensembles that break a rule to the host, fewest neurons first, until the rest compiles;
-        the report names them. The network itself is not changed.
+        Move ensembles that break a rule to the host, the smallest first, until the rest compiles.
+        The report names them. The network itself is not changed.
     settings : BuildSettings
         nengo-loihi's settings of the build, such as ``pes_error_scale``.
     progress : callable
@@ -144,11 +144,11 @@ def compile_network(
     Raises
     ------
     DoesNotFitError
-        With every rule the network breaks, and every limit of the chip it exceeds.
+        If the network breaks rules or exceeds limits of the chip; the error lists all of them.
     NothingOnChipError
-        If no ensemble is on the chip, so that there is no image: all of it runs on the host.
+        If no ensemble is on the chip, so that there is no image: the network runs on the host.
     CompileError
-        If nengo-loihi's builder refuses it for another reason.
+        If nengo-loihi's builder refuses the network for another reason.
     UsageError, ChipFileError
         If an argument is not valid, chip or passes are not known, or the chip's file is wrong.
     """
@@ -181,7 +181,7 @@ class Job(NamedTuple):
 
 
 def _advised(job: Job) -> Compilation:
-    """Compile; a refusal says what other passes would change."""
+    """Compile the network; add advice on other passes to a refusal."""
     try:
         return _compiled(job)
     except RefusedError as error:
@@ -193,7 +193,7 @@ def _advised(job: Job) -> Compilation:
 
 
 def _offloaded(job: Job) -> Compilation:
-    """Compile what is left on the chip once what cannot be there is moved to the host."""
+    """Move ensembles that break a rule to the host, and compile the rest."""
     search = Offload(job.network, lambda: _compiled(job))
     try:
         compilation = search.result()
@@ -209,7 +209,7 @@ def _offloaded(job: Job) -> Compilation:
 
 
 def _other_passes(job: Job) -> str | None:
-    """Return passes that may compile what was refused; None where its settings allow no others."""
+    """Return passes that may compile a refused network; None if its settings allow no others."""
     if job.pipeline.networks:
         return AS_WRITTEN
     try:
@@ -220,7 +220,7 @@ def _other_passes(job: Job) -> str | None:
 
 
 def _cores_by(job: Job, passes: str) -> int:
-    """Return the number of cores of a compile with other passes, unobserved."""
+    """Return the number of cores of a compile with other passes, without an observer."""
     pipeline = parse(passes)
     stages = Stages(silent, "compiling", _stages(pipeline))
     other = job._replace(pipeline=pipeline, observer=observe_nothing, stages=stages)
@@ -261,7 +261,7 @@ def _compiled(job: Job) -> Compilation:
 
 
 def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:
-    """Return the blocks of a network, as passes over blocks left them."""
+    """Return the blocks of a network, after the passes over blocks."""
     floats = build(rewrite, job.dt_s, job.settings)
     if broken := list(torn(floats)):
         about = {one.object: rewrite.unfused(floats.about(one.object)) for one in broken}
@@ -322,11 +322,11 @@ def _stages(passes: Pipeline) -> list[str]:
 
 
 def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
-    """Return the rewritten network; rules hold before and after."""
+    """Return the rewritten network; check the rules before and after."""
     _refuse_unbuildable(job, names, run)
     once = each_once(Rewrite(job.network, names))
     rewrite = whole_targets(run.networks(once), run.dt_s)
-    # Once more: a pass may have made what a rule forbids, or mended what it forbade.
+    # Check again: a pass may have broken a rule, or mended a violation.
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(job.chip.name, broken)
     return rewrite
@@ -336,10 +336,10 @@ def _refuse_unbuildable(job: Job, names: Names, run: PassRun) -> None:
     """Refuse a network that breaks a rule, or is too large for the chip or for memory."""
     network, chip = job.network, job.chip
     if broken := lint(network, names, rewritten=not run.rewrites):
-        # A network that has nothing for the chip breaks this rule alone, and is no fault.
+        # A network with nothing for the chip breaks only this rule, and is not faulty.
         only_empty = [one.id for one in broken] == ["SP001"]
         raise (NothingOnChipError if only_empty else DoesNotFitError)(chip.name, broken)
-    # Before anything is built: building a network that is far too large takes long, and all memory.
+    # Check before the build: building a network that is far too large takes long, and all memory.
     least = 0 if run.rewrites else compartments_at_least(network, names, job.settings)
     if much := verify_size(least, chip):
         raise DoesNotFitError(chip.name, much)
@@ -350,7 +350,7 @@ def _refuse_unbuildable(job: Job, names: Names, run: PassRun) -> None:
 def _verified(
     image: ChipImage, target: ChipModel, floats: FloatBlocks, rewrite: Rewrite
 ) -> list[CoreUse]:
-    """Return the use of every core, once all limits of the chip are found to be kept."""
+    """Return the use of every core; raise an error if a limit of the chip is exceeded."""
     cores = core_uses(image, target)
     exceeded = [*verify(cores, target), *verify_settings(image, target)]
     exceeded += verify_learning(image, target)
@@ -360,7 +360,7 @@ def _verified(
 
 
 def _owners(image: ChipImage, floats: FloatBlocks, rewrite: Rewrite) -> dict[str, tuple[str, ...]]:
-    """Return the names of the user's objects on each core, and of the ends of connections there."""
+    """Return the names of the user's objects on each core; a connection adds those of its ends."""
     owners: dict[str, tuple[str, ...]] = {}
     for core, block in zip(image.blocks.core, image.manifest.blocks, strict=True):
         label = image.cores[core]
@@ -370,7 +370,7 @@ def _owners(image: ChipImage, floats: FloatBlocks, rewrite: Rewrite) -> dict[str
 
 
 def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:
-    """Return the blocks on each core, as nengo-loihi built them."""
+    """Return the names of the blocks on each core, as nengo-loihi built them."""
     names: list[list[str]] = [[] for _ in range(image.n_cores)]
     for core, block in zip(image.blocks.core, image.manifest.blocks, strict=True):
         names[core].append(block.built)

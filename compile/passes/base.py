@@ -17,8 +17,8 @@ Value = TypeVar("Value", Rewrite, FloatBlocks, ChipImage)
 class Context:
     """The chip and time step of a compile, and a place for the findings of a pass.
 
-    ``note(key, value)`` keeps a finding, plain data ready for JSON, under the pass that made it.
-    ``following`` are the passes after this one, for what depends on their result.
+    ``note(key, value)`` adds a finding, as plain data for JSON, to the record of the pass.
+    ``following`` has the passes after this one, for a pass that depends on their result.
     """
 
     chip: ChipModel
@@ -29,14 +29,14 @@ class Context:
 
 @dataclass(frozen=True)
 class Pass(ABC, Generic[Value]):
-    """One step of a pipeline. Options are the fields of the frozen dataclass that derives from it.
+    """One step of a pipeline. A subclass is a frozen dataclass whose fields are the options.
 
     Attributes
     ----------
     name : str
-        Its name in ``--passes``; its docstring's first line is its description.
+        The name in ``--passes``. The first line of the docstring is the description.
     precedes : tuple of str
-        Names of passes that would undo it, or that it would undo, and that it must come before.
+        Names of passes that this pass must come before, since one would undo the other.
     """
 
     name: ClassVar[str]
@@ -44,26 +44,26 @@ class Pass(ABC, Generic[Value]):
 
     @abstractmethod
     def apply(self, value: Value, /, context: Context) -> Value:
-        """Return a changed value; the one before stays as it is."""
+        """Return a changed value; the argument stays as it is."""
 
 
 @dataclass(frozen=True)
 class NetworkPass(Pass[Rewrite]):
-    """A pass that rewrites a network such that its float behaviour is equal, to rounding.
+    """A pass that rewrites a network but keeps its float behaviour, up to rounding.
 
-    `Tie` changes it, and notes by how much; `ConstantInputs` changes the first steps, and `Fuse`
-    cuts off sums beyond the radius.
+    There are exceptions: `Tie` changes decoded values, and notes by how much; `ConstantInputs`
+    changes the first steps; `Fuse` cuts off sums beyond the radius.
     """
 
 
 @dataclass(frozen=True)
 class BlockPass(Pass[FloatBlocks]):
-    """A pass that turns float blocks into others that behave alike and lose less by rounding."""
+    """A pass that changes float blocks so that they behave the same but lose less by rounding."""
 
 
 @dataclass(frozen=True)
 class ImagePass(Pass[ChipImage]):
-    """A pass that places or wires an image differently, such that it computes the same integers."""
+    """A pass that places or wires an image differently; it still computes the same integers."""
 
 
 AnyPass: TypeAlias = Pass[Rewrite] | Pass[FloatBlocks] | Pass[ChipImage]

@@ -1,4 +1,4 @@
-"""`ConstantInputs`: what the host would send in every step alike becomes bias."""
+"""`ConstantInputs`: constant inputs from the host become biases."""
 
 import math
 from collections import defaultdict
@@ -21,21 +21,22 @@ from spikeport.compile.rewriting.regroup import regroup
 
 @dataclass(frozen=True)
 class ConstantInputs(NetworkPass):
-    """Make biases of inputs that never change: nodes with a constant output.
+    """Turn inputs that never change, from nodes with a constant output, into biases.
 
         bias <- bias + gain e . T c / radius
 
-    for a constant c behind a transform T, at encoders e. The decoders are those of the ensemble as
-    it was. Passthrough nodes on the way are multiplied out; functions of a constant stay inputs.
+    for a constant c behind a transform T, at encoders e. The decoders are those of the
+    original ensemble. Passthrough nodes on the way are multiplied out; functions of a constant stay
+    inputs.
 
-    A bias is there from the first step. So where a connection has a synapse, or on the chip, which
-    filters all that the host sends for 5 ms, the first steps differ, and all others do not; but a
-    constant beyond the radius, which the host would cut off there, counts in full.
+    A bias acts from the first step. The first steps therefore differ where a connection has a
+    synapse, and on the chip, which filters all values from the host for 5 ms. Later steps are the
+    same, but a constant beyond the radius, where the host would cut it off, counts in full.
 
     Attributes
     ----------
     filtered : bool
-        Take constants behind a synapse, too.
+        Convert constants behind a synapse, too.
     """
 
     name: ClassVar[str] = "constant_inputs"
@@ -60,7 +61,7 @@ class ConstantInputs(NetworkPass):
 
 
 def _reached(network: nengo.Network, folded: Sequence[nengo.Node]) -> Iterator[Named]:
-    """Yield the objects that constants reach, over passthrough nodes at most."""
+    """Yield the objects that constants reach, directly or through passthrough nodes."""
     followers: dict[Named, list[nengo.Connection]] = defaultdict(list)
     for connection in network.all_connections:
         if connection.function is None:

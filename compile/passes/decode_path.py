@@ -38,19 +38,20 @@ LINEAR = (*PLAIN, nengo.Sparse)
 class DecodePath(NetworkPass):
     """Wire decoded connections neuron to neuron, over decode neurons, or over the host.
 
-    ``network.config[connection].decode_path`` (see `spikeport.add_params`) decides where it is set,
-    then ``default``. ``auto`` takes what loses least among all that need at most ``slack_cores``
-    more than the fewest, where that is at most ``slack_delay_s`` slower than over decode neurons.
-    The way over the host takes a step more, and traffic with the chip in every step.
+    ``network.config[connection].decode_path`` (see `spikeport.add_params`) sets the path of a
+    connection; if it is not set, ``default`` does. ``auto`` takes the path with the least error
+    among those that need at most ``slack_cores`` cores more than the cheapest, and are at most
+    ``slack_delay_s`` slower than decode neurons. The path over the host takes one step more, and
+    traffic with the chip in every step.
 
-    An ensemble has one filter for all that goes into it, the slowest that anything asks for.
-    ``auto`` wires directly only what makes it no slower for any other input than a relay of its own
-    would be: 5 ms and a step. The others keep their own filter, in decode neurons.
+    An ensemble has one filter for all its inputs, the slowest that an input asks for. ``auto``
+    wires a connection directly only if this delays no other input by more than a relay would: 5 ms
+    and a step. The other connections keep their own filter, in decode neurons.
 
     Attributes
     ----------
     default : str
-        The path where none is set.
+        The path of connections for which none is set.
     slack_cores : float
         Cores that a lower error may cost.
     slack_delay_s : float
@@ -66,7 +67,7 @@ class DecodePath(NetworkPass):
     rate_hz: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 100.0
 
     def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
-        """Choose the paths, and rewrite all but those that nengo-loihi builds itself."""
+        """Choose the paths, and rewrite the connections that nengo-loihi does not build itself."""
         solver = ParameterSolver(rewrite, context.dt_s)
         scope = Scope(rewrite.network, rewrite.names)
         links = [c for c in rewrite.network.all_connections if _is_link(c, scope)]
@@ -75,8 +76,8 @@ class DecodePath(NetworkPass):
             for c in links
         }
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
-        # Twice: a target's filter follows from the connections that may be direct, and then decides
-        # which of them are.
+        # Reject paths twice: the connections that may be direct decide a target's filter, and the
+        # filter then decides which of them are direct.
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
         free = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
         relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
@@ -130,11 +131,11 @@ def target_filters(
     scope : Scope
         The network.
     wanted : mapping of nengo.Connection to str
-        The path that is asked for of each connection that has a choice.
+        The path that each connection with a choice asks for.
     free : sequence of nengo.Connection
         The connections among these that are best wired directly.
     relay_s : float
-        The delay of a relay, by which inputs with a filter of their own would be later.
+        The delay that a relay adds to inputs which keep their own filter, in seconds.
     """
     asked, offered, own = defaultdict(set), defaultdict(set), defaultdict(set)
     for c in connections:
@@ -155,7 +156,7 @@ def target_filters(
 
 
 def _slowest(asked: set[float], offered: set[float], limit_s: float) -> float:
-    """Return the longest of time constants that have to be, or may be up to a limit."""
+    """Return the longest time constant: of all asked for, and of those offered up to a limit."""
     found = asked | {tau_s for tau_s in offered if tau_s <= limit_s}
     return max(found, default=DECODE_TAU_S)
 

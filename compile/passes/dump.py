@@ -1,4 +1,4 @@
-"""The text of the value that a pass left: one line an object, the same in every process."""
+"""The text of the value that a pass returned: a line per object, the same in every process."""
 
 from collections.abc import Iterator
 from functools import singledispatch
@@ -32,7 +32,7 @@ def _(rewrite: Rewrite) -> list[str]:
 
 
 def _ensemble(ensemble: nengo.Ensemble) -> str:
-    kind = type(ensemble.neuron_type).__name__  # in full it lists where each neuron starts
+    kind = type(ensemble.neuron_type).__name__  # its repr has the initial state of each neuron
     return f"{ensemble.n_neurons} {kind}, {ensemble.dimensions} d"
 
 

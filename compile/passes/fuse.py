@@ -17,17 +17,17 @@ from spikeport.compile.rewriting.regroup import regroup
 
 @dataclass(frozen=True)
 class Fuse(NetworkPass):
-    """Make few large ensembles of many small ones that are wired alike.
+    """Fuse many small ensembles that are wired alike into few large ones.
 
-    Passthrough nodes between ensembles are multiplied out, what the host sends to an ensemble is
-    summed there first (and the sum is cut off at the radius, in place of each term), and all that
-    the host reads of one is read at once. Constant input without a synapse becomes bias.
+    Passthrough nodes between ensembles are multiplied out. The host sums the values that it sends
+    to an ensemble (and cuts off the sum at the radius, in place of each term), and reads all values
+    of an ensemble at once. Constant input without a synapse becomes bias.
 
     Attributes
     ----------
     max_neurons : int, optional
-        The most neurons of an ensemble; by default the input axons of a core, since a relay or
-        read-out of an ensemble needs one for each of its neurons.
+        The most neurons of an ensemble; by default the number of input axons of a core, since a
+        relay or read-out needs one for each neuron of its ensemble.
     """
 
     name: ClassVar[str] = "fuse"
@@ -51,7 +51,7 @@ class Fuse(NetworkPass):
         folded = foldable(network, scope.on_chip)
         # A relay or a read-out has an input axon for each neuron that it decodes.
         most = self.max_neurons or context.chip.limits.most("in_axons")
-        # Larger ensembles stay whole here: to cut them is the work of another pass.
+        # Larger ensembles stay as they are: another pass cuts them.
         whole = [e for e in regroupable(scope, folded) if e.n_neurons <= most]
         groups = [part for group in alike(scope, whole) for part in in_parts(group, most)]
         fused = regroup(rewrite, Partition(groups), folded, context.dt_s, builder)

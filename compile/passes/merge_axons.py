@@ -28,11 +28,11 @@ _TYPE = np.dtype(np.int32)
 
 @dataclass(frozen=True)
 class MergeAxons(ImagePass):
-    """Let sources whose spikes do the same share an input axon, and drop those that do nothing.
+    """Let sources whose spikes do the same share an input axon, and drop axons that do nothing.
 
-    Synapse groups of a block that store their rows alike become one. In it, equal rows are stored
-    once, and axons that read equal rows from equal bases are one axon: its spikes are counted, and
-    counts add up. Groups that learn stay as they are.
+    Synapse groups of a block that store their rows in the same format become one group. It stores
+    equal rows once, and axons that read equal rows from equal bases become one axon: the chip
+    counts its spikes, so they add up. Groups that learn stay as they are.
     """
 
     name: ClassVar[str] = "merge_axons"
@@ -71,15 +71,15 @@ def _merged(image: ChipImage) -> ChipImage:
 
 
 def _mapped(axons: np.ndarray, axon: np.ndarray) -> np.ndarray:
-    """Return the new numbers of axons, -1 where there is none; a group may have no axon at all."""
+    """Return the new number of each axon, or -1 if it has none; a group may have no axons."""
     new = np.full(len(axon), -1)
     new[axon >= 0] = axons[axon[axon >= 0]]
     return new
 
 
 def _keys(image: ChipImage) -> list[Hashable]:
-    """Return a key for each group: groups of equal keys can be joined."""
-    # The number of a group that learns is a key of its own, so that nothing joins it.
+    """Return a key for each group: groups with equal keys can be joined."""
+    # A group that learns has its own number as the key, so that nothing joins it.
     near, block, learns = is_consecutive(image), image.groups.block, image.learns
     kind, form = image.groups.pop_type, image.groups.format
     return [
@@ -89,7 +89,7 @@ def _keys(image: ChipImage) -> list[Hashable]:
 
 
 def _used(groups: Sequence[Group], routes: Sequence[Route]) -> list[np.ndarray]:
-    """Return a mask of the axons of each group that spikes reach and that do anything."""
+    """Return a mask of the axons of each group that spikes reach and that have an effect."""
     used = [np.zeros(len(group.axon_row), dtype=bool) for group in groups]
     for route in routes:
         used[route.group][route.axon[route.axon >= 0]] = True
@@ -110,7 +110,7 @@ class _Bundle:
         self._axons: dict[tuple[int, int], int] = {}
 
     def add(self, group: Group, used: np.ndarray) -> np.ndarray:
-        """Add the axons in use, and return the number here of each of the group's, or -1."""
+        """Add the used axons of a group, and return the new number of each of its axons, or -1."""
         contents = _contents(group.rows)
         new = np.full(len(group.axon_row), -1)
         for i in np.flatnonzero(used).tolist():
@@ -120,15 +120,15 @@ class _Bundle:
         return new
 
     def group(self) -> Group:
-        """Return the group that the added ones become."""
+        """Return the group that the added groups become."""
         places = np.array(list(self._axons), dtype=int).reshape(-1, 2)
         return Group(self._like, self._block, _rows(self._rows), places[:, 0], places[:, 1])
 
 
 class _Content(NamedTuple):
-    """A row by its bytes, which compare in one operation.
+    """A row as bytes, which compare in one operation, and its number of atoms.
 
-    With its atoms: rows of equal bytes may have different numbers of them.
+    Rows with equal bytes may have different numbers of atoms.
     """
 
     atoms: int
@@ -162,7 +162,7 @@ class _Whole:
         self._group = group
 
     def add(self, group: Group, used: np.ndarray) -> np.ndarray:
-        """Add the one group; see `_Bundle.add`."""
+        """Return the numbers of the axons, which stay the same; see `_Bundle.add`."""
         return np.arange(len(group.axon_row))
 
     def group(self) -> Group:

@@ -1,4 +1,4 @@
-"""`Pack`: several blocks on a core, under all limits of the chip."""
+"""`Pack`: several blocks on a core, within all limits of the chip."""
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,15 +23,15 @@ from spikeport.hardware_models.chip import ChipModel
 
 @dataclass(frozen=True)
 class Pack(ImagePass):
-    """Put several blocks on a core, on as few cores as can be found.
+    """Put several blocks on a core, to use as few cores as can be found.
 
     Parameters
     ----------
     effort : int
-        Effort of the search. 0: simple rules; 1: also to empty cores; from 2 on also to cut blocks
-        to parts of up to 1 / effort of a core, where that saves cores.
+        Effort of the search. 0: simple rules; 1: also try to empty cores; from 2 on, also cut
+        blocks into pieces as small as 1 / effort of a core, if that saves cores.
     exact : bool
-        True to look for the fewest cores of all that these blocks or pieces take; for up to some
+        True to search for the fewest cores that these blocks or pieces can take; for up to about
         100 of them.
     """
 
@@ -41,7 +41,7 @@ class Pack(ImagePass):
     precedes: ClassVar[tuple[str, ...]] = ("place",)
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
-        """Pack the blocks of an image, cut where that saves cores."""
+        """Pack the blocks of an image, and cut them where that saves cores."""
         chip, problem = context.chip, _problem(image, context.chip)
         bins = pack(problem, self.effort)
         if self.exact:
@@ -51,11 +51,11 @@ class Pack(ImagePass):
         fewest = max(sums(problem.loads, problem.room).values())
         search = Search(image, chip)
         tried: list[Mapping[int, list[int]]] = [{}]  # no cuts, as above
-        # Smaller pieces, as long as no packing is known to be the smallest.
+        # Try smaller pieces until the packing is known to be the smallest.
         for parts in range(2, self.effort + 1):
             if packing.n_cores > fewest:
                 bounds = search.bounds(problem.room.shared(parts))
-                # Equal pieces take as many cores as they did.
+                # The same pieces would take the same number of cores.
                 if bounds not in tried:
                     tried.append(bounds)
                     packing = self._cut_and_pack(image, chip, bounds, packing.n_cores) or packing
@@ -68,7 +68,7 @@ class Pack(ImagePass):
     ) -> ChipImage | None:
         """Cut blocks, pack the pieces, and join neighbours that share a core again.
 
-        None where that does not take fewer cores than ``most``.
+        Return None if that does not take fewer cores than ``most``.
         """
         cuts = {block: ends[1:-1] for block, ends in bounds.items()}
         counts = [len(cuts.get(block, ())) + 1 for block in range(image.n_blocks)]
@@ -84,7 +84,7 @@ class Pack(ImagePass):
         pieces = _on_cores(pieces, settled(problem, bins))
         cores = np.split(pieces.blocks.core, np.cumsum(counts)[:-1])
         joined = _join(image, cuts, cores)
-        # Longer lists can take more memory: 124 synapses are 64 and 60, and not two times 62.
+        # Joined lists can take more memory: 124 synapses are stored as 64 and 60, not twice 62.
         crowded = _crowded(joined, chip)
         kept = {block for block in cuts if not crowded.isdisjoint(cores[block].tolist())}
         return _join(image, cuts, cores, kept) if kept else joined
@@ -96,7 +96,7 @@ def _problem(image: ChipImage, chip: ChipModel) -> Problem:
 
 def _on_cores(image: ChipImage, bins: Bins) -> ChipImage:
     core = np.zeros(image.n_blocks, dtype=int)
-    # By their first blocks, so that equal packings give equal images.
+    # Cores are sorted by their first blocks, so that equal packings give equal images.
     for number, blocks in enumerate(sorted(sorted(blocks) for blocks in bins)):
         core[blocks] = number
     return image.on_cores(core)
@@ -108,7 +108,7 @@ def _join(
     cores: Sequence[np.ndarray],
     kept: Container[int] = (),
 ) -> ChipImage:
-    """Cut only where pieces that follow each other are on different cores, or as ``kept``."""
+    """Cut only between pieces on different cores; keep all cuts of blocks in ``kept``."""
     ends, core = {}, []
     for block, mine in enumerate(cores):
         ends_core = np.ones(len(mine) - 1, bool) if block in kept else np.diff(mine) != 0
@@ -118,6 +118,6 @@ def _join(
 
 
 def _crowded(image: ChipImage, chip: ChipModel) -> set[int]:
-    """Return the cores that hold more than they can."""
+    """Return the cores that hold more than they have room for."""
     room = capacity(chip)
     return {core for core, load in enumerate(core_loads(image, chip)) if not room.holds(load)}

@@ -18,9 +18,9 @@ ONE_OPTION = re.compile(
 def parse(text: str) -> Pipeline:
     """Return the pipeline that a text describes; an empty text describes one without passes.
 
-    The text is passes separated by commas, each a name that `registry.PASSES` has and, in braces,
-    options: ``key=value`` separated by commas, a value in double quotes where it has commas or
-    braces. The name of one of `registry.PIPELINES` stands for all of its passes.
+    The text lists passes, separated by commas. A pass is a name in `registry.PASSES` and, in
+    braces, its options: ``key=value``, separated by commas. A value with commas or braces is in
+    double quotes. The name of one of `registry.PIPELINES` stands for all of its passes.
 
     Raises
     ------
@@ -33,13 +33,13 @@ def parse(text: str) -> Pipeline:
 
 
 def resolved(pipeline: Pipeline | str | None, chip: ChipModel) -> Pipeline:
-    """Return a pipeline, or the one of a text, or the chip's for None; UsageError as `parse`."""
+    """Return a pipeline itself, that of a text, or the chip's for None; raise as `parse` does."""
     passes = chip.pipeline if pipeline is None else pipeline
     return parse(passes) if isinstance(passes, str) else passes
 
 
 def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:
-    """Return the matches of a pattern that make up all of a text."""
+    """Return the matches of a pattern that together make up a text."""
     matches, at = [], 0
     while text[at:].strip():
         match = pattern.match(text, at)
@@ -71,5 +71,5 @@ def _pass(name: str, text: str | None) -> AnyPass:
 
 
 def options(cls: type[AnyPass]) -> dict[str, object]:
-    """Return the options of a pass, by name: the types of its fields."""
+    """Return the type of each option of a pass, by name."""
     return parameters(cls, f"pass {cls.name}")

@@ -24,20 +24,20 @@ from spikeport.key_values import check_fields
 
 STAGES = (NetworkPass, BlockPass, ImagePass)
 Observer: TypeAlias = Callable[[AnyPass, Rewrite | FloatBlocks | ChipImage], None]
-"""An observer, called after every pass with the pass and the value it left."""
+"""An observer, called after every pass with the pass and the value that it returned."""
 
 
 @dataclass(frozen=True)
 class Pipeline:
-    """The passes of a compile: those of networks first, then of blocks, then of images.
+    """The passes of a compile: passes over networks first, then over blocks, then over images.
 
     Raises
     ------
     UsageError
-        If passes are not in that order, one would undo another, one is there twice, or an option is
-        out of its bounds.
+        If passes are not in that order, a pass would undo another, a pass appears twice, or an
+        option is out of its bounds.
     ArgumentError
-        If one is no pass.
+        If an element is not a pass.
     """
 
     passes: tuple[AnyPass, ...]
@@ -69,13 +69,13 @@ class Pipeline:
 
 
 def announce_nothing(_name: str) -> None:
-    """Let a pass begin unannounced."""
+    """Announce nothing as a pass begins."""
 
 
 class PassRun:
-    """The walk of a compile through a pipeline, which applies passes and collects their notes.
+    """A run of a pipeline, which applies its passes and collects their notes.
 
-    ``begin`` is called with the name of each pass before it, the observer after it.
+    ``begin`` is called with the name of each pass before the pass, the observer after it.
     """
 
     def __init__(
@@ -95,7 +95,7 @@ class PassRun:
 
     @property
     def rewrites(self) -> bool:
-        """The presence of passes that rewrite the network itself."""
+        """True if a pass rewrites the network itself."""
         return bool(self._pipeline.networks)
 
     def networks(self, rewrite: Rewrite) -> Rewrite:

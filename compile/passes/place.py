@@ -1,4 +1,4 @@
-"""`Place`: cores onto the tiles and chips of a board."""
+"""`Place`: cores are put on the tiles and chips of a board."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,23 +16,23 @@ from spikeport.hardware_models.links import Cost, Links
 
 @dataclass(frozen=True)
 class Place(ImagePass):
-    """Give cores their numbers, and thereby tiles and chips, such that messages have short ways.
+    """Number the cores, which sets their tiles and chips, so that messages have short paths.
 
     Messages between chips count first, then the fullest link, as a step ends when the last message
-    has arrived; hops, which take energy, count third. A core's own work depends on its blocks
-    alone. Neurons are taken to spike alike.
+    has arrived; hops, which take energy, count third. A core's own work does not depend on its
+    number. Neurons are assumed to spike equally often.
     """
 
     name: ClassVar[str] = "place"
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
-        """Number the cores of an image anew."""
+        """Renumber the cores of an image."""
         if image.n_cores > n_cores(context.chip):
-            return image  # there is no place for all of it: verification says so
+            return image  # there are too few cores: verification reports it
         board = _Board(core_messages(image), Links(image.n_cores, context.chip))
         as_packed = np.arange(image.n_cores)
-        # From two starts: swaps end where no single one helps any more. Swaps that save hops may
-        # fill a link, and those that relieve it again may not be found.
+        # Start twice: swapping stops at a local optimum. The order as packed competes, too: swaps
+        # that save hops may fill a link, and swaps that relieve it again may not be found.
         found = [*map(board.improved, (as_packed, board.clustered())), as_packed]
         before, after = board.cost(as_packed), min(map(board.cost, found))
         for name in Cost._fields:
@@ -42,7 +42,7 @@ class Place(ImagePass):
 
 
 class _Board:
-    """Messages between cores, and the places there are. An order holds the core of each place."""
+    """The messages between cores, and the places. An order holds the core at each place."""
 
     def __init__(self, messages: np.ndarray, links: Links) -> None:
         self._links, self._distance = links, links.distances()
@@ -50,7 +50,7 @@ class _Board:
         self._messages = Messages(source, target, messages[source, target])
         self._relief = Relief(self._messages, links, len(messages))
         self._flow = messages + messages.T
-        # A message of a core to itself has no way to go.
+        # A message from a core to itself takes no link.
         np.fill_diagonal(self._flow, 0)
 
     def cost(self, order: np.ndarray) -> Cost:
@@ -60,9 +60,9 @@ class _Board:
         return self._links.cost(place[source], place[target], number)
 
     def clustered(self) -> np.ndarray:
-        """Lay core after core: each time the one with most messages to those on its tile already.
+        """Place core after core: each time the core with most messages to cores on its tile.
 
-        Among equals comes the core with most messages to any core laid, then to any at all.
+        Ties go to the core with most messages to all placed cores, then to all cores.
         """
         order: list[int] = []
         left = np.arange(len(self._flow))
@@ -78,14 +78,14 @@ class _Board:
         return np.array(order)
 
     def improved(self, start: np.ndarray) -> np.ndarray:
-        """Swap cores while it helps: first as saves most hops, then as relieves links."""
+        """Swap cores while this helps: first to save hops, then to relieve links."""
         order = self._shortened(start)
         while self.cost(relieved := self._relief.relieved(order)) < self.cost(order):
             order = relieved
         return order
 
     def _shortened(self, order: np.ndarray) -> np.ndarray:
-        """Swap the two cores that saves most hops, until none does."""
+        """Swap the two cores that save the most hops, until no swap saves any."""
         savings = Savings(self._flow, self._distance, order)
         while (best := savings.best()) is not None:
             savings.swap(*best)

@@ -26,9 +26,9 @@ PIPELINES = {
     "unpacked": "merge_axons,split,place",
     "compact_unpacked": "split_ensembles,fuse,decode_path,scale_rows,merge_axons,split,place",
 }
-"""Pipelines with a name: what nengo-loihi computes, bit for bit, on fewer cores; a network that is
-rewritten first, equal in float, on fewer still; and both with one block a core, for the first day
-with a board (docs/board.md)."""
+"""Pipelines with a name. `as_written` computes what nengo-loihi does, bit for bit, on fewer cores.
+`compact` first rewrites the network, equal in float, and takes still fewer cores. The other two put
+one block on a core, for the first day with a board (docs/board.md)."""
 
 
 def get(name: str) -> type[AnyPass]:
@@ -37,7 +37,7 @@ def get(name: str) -> type[AnyPass]:
     Raises
     ------
     UsageError
-        There is no pass of that name; the message lists all of passes and pipelines.
+        If there is no pass of that name; the message lists all passes and pipelines.
     """
     if name in PIPELINES:
         raise UsageError(

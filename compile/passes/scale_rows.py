@@ -12,20 +12,21 @@ from spikeport.compile.loihi.discretise import largest_weights, weight_exponent
 from spikeport.compile.passes.base import BlockPass, Context
 
 LEAST = 2.0**-12
-"""The share of the block's largest weight below which weights do not count: numbers that would be 0
-but for rounding are scattered over all magnitudes, and a threshold has 17 bits."""
+"""The share of the block's largest weight below which weights do not count: numbers that are 0
+up to rounding are scattered over all magnitudes, and a threshold has 17 bits."""
 
 
 @dataclass(frozen=True)
 class ScaleRows(BlockPass):
-    """Scale a compartment's weights, bias and threshold by 2^-k, for weights to survive 8 bits.
+    """Scale a compartment's weights, bias and threshold by 2^-k, so that weights survive 8 bits.
 
-    The weights of a block share a scale, so neurons of small gain lose theirs beside neurons of
-    large gain. A compartment's input, state and threshold may be scaled together without changing
-    when it spikes; powers of two make that exact. Each k takes a threshold profile of the core.
+    The weights of a block share a scale, so neurons of small gain lose their weights beside
+    neurons of large gain. A compartment's input, state and threshold may be scaled together without
+    changing when it spikes; powers of two make that exact. Each value of k takes a threshold
+    profile of the core.
 
-    Blocks that learn, have noise, a lower bound of the voltage other than zero, or of which current
-    or voltage is read, are left as they are.
+    A block stays as it is if it learns, has noise or a lower bound of the voltage other than zero,
+    or if its current or voltage is read.
 
     Attributes
     ----------
@@ -54,8 +55,8 @@ class ScaleRows(BlockPass):
 
 
 def _read(floats: FloatBlocks) -> set[LoihiBlock]:
-    """Return the blocks of which current or voltage is read."""
-    # A state is decoded in units of the compartment as it was built.
+    """Return the blocks whose current or voltage is read."""
+    # The host decodes a state in the units of the compartment as it was built.
     probes = (probe for probe in floats.model.probes if probe.key != "spiked")
     read = {block for probe in probes for block in probe.target}
     pairs = zip(floats.model.blocks, floats.blocks, strict=True)
@@ -70,7 +71,7 @@ def _can_scale(block: LoihiBlock) -> bool:
 
 
 def _shifted(synapse: Synapse) -> bool:
-    """Return whether the indices of a synapse's weights are not those of compartments."""
+    """Return whether a synapse's indices count from a base, and are not numbers of compartments."""
     bases = synapse.axon_compartment_bases
     return bases is not None and bool(np.any(np.asarray(bases) > 0))
 
@@ -78,8 +79,9 @@ def _shifted(synapse: Synapse) -> bool:
 def _exponents(block: LoihiBlock, profiles: int) -> np.ndarray:
     """Return the k of each compartment, (n,), with at most ``profiles`` different values.
 
-    Compartments of k = 0 keep their threshold. Where it is large beside the weights, it sets their
-    scale, and others would lose bits that nobody gains: then k is smaller, or 0.
+    Compartments with k = 0 keep their threshold. If it is large beside the weights, it limits the
+    block's scale: scaled compartments would lose bits, and others gain none. Then k is smaller, or
+    0.
     """
     wanted = _wanted(largest_weights(block))
     if not wanted.any():
@@ -93,10 +95,9 @@ def _exponents(block: LoihiBlock, profiles: int) -> np.ndarray:
 
 
 def _wanted(largest: np.ndarray) -> np.ndarray:
-    """Return the k that bring all weights to one size, (n,), of the largest into each compartment.
+    """Return the k, (n,), that bring the largest weights into all compartments to one size.
 
-    The smallest tenth becomes the size that others are brought to, so that outliers cost no
-    profiles.
+    This size is the 10 % quantile of the largest weights, so that outliers cost no profiles.
     """
     used = largest[largest > LEAST * largest.max(initial=0)]
     if used.size == 0:
@@ -108,7 +109,7 @@ def _wanted(largest: np.ndarray) -> np.ndarray:
 
 
 def _thinned(k: np.ndarray, profiles: int) -> np.ndarray:
-    """Return smaller k with fewer values, since a core has few threshold profiles."""
+    """Round k down to fewer different values, since a core has few threshold profiles."""
     step = -(-(k.max() + 1) // profiles)
     result: np.ndarray = k // step * step
     return result

@@ -1,4 +1,4 @@
-"""`SparseInputs`: the host sends spikes for what values are off zero, and none for zero."""
+"""`SparseInputs`: the host sends spikes for a value's distance from zero, and none at zero."""
 
 from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
@@ -13,14 +13,14 @@ from spikeport.compile.passes.base import Context, NetworkPass
 class SparseInputs(NetworkPass):
     """Let the host send spikes for a value's distance from zero, not one in every step.
 
-    nengo-loihi encodes a value by two neurons on the host, which share a spike in every step at any
-    value. Here they are at threshold at zero: a value x, in units of the target's radius, takes
-    |x| / weight spikes a step. The sum that arrives has the same mean. The rest that a neuron has
-    still to send is from 0 to ``weight``, that of nengo-loihi's pair from -1 to 1: so while a value
-    keeps its sign, it errs as much with a weight of 2, and by half with 1.
+    nengo-loihi encodes a value by two neurons on the host, which together average one spike a step,
+    whatever the value. Here both are at threshold at zero: a value x, in units of the target's
+    radius, takes |x| / weight spikes a step. The sum that arrives has the same mean. The rest that
+    a neuron still has to send is from 0 to ``weight``; that of nengo-loihi's pair is from -1 to 1.
+    While a value keeps its sign, its error is thus the same with a weight of 2, and half with 1.
 
-    The network itself stays as it is. With a weight of 1 so does the image, but for the encoding of
-    its inputs. Values saturate at ``weight`` in place of 1.
+    The network itself stays as it is. With a weight of 1, the image also stays the same, except for
+    the encoding of its inputs. Values saturate at ``weight`` in place of 1.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""`Split`: blocks that no core can hold are cut into pieces that cores can."""
+"""`Split`: blocks that are too large for a core are cut into pieces that fit."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -12,10 +12,10 @@ from spikeport.compile.placing.search import Search
 
 @dataclass(frozen=True)
 class Split(ImagePass):
-    """Cut blocks that exceed what a core has, at their compartments, source and target together.
+    """Cut blocks that are too large for a core into pieces: ranges of their compartments.
 
-    A block that learns, has population axons, or of which one compartment alone is too much for a
-    core is left as it is.
+    A block stays as it is if it learns, has population axons, or has a compartment that alone is
+    too large for a core.
     """
 
     name: ClassVar[str] = "split"

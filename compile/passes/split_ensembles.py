@@ -23,13 +23,12 @@ class SplitEnsembles(NetworkPass):
     """Cut ensembles with more neurons than a relay or read-out has input axons.
 
     The decoders are those of the whole ensemble. A probe of its decoded value reads a sum made on
-    the host, one step later; an ensemble of which a probe reads neurons of several parts is left
-    as it is.
+    the host, one step later. An ensemble stays as it is if a probe reads neurons of several parts.
 
     Attributes
     ----------
     max_neurons : int, optional
-        The most neurons of an ensemble; by default the input axons of a core.
+        The most neurons of an ensemble; by default the number of input axons of a core.
     """
 
     name: ClassVar[str] = "split_ensembles"
@@ -44,7 +43,7 @@ class SplitEnsembles(NetworkPass):
         folded = foldable(network, scope.on_chip)
         large = [m for m in regroupable(scope, folded) if m.n_neurons > most]
         parts = {m: [part for (part,) in in_parts([m], most)] for m in large}
-        # A probe records one object: there is none that has neurons of several parts.
+        # A probe records one object, and no object has neurons of several parts.
         for probe in network.all_probes:
             if isinstance(probe.obj, Neurons) and not _in_one(probe, parts.get(base(probe.obj))):
                 del parts[base(probe.obj)]

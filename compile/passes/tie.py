@@ -27,7 +27,7 @@ from spikeport.hardware_models.energy import energy
 from spikeport.hardware_models.limits import n_cores, usages
 
 Group: TypeAlias = Sequence[Shared]
-"""Connections from ensembles that may be fused, and decoders for them."""
+"""Connections from ensembles that may be fused together, and shared decoders for them."""
 Choice: TypeAlias = tuple[int, ...]
 """The numbers of the groups that are tied."""
 
@@ -37,22 +37,22 @@ class Tie(NetworkPass):
     """Let neurons of an ensemble that encode alike share a decoder, where that saves cores.
 
     Neurons with equal encoders get one decoder for each connection, by least squares: they can then
-    share an input axon and its synapses. Decoded values change, by the error that is noted.
+    share an input axon and its synapses. Decoded values change; the pass notes their error.
 
-    Ensembles that may be fused are tied together or not at all. First all are. If the passes that
-    follow then need fewer cores, those that are tied in vain get their own decoders back, the
-    largest error first. The network is compiled once for each of these choices.
+    Ensembles that may be fused are tied together or not at all. First, all groups are tied. If the
+    following passes then need fewer cores, groups that save no core get their own decoders back,
+    the largest error first. The network is compiled once for each of these choices.
 
     Attributes
     ----------
     max_error : float
-        The most by which the relative rms error of a connection's values may rise.
+        The largest allowed rise of the relative rms error of a connection's values.
     negligible : float
-        The rise of the error of a group up to which it stays tied where all groups save cores; 0
-        to try each by itself.
+        If all groups together save cores, a group stays tied without a test if its error rises by
+        at most this; 0 to test each group.
     rate_hz : float
-        The firing rate of all neurons but relays at which energy is expected, in spikes per second;
-        a spike a step where that is fewer.
+        The firing rate of neurons other than relays for estimates of energy, in spikes per second;
+        at most a spike a step counts.
     """
 
     name: ClassVar[str] = "tie"
@@ -87,7 +87,7 @@ class Tie(NetworkPass):
         if not choice or not trials.saves(choice, than=()):
             return ()
         added = {n: pooled(one.error for one in trials.groups[n]).added for n in choice}
-        # The largest error first: it is the one most worth to be rid of.
+        # Test the largest error first: it is most worth removing.
         for number in sorted(choice, key=lambda n: -added[n]):
             without = tuple(n for n in choice if n != number)
             if added[number] > self.negligible and not trials.saves(choice, than=without):
@@ -106,9 +106,9 @@ class Tie(NetworkPass):
 
 
 class _Outcome(NamedTuple):
-    """The cores of an image, None where it is refused or does not fit, and joules a step.
+    """The cores of an image, None if it is refused or does not fit, and joules a step.
 
-    Joules are by calibration.
+    The joules are listed by calibration.
     """
 
     cores: int | None
@@ -116,7 +116,7 @@ class _Outcome(NamedTuple):
 
 
 class _Trials:
-    """Compiles of a network with one choice of groups to tie after the other."""
+    """Trial compiles of a network, each with another choice of groups to tie."""
 
     def __init__(
         self,
@@ -137,7 +137,7 @@ class _Trials:
         return tied(self._rewrite, chosen, self._solver) if chosen else self._rewrite
 
     def outcome(self, choice: Choice) -> _Outcome:
-        """Return what the network takes with some groups tied."""
+        """Return the cores and energy that the network takes with some groups tied."""
         if choice not in self._outcomes:
             self._outcomes[choice] = self._compiled(choice)
         return self._outcomes[choice]
@@ -168,7 +168,7 @@ def _image(rewrite: Rewrite, context: Context) -> ChipImage:
 
 
 def _overfills_a_core(image: ChipImage, chip: ChipModel) -> bool:
-    """Return whether a limit is broken; too many cores are what tying is to mend."""
+    """Return whether a limit other than the number of cores, which tying may mend, is broken."""
     found = usages(core_uses(image, chip), chip)
     return any(usage.exceeded and usage.resource != "cores" for usage in found)
 
@@ -176,8 +176,8 @@ def _overfills_a_core(image: ChipImage, chip: ChipModel) -> bool:
 def _energy_j(image: ChipImage, chip: ChipModel, rate_hz: float) -> dict[str, float]:
     """Return the dynamic energy of a step by each calibration that has figures for it."""
     if image.n_cores > n_cores(chip):
-        return {}  # there is no place for all of it, so the ways of messages are not known
-    # A long step has no room for more than one spike.
+        return {}  # too few cores, so the paths of messages are not known
+    # A neuron spikes at most once in a step, however long.
     possible_hz = min(rate_hz, 1 / image.manifest.dt_s)
     activity = expected_activity(image, Rates(possible_hz, _relay_rates_hz(image)))
     reports = [energy(activity, chip, calibration) for calibration in chip.calibrations]
@@ -189,8 +189,8 @@ def _relay_rates_hz(image: ChipImage) -> dict[str, float]:
 
     .. math:: f = \frac{b}{\theta \, \Delta t}
 
-    with bias b and threshold: they integrate without leak. In antagonist pairs, as one of them gets
-    faster the other gets slower.
+    with bias b and threshold :math:`\theta`: they integrate without leak. In a pair, one neuron
+    gets faster as the other gets slower.
     """
     state, rates = image.compartments, {}
     for number, block in enumerate(image.manifest.blocks):
@@ -210,7 +210,7 @@ def _compare(before: _Outcome, after: _Outcome, context: Context) -> None:
 
 
 def _error(groups: Sequence[Group], chosen: Sequence[Group]) -> dict[str, float]:
-    """Return the relative rms error of all that could be tied, before and after."""
+    """Return the relative rms error of all connections that could be tied, before and after."""
     changed = {one.connection for group in chosen for one in group}
     errors = [
         one.error if one.connection in changed else one.error._replace(shared=one.error.own)
