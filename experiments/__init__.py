@@ -1,1 +1,1 @@
-"""The paper's experiments; what they share lies beside their folders."""
+"""The paper's experiments; the modules beside their folders are shared."""

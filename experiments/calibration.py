@@ -1,4 +1,4 @@
-"""Decoders refitted to what neurons do on the backend they run on, and the file that keeps them.
+"""Decoders refitted to the activity of neurons on their backend, and the file that keeps them.
 
 ``spikeport calibrate`` writes the file; ``--set calibrated=FILE`` of ``spikeport run`` reads it.
 """
@@ -32,12 +32,12 @@ class Refitted(NamedTuple):
     image_digest: str
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Return them as arrays, for a cache."""
+        """Return the decoders and the digest as arrays, for a cache."""
         return {**self.decoders, DIGEST: np.array(self.image_digest)}
 
     @classmethod
     def of(cls, arrays: Arrays) -> "Refitted":
-        """Return those of arrays."""
+        """Return the decoders and the digest from arrays of a cache."""
         decoders = {name: D for name, D in arrays.items() if name != DIGEST}
         return cls(decoders, str(arrays[DIGEST]))
 
@@ -53,9 +53,9 @@ class DecoderCalibration:
     Attributes
     ----------
     made_for : mapping of str
-        The settings that the neurons depend on: experiment, its own, chip and passes.
+        The settings that the neurons depend on: the experiment, its own settings, chip and passes.
     image_digest : str
-        Digest of the image they were measured on; empty where no chip was involved.
+        Digest of the image the decoders were measured on; empty where no chip was involved.
     decoders : mapping of str to ndarray
         Refitted decoders, by name.
     """
@@ -74,7 +74,7 @@ class DecoderCalibration:
 
 
 def no_neurons(calibrated: bool | str, what: str, cure: str) -> UsageError:
-    """Return the error of a calibration that is asked for where ``what`` has no neurons."""
+    """Return the error for a calibration that is asked for although ``what`` has no neurons."""
     asked = "true" if calibrated is True else calibrated
     return UsageError(
         f"calibrated={asked}: {what} has no neurons to calibrate; leave it out, or {cure}"
@@ -82,7 +82,7 @@ def no_neurons(calibrated: bool | str, what: str, cure: str) -> UsageError:
 
 
 def is_calibration(path: Path) -> bool:
-    """Return whether a file is a calibration, of whatever it was made for."""
+    """Return whether a file is a calibration, whatever it was made for."""
     try:
         return MADE_FOR in npz.read(path)
     except MismatchError:
@@ -96,7 +96,7 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
     ------
     UsageError
         If the file holds something else, numbers that are not finite, or decoders that were made
-        for anything but what is ``wanted``.
+        for other settings than ``wanted``.
     """
     arrays = _read(path)
     made_for = _made_for(path, arrays)
@@ -104,9 +104,9 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
     if not all(D.dtype.kind == "f" and np.isfinite(D).all() for D in decoders.values()):
         raise _refusal(path, "NaN or infinity in it, or no numbers")
     found = DecoderCalibration(made_for, str(arrays[DIGEST]), decoders)
-    # A file that does not say by which method it was made is of the first.
+    # A file without the number of its method was made by the first method.
     held = {"method": 1, **made_for}
-    # Keys that the file has beyond those decide nothing here.
+    # Further keys of the file do not matter here.
     other = [key for key in wanted if held.get(key) != wanted[key]]
     if other:
         raise _refusal(
@@ -116,8 +116,8 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
 
 
 def _made_for(path: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, object]:
-    """Return all that the decoders depend on, if the file is a calibration of this schema."""
-    # Files of schema 1 do not say so.
+    """Return the settings of the decoders; refuse a file that is no calibration of this schema."""
+    # Files of schema 1 do not hold the number of their schema.
     schema = arrays.get(SCHEMA_KEY, np.array(1))
     try:
         made_for = parse_json(str(arrays[MADE_FOR]))
@@ -127,7 +127,7 @@ def _made_for(path: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, object]
     if not isinstance(made_for, dict) or DIGEST not in arrays or not numbered:
         raise _refusal(path, "no calibration in it")
     if int(schema) != SCHEMA:
-        # Its digest is that of an image of that schema, which no image has any more.
+        # Its digest is of an image in that schema, and images are no longer made in it.
         raise _refusal(path, f"made for image schema {schema}, this spikeport has {SCHEMA}")
     return made_for
 
@@ -138,10 +138,10 @@ def digest_of(sim: Simulator) -> str:
 
 
 def hold(node: nengo.Node, values: np.ndarray, steps: int, dt_s: float) -> None:
-    """Feed a node each of some values (m, d) for some steps, the last one to the end."""
+    """Feed values (m, d) to a node, each for ``steps`` steps, and the last one to the end."""
 
     def value(time_s: float) -> np.ndarray:
-        # Nengo's time is that at the end of a step, so the first one is at dt.
+        # Nengo's time is the end of a step, so the first step is at dt.
         step = round(time_s / dt_s) - 1
         return np.asarray(values[min(step // steps, len(values) - 1)])
 

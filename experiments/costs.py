@@ -1,4 +1,4 @@
-"""The energy of a run by unit of what the robot did: a reach, a metre, a second."""
+"""The energy of a run per unit of the robot's work: a reach, a metre, a second."""
 
 from collections.abc import Mapping
 
@@ -13,12 +13,12 @@ Amounts = Mapping[str, float]
 def by_unit(
     activity: Activity, chip: ChipModel, amounts: Amounts, n_steps: int
 ) -> dict[str, dict[str, dict[str, object]]]:
-    """Return the energy of a run in J by unit and calibration.
+    """Return the energy of a run in J per unit, for each unit and calibration.
 
         E = (n_active E_dyn + n_steps E_stat) / amount
 
-    A chip draws its static power in all ``n_steps`` of a run, its dynamic energy in the
-    ``n_active`` that it made: a board that is late misses steps, and its host holds the outputs.
+    A chip draws static power in all ``n_steps`` of a run, but dynamic energy only in the
+    ``n_active`` steps that it made: a late board misses steps, and its host holds the outputs.
 
     Parameters
     ----------
@@ -27,15 +27,15 @@ def by_unit(
     chip : ChipModel
         The chip.
     amounts : mapping of str to float
-        The amount of each unit that the run did; one of 0 is left out.
+        The amount of each unit in the run; a unit with amount 0 is left out.
     n_steps : int
-        The steps of the run, with those that a board missed.
+        The steps of the run, including steps that a board missed.
 
     Returns
     -------
     found : dict
-        By unit and calibration ``dynamic`` and ``static``, each an estimate as plain data, None
-        where no figure is public. Host processors and host I/O are in neither.
+        The estimates ``dynamic`` and ``static`` for each unit and calibration, as plain data; None
+        where no figure is public. Neither includes host processors or host I/O.
     """
     spent = {one.name: energy(activity, chip, one) for one in chip.calibrations}
     return {

@@ -32,7 +32,7 @@ from spikeport.simulator import Simulator
 K = TypeVar("K", bound=Rig)
 R = TypeVar("R")
 DAMPED_STEPS = 150
-"""Steps of the robot after its controller was lost: they, and those just before, are kept."""
+"""Steps of damping after the controller was lost; they and the steps just before are kept."""
 PROGRESS_STEPS = 50
 """Steps from one report of progress to the next."""
 
@@ -50,9 +50,9 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     Raises
     ------
     UsageError
-        If the trial asks for what cannot be done.
+        If the trial asks for something that cannot be done.
     RenderError, MissingExtraError
-        If it asks for a video that cannot be made here.
+        If it asks for a video that cannot be made on this machine.
     DivergedError
         If a number is not finite; the last states are in the folder.
     BoardLostError, RobotLostError
@@ -60,20 +60,20 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     """
     options = trial.options
     if options.video:
-        # Before the run: after it, a missing encoder would cost all of its time.
+        # Checked before the run: a missing encoder found later would cost the whole run.
         check_video(folder, trial.plant())
     ready = prepare(trial)
     rig = ready.closed.rig
     with ready.sim as sim, contextlib.closing(rig.plant):
         try:
             done = perform(trial, ready, folder)
-        except (DivergedError, SimulationError) as error:  # Nengo's: a node gave NaN or infinity
-            # First of all: leaving a robot damps it, and writing takes long.
+        except (DivergedError, SimulationError) as error:  # Nengo's: NaN or infinity from a node
+            # Close the plant first: this damps a robot, and writing the states takes long.
             rig.plant.close()
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise DivergedError(f"{error}; the last states are in {path}") from error
         except BoardLostError as error:
-            # The robot itself is still there: it is brought down before its states are written.
+            # The robot itself is still there: damp it before its states are written.
             damp(rig.plant)
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise BoardLostError(
@@ -92,22 +92,22 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
 
 
 def damp(plant: Plant) -> None:
-    """Let a robot that nobody commands any more sink in damping, and not fall without torque."""
+    """Damp a robot without a controller, so that it sinks instead of falling without torque."""
     plant.damp()
-    # The controller of a robot that is led by hand damps it, and ends the run, where no state came
-    # for long, as while the board was waited for.
+    # If no state came for long, for example while the run waited for the board, the controller of
+    # a robot that is started by hand has damped it and raises this error.
     with contextlib.suppress(RobotLostError):
         for _ in range(DAMPED_STEPS):
             plant.step()
 
 
 def prepare(trial: Trial[K, R]) -> Ready[K]:
-    """Build a trial's network and compile it; what is analytic runs in plain Nengo.
+    """Build a trial's network and compile it; an analytic controller runs in plain Nengo.
 
     Raises
     ------
     UsageError
-        If the trial asks for what cannot be done.
+        If the trial asks for something that cannot be done.
     """
     options = trial.options
     closed = trial.close(trial.plant())
@@ -129,9 +129,9 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
 
 
 def perform(trial: Trial[K, R], ready: Ready[K], folder: Path | None = None) -> R:
-    """Run a trial in what was prepared for it, or for one with the same network.
+    """Run a trial in the loop prepared for it, or for a trial with the same network.
 
-    Viewers of ``folder`` are answered while it runs, unless the run keeps to a clock.
+    Viewers of ``folder`` get answers while the trial runs, unless it keeps to a clock.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def perform(trial: Trial[K, R], ready: Ready[K], folder: Path | None = None) -> 
         If a number is not finite.
     """
     options, (closed, sim) = trial.options, ready
-    # A simulator that ran another trial: the network is the same, its state is not.
+    # The simulator has run another trial: its network is the same, but its state is not.
     if sim.n_steps:
         sim.reset(options.seed)
     trial.begin(closed.rig)
@@ -149,7 +149,7 @@ def perform(trial: Trial[K, R], ready: Ready[K], folder: Path | None = None) -> 
 
 
 def _simulate(trial: Trial[K, R], ready: Ready[K], watched: Path | None) -> float:
-    """Run all steps, or until it is over; returns the wall-clock time they took, in seconds."""
+    """Run all steps, or until the run is over, and return their wall-clock time in seconds."""
     rig, sim, options = ready.closed.rig, ready.sim, trial.options
     steps = round(options.seconds / DT_S)
     start = time.perf_counter()
@@ -166,7 +166,7 @@ def _simulate(trial: Trial[K, R], ready: Ready[K], watched: Path | None) -> floa
             # A recording has rows from the robot's first step on.
             if watched is not None and rig.film.poses:
                 watching.answer(watched, so_far)
-    # A fall alone ends a run before its time; without a pose there is nothing to measure or draw.
+    # Only a fall ends a run early; without any pose there is nothing to measure or draw.
     if rig.loop.over and not rig.film.poses:
         raise RobotLostError(
             "the robot lies on the floor as the run begins; cure: stand it up, or serve it anew"
@@ -179,7 +179,7 @@ def _series(trial: Trial[K, R], rig: Rig, done: R) -> xr.Dataset:
 
 
 def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
-    """Return the figures of a trial that was run."""
+    """Return the result, report and counts of a trial that has run."""
     settings, options, sim = dataclasses.asdict(trial.settings), trial.options, ready.sim
     robot: Mapping[str, Any] | None = ready.closed.rig.plant.link
     if robot is not None and "estimator" in settings:
@@ -204,7 +204,7 @@ def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
 
 
 def _by_unit(sim: Simulator, amounts: Amounts) -> dict[str, Any] | None:
-    """Return the energy by unit of what the robot did; None without a chip."""
+    """Return the energy per unit of the robot's work; None without a chip."""
     if sim.compilation is None:
         return None
     return by_unit(sim.activity, sim.compilation.report.chip, amounts, sim.n_steps)
@@ -216,7 +216,7 @@ def on_chip(sim: Simulator) -> dict[str, object]:
 
 
 def link_line(link: Mapping[str, Any]) -> str:
-    """Return a line on a run's link to a board: its round trips, and the steps it was late for."""
+    """Return a line about a run's link to a board: round trips, held steps and late steps."""
     # A record that is played back has no round trips.
     if "round_trip_us" not in link:
         return f"replayed: {link['replays']}"
@@ -232,7 +232,7 @@ def link_line(link: Mapping[str, Any]) -> str:
 
 
 def robot_line(robot: Mapping[str, Any]) -> str:
-    """Return a line on a run's robot behind its interface."""
+    """Return a line about the robot behind its interface."""
     itself = robot["robot"] if isinstance(robot.get("robot"), dict) else {}
     trips = robot.get("round_trip_us", {})
     parts = [
@@ -245,12 +245,12 @@ def robot_line(robot: Mapping[str, Any]) -> str:
 
 
 def _estimator_line(estimator: Mapping[str, Any]) -> str:
-    """Return which estimator found the robot's motion, and its error as far as that is known."""
+    """Return the name of the robot's estimator of motion, and its error if that is known."""
     name, error = f"estimator {estimator['name']}", estimator["velocity_error_m_s"]
     if error is not None:
         velocity, place_m = ", ".join(f"{e:.3f}" for e in error), estimator["place_error_m"]
         return f"{name}, off by {velocity} m/s and {place_m:.2f} m"
-    # Without a truth to compare with the estimator's own account is all there is.
+    # Without a truth to compare with, only the estimator's own deviation is known.
     deviation_m = estimator["place_deviation_m"]
     return f"{name}, by itself off by {deviation_m:.2f} m" if deviation_m else name
 
@@ -258,10 +258,10 @@ def _estimator_line(estimator: Mapping[str, Any]) -> str:
 def _write(
     trial: Trial[K, R], rig: Rig, done: R, result: Result, sim: Simulator, folder: Path
 ) -> None:
-    """Write a run's folder: its pictures are drawn before an earlier run makes room."""
+    """Write a run's folder; its pictures are drawn before an earlier run is removed."""
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
-    # Only now: a run that fails before leaves the earlier one as it was.
+    # Not earlier: a run that fails before this line leaves the earlier run as it was.
     run_folder.clear(folder)
     run_folder.write_probes(folder, _series(trial, rig, done))
     figure = trial.figure(done, pictures, result)
@@ -277,5 +277,5 @@ def _write(
     if trial.options.video:
         write_video(folder, rig.film, scenes)
     run_folder.add_counts(folder, trial.options.counts)
-    # Last of all: a folder without it is a run that did not finish.
+    # Written last: a folder without a result is a run that did not finish.
     run_folder.write_result(folder, result)

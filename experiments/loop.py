@@ -1,11 +1,11 @@
-"""A plant in closed loop with a network: its ports, and the loop that owns their places.
+"""A plant in closed loop with a network: its ports, and the loop that joins their values.
 
     values of the network -> ports drive -> plant steps -> ports observe -> inputs of the network
 
 A port is one way in which a network commands a plant and observes it: an arm, a pair of legs, a
-wheel. A loop lays the values of its ports one after the other, steps plant and network in turn and
-in one thread, and holds commands and observations between two steps of the plant. So a run depends
-on its seeds alone. Any robot can be put in a loop, see ``docs/own-robot.md``.
+wheel. A loop concatenates the values of its ports, steps plant and network in turn and in one
+thread, and holds commands and observations between two steps of the plant. So a run depends on its
+seeds alone. Any robot can be put in a loop, see ``docs/own-robot.md``.
 """
 
 import dataclasses
@@ -69,28 +69,28 @@ class Port(ABC):
     size_out: int = 0
 
     def begin(self) -> None:  # noqa: B027, a port that keeps nothing has nothing to forget
-        """Forget an earlier run; the plant is where the new one begins."""
+        """Forget an earlier run; the plant is already where the new run begins."""
 
     @abstractmethod
     def observe(self) -> np.ndarray:
-        """Return what the network is to know, ``(size_out,)``, at the plant's present state.
+        """Return the network's observation, ``(size_out,)``, of the plant's present state.
 
         It is called when a run begins, and after every step of the plant.
         """
 
     @abstractmethod
     def drive(self, values: np.ndarray) -> None:
-        """Command the plant for its next step by values of the network, ``(size_in,)``.
+        """Command the plant for its next step with values of the network, ``(size_in,)``.
 
         Raises
         ------
         DivergedError
-            If a value is not one that the plant can take.
+            If the plant cannot take a value.
         """
 
     @property
     def over(self) -> bool:
-        """True once the run is over before its time, as that of a robot that fell."""
+        """True once the run is to end early, for example because the robot fell."""
         return False
 
 
@@ -104,17 +104,17 @@ class Loop(Generic[P]):
     ports : sequence of Port
         Its ports. Their values lie one after the other, in this order.
     dt_s : float
-        Time step of the controller and of its simulator, of which the plant's is a multiple.
+        Time step of the controller and its simulator; the plant's is a multiple of it.
     gate : Port, optional
-        A port that opens and closes others. It is served before them, so that it holds from the
-        same step on; its values lie behind theirs.
+        A port that opens and closes other ports. It is served before them, so that it takes effect
+        in the same step; its values come after theirs.
 
     Attributes
     ----------
     over : bool
         True if one of the ports is over.
     size_in, size_out : int
-        The numbers of values its ports take and return, all together.
+        The total numbers of values that the ports take and return.
 
     Raises
     ------
@@ -148,18 +148,18 @@ class Loop(Generic[P]):
         self.over = False
 
     def begin(self) -> None:
-        """Begin a run where the plant is at present.
+        """Begin a run from the plant's present state.
 
         Raises
         ------
         UsageError
-            If a port's observation has another shape than the port says.
+            If an observation does not have the shape that its port names.
         DivergedError
-            If a value of it is not finite.
+            If a value of an observation is not finite.
         """
         self._tick, self._last_s = 0, -math.inf
         self._pace = _Pace(self._dt_s)
-        # A backend may be holding the last run's observation.
+        # A backend may still be holding an observation of the last run.
         self._stepped.end_skip()
         for port in self._served:
             port.begin()
@@ -169,7 +169,7 @@ class Loop(Generic[P]):
     def step(self, values: np.ndarray) -> np.ndarray:
         """Advance by a step of the controller.
 
-        The plant steps at the last of those that fall into one of its own.
+        The plant steps in the last of the controller's steps that make one of its own.
 
         Parameters
         ----------
@@ -190,18 +190,18 @@ class Loop(Generic[P]):
             raise UsageError(NOT_BEGUN)
         self._tick += 1
         if self._tick % self._ticks == 0:
-            # Copied: the array is Nengo's, and ports keep parts of it.
+            # Copied: the array belongs to the simulator, and ports keep parts of it.
             self._advance(values.copy())
         return self._observation
 
     def step_at(self, time_s: float, values: np.ndarray) -> np.ndarray:
-        """Advance as `step`, by a step that a simulator makes at a time of its own.
+        """Advance as `step` does, and check the time of the simulator that makes the step.
 
         Raises
         ------
         UsageError
-            If the simulator's time step is another than ``dt_s``, its time goes back within a run,
-            or as `step`.
+            If the simulator's time step is not ``dt_s``, or its time does not rise within a run;
+            also as `step`.
         DivergedError
             As `step`.
         """
@@ -219,7 +219,7 @@ class Loop(Generic[P]):
         return self.step(values)
 
     def skip(self) -> int:
-        """Pass over the steps of the controller before the plant's next; return their number."""
+        """Skip the controller's steps before the plant's next step, and return their number."""
         skipped = self._ticks - 1 - self._tick % self._ticks
         self._tick += skipped
         return skipped
@@ -231,12 +231,12 @@ class Loop(Generic[P]):
         self._observe()
 
     def _observe(self) -> None:
-        # Served in one order, laid out in another: the gate comes first, its values last.
+        # The gate is served first, but its values come last.
         found = {port: port.observe() for port in self._served}
         observed = [found[port] for port in self._ports]
         observation = _joined(observed, self.size_out)
         if observation is None:
-            # Where nothing is wrong, squares of very large numbers overflowed, or it is no array.
+            # There may be no fault: squares of large numbers overflow, and a list is no array.
             time_s = self.plant.time_s
             observation = np.concatenate(
                 [_checked(*one, time_s) for one in zip(self._ports, observed, strict=True)]
@@ -245,24 +245,24 @@ class Loop(Generic[P]):
         self.over = any(port.over for port in self._ports)
 
     def connect(self, inputs: Sequence[nengo.Node], outputs: Sequence[nengo.Node]) -> nengo.Node:
-        """Connect a controller of the current network with the plant, by connections alone.
+        """Connect a controller of the current network with the plant, without synapses.
 
         Parameters
         ----------
         inputs : sequence of nengo.Node
-            The controller's inputs; one after the other they take the observations of all ports.
+            The controller's inputs; concatenated, they take the observations of all ports.
         outputs : sequence of nengo.Node
-            The controller's outputs; one after the other they are the values of all ports.
+            The controller's outputs; concatenated, they are the values of all ports.
 
         Returns
         -------
         nengo.Node
-            The plant.
+            The node of the plant.
 
         Raises
         ------
         UsageError
-            If there are more or fewer values than those of the ports, or the loop is connected.
+            If the ports have more or fewer values, or the loop is already connected.
         """
         if self._is_connected:
             raise UsageError(
@@ -278,7 +278,7 @@ class Loop(Generic[P]):
             label="plant",
         )
         for node, place in _placed(inputs, [node.size_in for node in inputs]):
-            # No synapse: an observation arrives as it is, and the step of delay is the plant's own.
+            # No synapse: observations arrive unfiltered; the delay of a step is the plant's own.
             nengo.Connection(plant[place], node, synapse=None)
         for node, place in _placed(outputs, [node.size_out for node in outputs]):
             nengo.Connection(node, plant[place], synapse=None)
@@ -287,7 +287,7 @@ class Loop(Generic[P]):
 
 
 class _Stepped(Skippable):
-    """The function of a plant's node: it is called in steps of the plant, and holds in others."""
+    """The function of a plant's node: called in the plant's steps, it holds its value in others."""
 
     def __init__(self, loop: Loop[Any]) -> None:
         self._loop = loop
@@ -302,7 +302,8 @@ class _Stepped(Skippable):
 class _Pace:
     """Comparison of a simulator's time step with a loop's, by the first two calls of a run.
 
-    Two, since a run may begin at any time of the simulator. Skipped steps may lie between them.
+    It takes two calls, since a run may begin at any time of the simulator. Steps between the calls
+    may have been skipped.
     """
 
     def __init__(self, dt_s: float) -> None:
@@ -310,12 +311,12 @@ class _Pace:
         self._first: tuple[float, int] | None = None
 
     def is_kept(self, time_s: float, tick: int) -> bool:
-        """Return whether steps take ``dt_s``, False as long as that cannot be known yet.
+        """Return whether steps take ``dt_s``; False as long as this is not known yet.
 
         Raises
         ------
         UsageError
-            If they do not.
+            If steps take another time.
         """
         if self._first is None:
             self._first = time_s, tick
@@ -331,14 +332,14 @@ class _Pace:
 
 
 def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
-    """Return observations one after the other; None if one seems to be wrong."""
-    # NumPy would take a masked value of an array for a number.
+    """Return the concatenated observations; None if one of them seems to be wrong."""
+    # A masked array is refused, too: NumPy would read its masked values as numbers.
     if any(type(one) is not np.ndarray for one in observed):
         return None
     try:
-        # No complex numbers, whose imaginary parts would be dropped later.
+        # This casting refuses complex numbers, whose imaginary parts would be dropped later.
         joined = np.concatenate(observed, dtype=float, casting="same_kind")
-        # NaN and infinity stay in a sum of squares, which takes a third of np.isfinite's time.
+        # NaN and infinity survive in a sum of squares, which is three times as fast as isfinite.
         sound = joined.shape == (size,) and math.isfinite(joined.dot(joined))
     except (TypeError, ValueError):
         return None
@@ -355,7 +356,7 @@ def _checked(port: Port, value: Any, time_s: float) -> np.ndarray:
             f"{returned} complex numbers at {time_s:g} s, limit real ones; cure: return real and "
             "imaginary parts as values of their own"
         )
-    # NumPy could convert None, times and texts, too.
+    # NumPy would convert None, times and texts to numbers, too.
     if found is None or kind not in NUMBERS or found.shape != (size,):
         raise UsageError(
             f"{returned} {_named(value)} at {time_s:g} s, expected an array of shape ({size},), as "
@@ -372,7 +373,7 @@ def _checked(port: Port, value: Any, time_s: float) -> np.ndarray:
 
 
 def _array(value: object) -> np.ndarray | None:
-    """Return a value as an array; None if it is none, or masked."""
+    """Return a value as an array; None if it cannot be one, or is masked."""
     if isinstance(value, np.ma.MaskedArray):
         return None
     try:
@@ -382,7 +383,7 @@ def _array(value: object) -> np.ndarray | None:
 
 
 def _named(value: object) -> str:
-    """Return what is wrong with an array, or another value as text."""
+    """Return a wrong value in words: the shape of an array of numbers, or else the value."""
     if isinstance(value, np.ma.MaskedArray):
         return f"a masked array, {shown(value)},"
     found = _array(value)
@@ -394,7 +395,7 @@ def _named(value: object) -> str:
 
 
 def _ratio(plant_s: float, controller_s: float) -> int:
-    """Return how many steps of the controller make one of the plant."""
+    """Return the number of the controller's steps in a step of the plant."""
     for whose, step_s in (("the plant's dt_s", plant_s), ("dt_s", controller_s)):
         if not 0 < step_s < math.inf:
             raise UsageError(
@@ -420,7 +421,7 @@ def _check_size(what: str, nodes: Sequence[nengo.Node], found: int, size: int) -
 
 
 def _placed(owners: Sequence[T], sizes: Sequence[int]) -> Iterator[tuple[T, slice]]:
-    """Yield ports or nodes, each with the place of its values, which lie one after the other."""
+    """Yield ports or nodes, each with the slice of its values among all concatenated values."""
     ends = np.cumsum(sizes).tolist()
     return zip(owners, map(slice, [0, *ends], ends), strict=True)
 
@@ -439,12 +440,12 @@ class Recording:
 
     @classmethod
     def of(cls, rows: Iterable[tuple[object, ...]]) -> Self:
-        """Make the columns of rows, each with a value for every column."""
+        """Make a recording of rows, each with a value for every column."""
         return cls(*(np.array(column) for column in zip(*rows, strict=True)))
 
     @classmethod
     def join(cls, recordings: Iterable[Self]) -> Self:
-        """Put recordings one behind the other."""
+        """Concatenate recordings."""
         columns = zip(*(recording.columns for recording in recordings), strict=True)
         return cls(*(np.concatenate(column) for column in columns))
 

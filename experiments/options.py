@@ -1,4 +1,4 @@
-"""The options of every experiment, how it reports progress, and what it is."""
+"""The options and the outcome of a run, and the description of an experiment."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -34,26 +34,26 @@ BACKENDS = (
 
 
 def keeps_to_a_clock(link: LinkOptions, robot: "RobotOptions | None") -> bool:
-    """Return whether a run keeps to a clock, and must not be held up."""
+    """Return whether a run keeps to a clock, and so must not be delayed."""
     return link.real_time or (robot is not None and robot.real_time)
 
 
 @dataclass(frozen=True)
 class Options:
-    """Options all experiments share.
+    """The options that all experiments share.
 
     Attributes
     ----------
     seconds : float
         Simulated time.
     backend, chip, pipeline : str
-        The backend and chip it runs on, and the passes of its compile; by default the chip's.
+        The run's backend and chip, and the passes of its compile; by default the chip's passes.
     seed : int
-        Draws what varies from run to run of the same controller.
+        Seed of everything that varies between runs of the same controller.
     video : bool
         True if a video is made.
     link : LinkOptions
-        The way to a board, for backends that have one.
+        The link to a board, for backends that have one.
     cache : Cache
         Keeps calibrations and rehearsals from run to run; by default nothing is kept.
     robot : RobotOptions or None
@@ -81,11 +81,11 @@ class Options:
 
     @property
     def substrate(self) -> dict[str, str]:
-        """Chip and passes: with equal ones neurons do the same, on either backend with a chip."""
+        """Chip and passes: if they are equal, neurons do the same on every backend with a chip."""
         if self.backend == "reference":
-            # Float Nengo has neither, so its calibrations serve whatever chip is named.
+            # Float Nengo has neither, so its calibrations do not depend on the chip's name.
             return {"chip": "none", "passes": "none"}
-        # A file by its content: it may lie elsewhere later, or hold another chip.
+        # A chip's file counts by its content, since it may move or change.
         own = digest_of(chips.get(self.chip))[:12] if chips.files(self.chip) else self.chip
         return {"chip": own, "passes": "by default" if self.pipeline is None else self.pipeline}
 
@@ -100,25 +100,25 @@ class Outcome(NamedTuple):
 
 @dataclass(frozen=True)
 class Experiment:
-    """An experiment of the paper: its settings, and the trial that does it.
+    """An experiment of the paper: its settings, and the trial that runs it.
 
     Attributes
     ----------
     trial : type of Trial
-        A run of it, made of settings and options.
+        The class of its runs, made from settings and options.
     settings : type
         The dataclass of its settings.
     backends : tuple of str
         The backends it runs on.
     seconds, shortest_s : float
-        Simulated time where none is asked for, and the least that it can simulate.
+        The default and the shortest simulated time.
     pipeline : str or None
-        The passes of its compile where none are asked for; None for the chip's.
+        The default passes of its compile; None for the chip's passes.
     of_run : tuple of str
-        Settings that decide what a run does, and nothing of the network, as its seed does.
+        Settings that change a run but not its network, like the seed of the run.
     lasts : callable or None
         Returns the simulated time of a run that ends with a schedule, from its settings and the
-        time that is asked for; None if a run lasts as long as is asked for.
+        requested time; None if a run always lasts for the requested time.
     """
 
     trial: "type[Trial[Any, Any]]"
@@ -136,7 +136,7 @@ class Experiment:
         return self.trial.name
 
     def passes(self, asked: str | None) -> str | None:
-        """Return the passes of its compile: those asked for, of which "" is none, or its own."""
+        """Return the passes of its compile: the requested ones ("" for none), or its own."""
         return self.pipeline if asked is None else asked
 
     def check_backend(self, name: str) -> None:
@@ -147,7 +147,7 @@ class Experiment:
     def parse_settings(
         self, texts: Iterable[str], option: str = "--set"
     ) -> dict[str, SettingValue]:
-        """Return settings from the ``KEY=VALUE`` texts of an option, as `key_values.parse`."""
+        """Return settings from the ``KEY=VALUE`` texts of an option, as `key_values.parse` does."""
         return parse(texts, self.settings, f"experiment '{self.name}'", option)
 
     def run(self, settings: "Settings", options: Options, folder: Path) -> Outcome:

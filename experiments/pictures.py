@@ -25,7 +25,7 @@ BAR = 56
 """Height of a caption's bar, in pixels."""
 
 Marks = Callable[[int], Sequence[Mark]]
-"""Marks in a picture, from the number of poses up to then."""
+"""A function of the number of poses so far, which returns the marks in a picture."""
 
 
 def cores_of(result: Result) -> str:
@@ -80,13 +80,13 @@ class Caption(NamedTuple):
 
 
 Captions = Callable[[int], Caption]
-"""The line above a picture, from the number of poses up to then."""
+"""A function of the number of poses so far, which returns the line above a picture."""
 
 
 class Scenes(NamedTuple):
     """The pictures and the video of a run.
 
-    ``steps`` are the numbers of the poses that are pictures of its figure; None for the end.
+    ``steps`` are the numbers of the poses that the figure shows; None for the end of the run.
     """
 
     marks: Marks
@@ -96,7 +96,7 @@ class Scenes(NamedTuple):
 
 
 def draw_scenes(film: Film, scenes: Scenes) -> tuple[np.ndarray, ...]:
-    """Return pictures, uint8 (height, width, 3), of a robot that has run; none without graphics."""
+    """Return the pictures of a run, uint8 (height, width, 3); none without graphics."""
     plant, marks = film.plant, scenes.marks
     try:
         with Renderer(plant.model, *PICTURE, scenes.camera) as renderer:
@@ -108,20 +108,20 @@ def draw_scenes(film: Film, scenes: Scenes) -> tuple[np.ndarray, ...]:
 
 
 def check_video(folder: Path, plant: Plant) -> None:
-    """Refuse before a run, not after it, a video that this machine cannot draw or encode.
+    """Check before a run that this machine can draw and encode its video.
 
     Raises
     ------
     RenderError, MissingExtraError
         If it cannot.
     """
-    # Opened and closed without a picture: whatever is missing shows here.
+    # Opening and closing without a picture shows whether anything is missing.
     with Renderer(plant.model, *VIDEO, "front"), VideoWriter(folder / VIDEO_FILE, FPS):
         pass
 
 
 def write_video(folder: Path, film: Film, scenes: Scenes) -> None:
-    """Write ``video.mp4``, in real time; raises what `check_video` does."""
+    """Write ``video.mp4``, which plays in real time; raises the errors of `check_video`."""
     plant, captions = film.plant, scenes.captions
     with (
         Renderer(plant.model, *VIDEO, scenes.camera) as renderer,
@@ -149,7 +149,7 @@ def captioned(frame: np.ndarray, caption: Caption) -> np.ndarray:
 
 def _frame(renderer: Renderer, film: Film, marks: Marks, step: int) -> np.ndarray:
     plant = film.plant
-    # The run is over: its plant serves as the puppet of its pictures.
+    # The run is over, so its plant can be posed for pictures.
     plant.data.qpos[:] = film.poses[step]
     mujoco.mj_forward(plant.model, plant.data)
     return renderer.frame(plant.data, marks(step + 1))

@@ -1,4 +1,4 @@
-"""The experiments there are; each is imported when it is asked for, since most need the robot."""
+"""The experiments by name; each is imported on demand, since most need the robot's packages."""
 
 from importlib import import_module
 from types import ModuleType
@@ -22,9 +22,9 @@ def get(name: str) -> Experiment:
     Raises
     ------
     UsageError
-        If there is none; lists those there are.
+        If there is none; the error lists the names.
     MissingExtraError
-        If a package it needs is absent; names the extra that brings it.
+        If a package it needs is absent; the error names the extra that installs it.
     """
     if name.endswith((".py", ".ipynb")) or ":" in name:
         raise UsageError(f"{name}: no experiment; a network is run by: spikeport simulate {name}")
@@ -35,12 +35,12 @@ def get(name: str) -> Experiment:
 
 
 def imported(what: str, module: str, extra: str = "robot") -> ModuleType:
-    """Import a module which ``what`` needs, and whose packages an extra brings.
+    """Import a module that ``what`` needs, and whose packages an extra installs.
 
     Raises
     ------
     MissingExtraError
-        If a package is absent; names the extra that brings it.
+        If a package is absent; the error names the extra that installs it.
     """
     try:
         return import_module(module)

@@ -1,7 +1,7 @@
 """A run's folder: result, time series, figure, report of the compile and, on request, a video.
 
-``result.json`` is written last, and every file whole or not at all: a folder without it is a run
-that did not finish.
+Every file is written whole or not at all, and ``result.json`` is written last: a folder without it
+is a run that did not finish.
 """
 
 import contextlib
@@ -37,7 +37,7 @@ FILES = (
     *("video.mp4", LAST_STATES, "view.html", REQUEST, SO_FAR),
 )
 COUNTS = "counts"
-"""The folder in a run's for the counts of every step, see `spikeport.backends.step_log.StepLog`."""
+"""The subfolder for the counts of every step, see `spikeport.backends.step_log.StepLog`."""
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 
 
@@ -45,8 +45,8 @@ PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterator[Path]:
     """Make a folder for a run; by default ``runs/<experiment>-<date>-<time>``.
 
-    An earlier run in it is kept until `clear` makes room for the new one. No other process writes
-    into it meanwhile; if it was made here, and nothing was written, it is taken away again.
+    An earlier run in the folder is kept until `clear` makes room for the new one. No other process
+    writes into the folder meanwhile. A folder that was made here and is still empty is removed.
 
     Raises
     ------
@@ -58,14 +58,14 @@ def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterat
     folder = out or Path("runs") / f"{experiment}-{stamp}"
     is_ours = not os.path.exists(folder)
     try:
-        # Two runs that start in the same second must not share the folder neither asked for.
+        # Two runs that start in the same second must not share a default folder.
         folder.mkdir(parents=True, exist_ok=out is not None)
     except OSError as error:
         raise UsageError(
             f"{folder}: cannot be made ({error.strerror}); choose another --out"
         ) from None
     with locked(folder):
-        # Before the block whose end removes files: where nothing can be written, that fails, too.
+        # Before the try block, whose end removes files: in a read-only folder this would fail, too.
         _check_free(folder, overwrite)
         try:
             yield folder
@@ -76,22 +76,22 @@ def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterat
 def _check_free(folder: Path, overwrite: bool) -> None:
     if not os.access(folder, os.W_OK | os.X_OK):
         raise UsageError(f"{folder}: cannot be written to; choose another --out")
-    # Half-written files of a run that was killed are nobody's, and count as nothing.
+    # Half-written files of a run that was killed do not count.
     held = {path.name for path in folder.iterdir() if not is_leftover(path)}
     if held - {*FILES, COUNTS}:
         raise UsageError(f"{folder}: holds more than a run; choose another --out")
-    # Last states alone are of a run that did not end.
+    # Last states alone are left by a run that did not finish.
     if held - {LAST_STATES} and not overwrite:
         raise UsageError(f"{folder}: holds a run; choose another --out, or give --overwrite")
 
 
 def check_outside(folder: Path, option: str, path: Path | None) -> None:
-    """Refuse a file in the folder of a run, which would replace it, or be replaced.
+    """Refuse a file in the folder of a run, where one would replace the other.
 
     Raises
     ------
     UsageError
-        Naming the option that asks for the file.
+        If the file lies in the folder; the error names the option that asks for it.
     """
     if path is not None and folder.resolve() in path.resolve().parents:
         raise UsageError(
@@ -101,7 +101,7 @@ def check_outside(folder: Path, option: str, path: Path | None) -> None:
 
 
 def clear(folder: Path) -> None:
-    """Remove an earlier run, its result first: what is half removed does not read as whole."""
+    """Remove an earlier run, its result first, so that half a run does not look finished."""
     for path in [*(folder / name for name in FILES), *filter(is_leftover, folder.glob("*"))]:
         path.unlink(missing_ok=True)
     shutil.rmtree(folder / COUNTS, ignore_errors=True)
@@ -124,7 +124,7 @@ def add_counts(folder: Path, counted: Path | None) -> None:
 
 
 def _tidy(folder: Path, is_ours: bool) -> None:
-    """Remove the files of viewers, and an empty folder if it is ours."""
+    """Remove the files of viewers, and the folder if this run made it and it is empty."""
     # A file that cannot be removed must not hide the error or interrupt that ended the run.
     for name in (REQUEST, SO_FAR):
         with contextlib.suppress(OSError):
@@ -178,13 +178,13 @@ def write_figure(folder: Path, picture: bytes) -> None:
 
 
 def write_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
-    """Save the last states of a simulation that diverged; they are all that is left of it."""
+    """Save the last states of a run that failed, in place of any earlier run."""
     clear(folder)
     return add_last_states(folder, history)
 
 
 def add_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
-    """Save the last states beside what else a run leaves."""
+    """Save the last states beside a run's other files."""
     path = folder / LAST_STATES
     with atomic_path(path) as temporary, open(temporary, "wb") as file:
         np.savez_compressed(file, **history)  # type: ignore[arg-type]

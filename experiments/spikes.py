@@ -1,4 +1,4 @@
-"""Spikes among a run's time series: an entry for each, in place of a table of mostly zeros."""
+"""Spikes in a run's time series: an entry for each spike, not a table of mostly zeros."""
 
 from collections.abc import Mapping
 
@@ -13,13 +13,13 @@ def ragged(rasters: Mapping[str, np.ndarray]) -> dict[str, object]:
     Parameters
     ----------
     rasters : mapping of str to (n_steps, n_neurons) array
-        Populations; their spikes are not 0.
+        The raster of each population, in which any value other than 0 is a spike.
 
     Returns
     -------
     variables : dict
-        ``<name>_time`` in s, the end of the spike's step, and ``<name>_neuron``, its number in the
-        population, along ``<name>_spike``, for each population.
+        ``<name>_time``, the end of the spike's step in s, and ``<name>_neuron``, the number of the
+        neuron in the population, for each population; both along ``<name>_spike``.
     """
     found: dict[str, object] = {}
     for name, raster in rasters.items():

@@ -1,4 +1,4 @@
-"""A trial: what one run of an experiment needs, and what is made of it."""
+"""A trial: one run of an experiment, from its robot and network to its figure."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
 
 R = TypeVar("R")
-"""The outcome that an experiment leaves."""
+"""The record that a run of an experiment leaves."""
 
 
 class Settings(Protocol):
@@ -42,7 +42,7 @@ class Settings(Protocol):
 
     @property
     def appearance(self) -> str:
-        """The robot's in pictures."""
+        """The robot's appearance in pictures."""
 
     @property
     def files(self) -> list[Path]:
@@ -61,7 +61,7 @@ class Rig:
     dt_s : float
         Time step of the controller.
     gate : Port, optional
-        A port that opens and closes others, see `Loop`.
+        A port that opens and closes other ports, see `Loop`.
     """
 
     def __init__(
@@ -84,7 +84,7 @@ class Closed(Generic[K]):
     Attributes
     ----------
     network : nengo.Network
-        Both, connected.
+        The network of both, connected.
     rig : Rig
         The robot.
     probes : mapping of str to nengo.Probe
@@ -97,7 +97,7 @@ class Closed(Generic[K]):
 
 
 class Trial(ABC, Generic[K, R]):
-    """One run of an experiment, which `spikeport.experiments.driver.run` does.
+    """One run of an experiment, which `spikeport.experiments.driver.run` performs.
 
     Parameters
     ----------
@@ -117,12 +117,12 @@ class Trial(ABC, Generic[K, R]):
         self.options = options
 
     def check(self) -> None:
-        """Refuse what a run would refuse, without one; raises UsageError, MissingExtraError."""
+        """Raise the UsageError or MissingExtraError that a run would raise, without running."""
         if MENAGERIE in (self.perturbation.robot_model, self.settings.appearance):
             menagerie.model_file()
 
     def calibrate(self) -> DecoderCalibration:
-        """Refit decoders to what the neurons do where they run; raises UsageError if it cannot."""
+        """Refit decoders to the activity of neurons on the backend; UsageError without decoders."""
         raise UsageError(f"experiment '{self.name}' has no decoders to calibrate")
 
     @property
@@ -136,7 +136,7 @@ class Trial(ABC, Generic[K, R]):
         Raises
         ------
         UsageError
-            For an unknown appearance, or a robot behind an interface that is to be perturbed.
+            For an unknown appearance, or a perturbation of a robot behind an interface.
         """
         asked, appearance = self.options.robot, self.settings.appearance
         if asked is None and self.perturbation == NONE:
@@ -171,29 +171,29 @@ class Trial(ABC, Generic[K, R]):
         Raises
         ------
         UsageError
-            If the trial asks for what cannot be done.
+            If the trial asks for something that cannot be done.
         """
 
     @abstractmethod
     def begin(self, rig: K) -> None:
-        """Put the robot where the run begins, with what it is to do."""
+        """Put the robot where the run begins, and set its task."""
 
     def network(self) -> nengo.Network:
-        """Return what runs, to be compiled; the image is that of the run."""
+        """Return the network to compile; its image is the same as in a run."""
         closed = self.close(self.plant())
         self.begin(closed.rig)
         return closed.network
 
     @abstractmethod
     def record(self, closed: Closed[K], sim: Simulator, wall_s: float) -> R:
-        """Return what a run leaves that took ``wall_s`` of wall-clock time."""
+        """Return the record of a run that took ``wall_s`` of wall-clock time."""
 
     @abstractmethod
     def metrics(self, run: R) -> dict[str, object]:
         """Return the figures of a run."""
 
     def amounts(self, run: R) -> Mapping[str, float]:
-        """Return how much the robot did, by unit, other than seconds."""
+        """Return the amount of the robot's work in each unit, other than seconds."""
         return {}
 
     @abstractmethod
@@ -202,11 +202,11 @@ class Trial(ABC, Generic[K, R]):
 
     @abstractmethod
     def scenes(self, run: R) -> Scenes:
-        """Return what pictures of a run show."""
+        """Return the scenes for pictures of a run."""
 
     @abstractmethod
     def figure(self, run: R, pictures: Sequence[np.ndarray], result: Result) -> Figure:
-        """Draw a run.
+        """Draw the figure of a run.
 
         Parameters
         ----------

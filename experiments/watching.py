@@ -1,7 +1,7 @@
-"""A run that goes on, and viewers in other processes: its time series so far, on request.
+"""The time series of a run under way, on request of viewers in other processes.
 
-A viewer leaves an empty file in the run's folder. The run, which looks for it between its steps,
-writes its time series beside it and takes it away. A run that nobody watches writes nothing.
+A viewer leaves an empty file in the run's folder. The run looks for this file between its steps,
+writes its time series so far beside it, and removes it. A run that nobody watches writes nothing.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 POLL_S = 0.05
-"""Time from one look for an answer to the next."""
+"""Time between two looks for an answer."""
 
 
 def answer(folder: Path, series: Callable[[], "xr.Dataset"]) -> None:
@@ -29,7 +29,7 @@ def answer(folder: Path, series: Callable[[], "xr.Dataset"]) -> None:
         return
     try:
         write_dataset(folder / SO_FAR, series())
-    except (OSError, UsageError) as error:  # such as a full disk, which a run need not end of
+    except (OSError, UsageError) as error:  # such as a full disk, which must not end the run
         warnings.warn(f"the run goes on, but a viewer gets nothing new: {error}", stacklevel=1)
     # Last: a viewer reads the series once its request is gone.
     with contextlib.suppress(OSError):
@@ -41,7 +41,7 @@ def ask(folder: Path, wait_s: float) -> bool:
     request = folder / REQUEST
     try:
         request.touch()
-    except FileNotFoundError:  # it was interrupted, and took its folder away
+    except FileNotFoundError:  # the run was interrupted, and removed its folder
         return False
     deadline = time.monotonic() + wait_s
     while request.exists():
@@ -52,11 +52,11 @@ def ask(folder: Path, wait_s: float) -> bool:
 
 
 def goes_on(folder: Path) -> bool:
-    """Return whether a run writes into a folder."""
+    """Return whether a run is still writing into a folder."""
     try:
         with locked(folder):
             return False
     except UsageError:
         return True
-    except FileNotFoundError:  # it was interrupted, and took its folder away
+    except FileNotFoundError:  # the run was interrupted, and removed its folder
         return False

@@ -5,15 +5,15 @@ import numpy as np
 from spikeport.experiments.walk.gait import COMMANDS
 
 HELD_S = (3.0, 8.0)
-"""For how long a command is held."""
+"""The shortest and the longest time for which a command is held."""
 STANDING, TURNING = 0.1, 0.1
 """Shares of commands to stand, and to turn in place."""
 _STREAM = 2
-"""Beside the seed of a run."""
+"""The number of this random stream, beside the seed of a run."""
 
 
 class RandomCommands:
-    """Commands that jump at drawn times; what observes them has them change as in training.
+    """Commands that jump at random times; a `WalkPort` limits their change as in training.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ class RandomCommands:
         return command
 
     def age_s(self, time_s: np.ndarray) -> np.ndarray:
-        """Return for how long the commands at some times (n,) had been held."""
+        """Return the time in s for which the commands at times (n,) have been held."""
         return np.asarray(time_s - self._starts_s[self._number(time_s)])
 
     def _number(self, time_s: float | np.ndarray) -> np.ndarray:

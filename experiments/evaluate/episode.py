@@ -1,4 +1,4 @@
-"""One episode of an evaluation, in whatever process it is run."""
+"""One episode of an evaluation, run in any process."""
 
 import warnings
 from dataclasses import asdict, dataclass, replace
@@ -16,7 +16,7 @@ class EpisodeRun(Sharing):
     """The runner of an evaluation's episodes."""
 
     def __call__(self, point: Point, scratch: str) -> PointFiles:
-        """Walk an episode, and return what is kept of it."""
+        """Walk an episode, and return the files that are kept of it."""
         settings = WalkSettings(**point.settings)
         options = replace(point.options, cache=self.store(scratch))
         with warnings.catch_warnings(action="ignore"):

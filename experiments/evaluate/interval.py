@@ -19,7 +19,7 @@ class Interval(NamedTuple):
 
 
 def of_share(hits: int, n: int) -> Interval | None:
-    """Return the share of hits with Wilson's score interval; None for none of none."""
+    """Return the share of hits with Wilson's score interval; None if ``n`` is 0."""
     if n == 0:
         return None
     test = stats.binomtest(hits, n)
@@ -28,13 +28,13 @@ def of_share(hits: int, n: int) -> Interval | None:
 
 
 def of_mean(values: Sequence[float]) -> Interval | None:
-    """Return the mean of values with Student's interval; None for none."""
+    """Return the mean of values with Student's interval; None without values."""
     n = len(values)
     if n == 0:
         return None
     mean = float(np.mean(values))
     if n == 1:
         return Interval(mean, None, None, n)
-    # Two-sided: half of what is left lies beyond each end.
+    # Two-sided: half of the remaining probability lies beyond each end.
     half = stats.t.ppf((1 + CONFIDENCE) / 2, n - 1) * stats.sem(values)
     return Interval(mean, float(mean - half), float(mean + half), n)

@@ -12,16 +12,16 @@ from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.training.motion import Motion
 
 BEFORE_FALL_S = 1.0
-"""A fall is no walking from here on: nothing but the fall is counted."""
+"""The last time before a fall, in which only the fall itself is counted."""
 SHORTEST_S = 3.0
-"""The least time that is left after that; figures of less are None."""
+"""The least time of walking before that; with less, the figures are None."""
 ROUNDING_S = 1e-6
 SETTLING_S = 1.0
-"""After a change of command, in which no error is counted."""
+"""The time after a change of command in which no error is counted."""
 CONTACT_N = 1.0
 IMPACT_S = 0.05
 MOVING = 0.2
-"""The least command, in m/s and rad/s: with a smaller one a robot may stand."""
+"""The least command to move, in m/s and rad/s: with smaller ones a robot may stand."""
 
 
 class Measure(NamedTuple):
@@ -65,7 +65,7 @@ MEASURES = {
         "cost of transport", "positive work of the joints by weight and way"
     ),
 }
-"""Every figure of an episode beside its fall."""
+"""The figures of an episode, other than its fall."""
 
 
 def measure(stage: Stage) -> dict[str, float | int | None]:
@@ -77,7 +77,7 @@ def measure(stage: Stage) -> dict[str, float | int | None]:
         "fallen_at_s": fallen_at_s,
         **dict.fromkeys(MEASURES),
     }
-    # A robot that falls swings its joints and feet as no walk does.
+    # A falling robot swings its joints and feet as no walking robot does.
     end_s = np.inf if fallen_at_s is None else fallen_at_s - BEFORE_FALL_S
     walked = recording.where(recording.time_s < end_s)
     if len(walked.time_s) and walked.time_s[-1] >= SHORTEST_S - ROUNDING_S:
@@ -109,7 +109,7 @@ def _margins(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float
 
 
 def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | None]:
-    """Return the figures of feet and work; those without a step or a way are None."""
+    """Return the figures of feet and work; figures without a step or a way to measure are None."""
     dt_s = float(walked.time_s[1] - walked.time_s[0])
     moves = (np.abs(walked.command) > MOVING).any(axis=1)
     feet = readings(walked.feet)
@@ -121,7 +121,7 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     peaks = np.concatenate([one.peaks(round(IMPACT_S / dt_s)) for one in steps])
     tops = np.concatenate([one.tops() for one in steps])
     weight_n = plant.model.body_mass.sum() * -plant.model.opt.gravity[2]
-    # Braking gives nothing back: negative work counts as none.
+    # Braking returns no energy: negative work counts as zero.
     work_j = np.maximum(walked.torque_nm * walked.qvel[:, 6:], 0).sum() * dt_s
     way_m = np.linalg.norm(walked.qvel[:, :2], axis=1).sum() * dt_s
     moving_s = np.count_nonzero(moves) * dt_s
@@ -144,14 +144,14 @@ def _soles(plant: PerturbedPlant, feet: FootReadings) -> tuple[np.ndarray, np.nd
     ]
     heights = places[..., 2] - np.array(radii) - plant.floor_m(places[..., 0], places[..., 1])
     speeds = np.linalg.norm(feet.velocities[..., :2], axis=-1)
-    # The lower one bears: its height is the clearance, its speed the slip.
+    # The lower one bears the load: its height is the clearance, its speed the slip.
     lower = heights.argmin(axis=2)[..., None]
     height, speed = (np.take_along_axis(each, lower, axis=2)[..., 0] for each in (heights, speeds))
     return height, speed
 
 
 class _Steps:
-    """The steps of a foot, of whether it is on the floor (n,), its heights and its forces."""
+    """The steps of a foot, from its contact with the floor (n,), its heights and its forces."""
 
     def __init__(self, down: np.ndarray, height_m: np.ndarray, force_n: np.ndarray) -> None:
         changes = np.diff(down.astype(int))
@@ -164,8 +164,8 @@ class _Steps:
         return np.array([self._force_n[at : at + n_after].max() for at in self.down_at])
 
     def tops(self) -> np.ndarray:
-        """Return the highest point of each swing that was whole."""
-        # The lift before each touch-down; a foot that was in the air at the start has none, -1.
+        """Return the highest point of each complete swing."""
+        # The number of the lift-off before each touch-down; -1 if the foot started in the air.
         begun = np.searchsorted(self._up_at, self.down_at, side="left") - 1
         whole = zip(self.down_at[begun >= 0], self._up_at[begun[begun >= 0]], strict=True)
         return np.array([self._height_m[up:down].max() for down, up in whole])

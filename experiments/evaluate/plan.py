@@ -15,7 +15,7 @@ class EvaluationSweep(Sweep):
     rows: tuple[Row, ...] = (NOMINAL,)
 
     def points(self) -> list[Point]:
-        """Return all episodes, seed by seed: what is finished first shows all rows."""
+        """Return all episodes, seed by seed, so that the first results cover all rows."""
         return [self.point(row, seed) for seed in self.seeds for row in self.rows]
 
     def point(self, row: Row, seed: int) -> Point:

@@ -1,4 +1,4 @@
-"""Rows of a robustness table: what the robot is perturbed by in each."""
+"""The rows of a robustness table: the perturbation of the robot in each."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,7 @@ from spikeport.key_values import SettingValue
 from spikeport.robot.perturbation import Perturbation
 
 Row = Mapping[str, SettingValue]
-"""Settings of a `Perturbation`; none is the robot that controllers are made for."""
+"""Settings of a `Perturbation`; without any, it is the robot that controllers are made for."""
 
 NOMINAL: Row = {}
 MENAGERIE: Row = {"robot_model": "menagerie"}
@@ -42,7 +42,7 @@ ROWS: tuple[Row, ...] = (
         "terrain": "boxes:0.01",
     },
 )
-"""The table's rows where none are asked for; Menagerie's feet come on top where they are there."""
+"""The default rows of the table; a row with Menagerie's feet is added where they are installed."""
 
 
 def name_of(row: Row) -> str:
@@ -51,12 +51,12 @@ def name_of(row: Row) -> str:
 
 
 def find_rows(asked: Sequence[str]) -> tuple[Row, ...]:
-    """Return the nominal row and those of ``KEY=VALUE,KEY=VALUE`` texts; without a text, `ROWS`.
+    """Return the nominal row and a row for each ``KEY=VALUE,KEY=VALUE``; without texts, `ROWS`.
 
     Raises
     ------
     UsageError
-        If a key or value is not one of a perturbation, or a row is asked for twice.
+        If a key or value does not belong to a perturbation, or a row is asked for twice.
     """
     if not asked:
         return (*ROWS, MENAGERIE) if os.environ.get("MENAGERIE_ROOT") else ROWS
@@ -71,7 +71,7 @@ def find_rows(asked: Sequence[str]) -> tuple[Row, ...]:
 def _parsed(text: str) -> Row:
     row = key_values.parse(text.split(","), Perturbation, "a perturbation", option="--row")
     Perturbation(**row)
-    # In the order of fields, without what perturbs nothing: equal rows have equal names.
+    # In the order of fields and without defaults, so that equal rows have equal names.
     return {
         one.name: row[one.name]
         for one in fields(Perturbation)

@@ -1,4 +1,4 @@
-"""An episode of a policy: a perturbed robot that obeys random commands, and what was recorded."""
+"""An episode of a policy: a perturbed robot that obeys random commands, and its recording."""
 
 from dataclasses import dataclass
 
@@ -16,12 +16,12 @@ from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
 
 @dataclass(frozen=True)
 class EpisodeRecording(Recording):
-    """A robot after every physics step: MuJoCo's states, torques, foot sensors, and the command.
+    """The recording of a robot after every physics step.
 
     Attributes
     ----------
     qpos, qvel : (n, 26) and (n, 25) array
-        MuJoCo's.
+        MuJoCo's positions and velocities.
     torque_nm : (n, 19) array
         Torques of the joints.
     feet : (n, 32) array
@@ -45,7 +45,7 @@ class Witness(Port):
     plant : PerturbedPlant
         The robot.
     walk : WalkPort
-        Its legs, served before this port.
+        The port of its legs, served before this port.
     """
 
     def __init__(self, plant: PerturbedPlant, walk: WalkPort) -> None:
@@ -56,7 +56,7 @@ class Witness(Port):
         """Keep state, forces and command, and return no value."""
         data = self._plant.data
         command = self._walk.inputs[0][PARTS["command"]]
-        # The feet's sensors were added behind all others.
+        # The feet's sensors come after all others.
         feet = data.sensordata[-VALUES:]
         states = data.qpos.copy(), data.qvel.copy(), data.actuator_force.copy(), feet.copy()
         self._rows.append((self._plant.time_s, *states, command))
@@ -71,7 +71,7 @@ class Witness(Port):
 
 
 class Stage:
-    """A robot under a perturbation that obeys random commands; both depend on the seed.
+    """A perturbed robot that obeys random commands; perturbation and commands depend on the seed.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class Stage:
     seconds : float
         The time for which it walks.
     seed : int
-        Draws posture, commands, and what a perturbation leaves to chance.
+        Seed of the posture, the commands, and the random parts of the perturbation.
     encoding : Box or None
         Range of the observations that the policy represents.
     observe_every_s, dt_s : float

@@ -33,12 +33,12 @@ class TableRow(NamedTuple):
 
 
 def table(evaluation: EvaluationSweep, folder: SweepFolder) -> list[TableRow]:
-    """Return the rows, those without a finished episode too; none if nothing is finished.
+    """Return all rows, even without a finished episode; no rows if nothing is finished.
 
     Raises
     ------
     UsageError
-        An episode's file was altered.
+        If an episode's file was altered.
     """
     found = [_metrics(evaluation, folder, row) for row in evaluation.rows]
     return list(map(_row, evaluation.rows, found)) if any(found) else []
@@ -52,7 +52,7 @@ def _metrics(evaluation: EvaluationSweep, folder: SweepFolder, row: Row) -> list
 def _episode(folder: SweepFolder, point: Point) -> dict[str, Any]:
     metrics: dict[str, Any] = folder.read(point)["metrics"]
     figures = [metrics.get(name, "absent") for name in MEASURES]
-    # A robot that falls early leaves no figures.
+    # A robot that falls early has None for its figures.
     if metrics.get("falls") not in (0, 1) or not all(_is_figure(one) for one in figures):
         raise UsageError(
             f"{folder.result_path(point)}: holds no figures of an episode; "
@@ -68,7 +68,7 @@ def _is_figure(value: object) -> bool:
 def _row(row: Row, metrics: list[dict[str, Any]]) -> TableRow:
     falls = sum(one["falls"] for one in metrics)
     means = {
-        # Early falls have no figures: means are of the episodes that have.
+        # Early falls have no figures: means are over the episodes that have them.
         name: of_mean([one[name] for one in metrics if one[name] is not None])
         for name in MEASURES
     }
@@ -90,7 +90,7 @@ def as_json(rows: list[TableRow]) -> list[dict[str, object]]:
 
 
 def markdown(rows: list[TableRow]) -> str:
-    """Return the table in Markdown, intervals behind figures, and the figures' definitions."""
+    """Return the table in Markdown, with intervals after figures, and the figures' definitions."""
     headings = " | ".join(one.heading for one in MEASURES.values())
     lines = [
         f"| perturbation | falls | fell, 95 % | {headings} |",

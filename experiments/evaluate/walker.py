@@ -1,4 +1,4 @@
-"""Policies that walk episodes: the exact one in a loop of its own, or spikes in a simulator."""
+"""Policies that walk episodes: the exact one in its own loop, or a spiking one in a simulator."""
 
 import dataclasses
 import functools
@@ -25,7 +25,7 @@ class Walker(Protocol):
     """A policy that walks episodes."""
 
     def walk(self, perturbation: Perturbation, seconds: float, seed: int) -> Stage:
-        """Walk an episode, up to a fall, and return what is left of it."""
+        """Walk an episode, up to a fall, and return its stage."""
 
 
 class ExactWalker:
@@ -48,12 +48,12 @@ class ExactWalker:
 
 
 class SpikingWalker:
-    """A policy of neurons, compiled once; a robot takes the place of another in each episode.
+    """A policy of neurons, compiled once; each episode puts a new robot into its loop.
 
     Parameters
     ----------
     trial : WalkTrial
-        Settings and options that it is made by.
+        The settings and options of the policy.
     """
 
     def __init__(self, trial: WalkTrial) -> None:
@@ -92,10 +92,10 @@ class SpikingWalker:
 
 
 def find_walker(settings: WalkSettings, options: Options) -> Walker:
-    """Return the walker of settings and options, made once a process for all perturbations."""
-    # Perturbations are the stage's: with all of them the policy is one network, compiled once.
+    """Return the walker for settings and options, made once per process for all perturbations."""
+    # The stage applies perturbations: the policy is the same network under all of them.
     unperturbed = dataclasses.replace(settings, **dataclasses.asdict(Perturbation()))
-    # A worker of a cluster outlives an evaluation: files of the next have these names, too.
+    # A worker of a cluster outlives an evaluation; the next one may change files of these names.
     contents = digests([*settings.files, *chips.files(options.chip)]).values()
     return _made(unperturbed, dataclasses.replace(options, seed=0, seconds=0.0), tuple(contents))
 
