@@ -1,6 +1,6 @@
 """Names, settings and refusals of a network, which all folders of compile use.
 
-Importing it imports nengo-loihi in silence; modules that use nengo-loihi import this package first.
+This package imports nengo-loihi without its warnings; modules that use nengo-loihi import it first.
 """
 
 import contextlib
@@ -10,17 +10,17 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from typing import Any
 
-import nengo  # noqa: F401 (before the block, at whose end filters it had set would be lost)
+import nengo  # noqa: F401 (before the block below, which undoes changes of filters)
 import scipy.special  # noqa: F401 (likewise)
 
 USED_ONLY_WITH = {"nengo_extras": "nengo_dl", "networkx": "nxmetis"}
-"""Packages that nengo-loihi imports if installed, each with the package it needs to make use of
-it."""
+"""Packages that nengo-loihi imports if installed, each with the package without which nengo-loihi
+does not use it."""
 
 
 @contextlib.contextmanager
 def _without_unused() -> Iterator[None]:
-    """Hide packages that nengo-loihi would import and not use: they take most of its time."""
+    """Hide packages that nengo-loihi would load but not use: they take most of its loading time."""
     modules: dict[str, Any] = sys.modules
     unused = [
         name
@@ -36,6 +36,6 @@ def _without_unused() -> Iterator[None]:
 
 
 with warnings.catch_warnings(), _without_unused():
-    # It warns of every nengo newer than 3.2; spikeport.compile.loihi.numpy1 handles what differs.
+    # It warns of every Nengo above 3.2; spikeport.compile.loihi.numpy1 handles the differences.
     warnings.filterwarnings("ignore", message="This version of `nengo_loihi`")
     import nengo_loihi  # noqa: F401

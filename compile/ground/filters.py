@@ -1,8 +1,8 @@
-"""The filter that a connection asks of the compartments it ends on.
+"""The filter that a connection asks of its target's compartments.
 
-A compartment's current has one decay, whatever it comes from. Spikes that go to neurons as they
-are have the connection's own filter there. Values come through a relay or from the host, which
-have filtered them: behind those nengo-loihi filters for 5 ms.
+A compartment's current has one decay, whatever its source. Spikes that go straight to neurons are
+filtered there, by the connection's own synapse. Values are filtered by a relay or on the host, and
+nengo-loihi filters them for another 5 ms in the compartments.
 """
 
 from typing import NamedTuple
@@ -22,13 +22,13 @@ class Passage(NamedTuple):
     Attributes
     ----------
     connection, source, target : str
-        The names of the connection and of the ensembles at its ends; a source on the host is "".
+        The names of the connection and of the ensembles at its ends; "" for a source on the host.
     own_s : float
         The time constant of its synapse, in seconds.
     relay_s : float or None
         The time constant of its relay, None without one.
     target_s : float
-        The time constant that it asks of its target's compartments.
+        The time constant that the connection asks of its target's compartments.
     """
 
     connection: str
@@ -45,7 +45,7 @@ def time_constant_s(connection: nengo.Connection) -> float:
 
 
 def sends_spikes(connection: nengo.Connection, from_chip: bool) -> bool:
-    """Return whether spikes go to neurons as they are, by how a connection is written."""
+    """Return whether a connection, as written, sends spikes straight to neurons."""
     if isinstance(connection.post_obj, Neurons):
         return from_chip or isinstance(connection.pre_obj, Neurons)
     return from_chip and full_weights(connection)

@@ -1,8 +1,9 @@
-"""The identity of a network: everything in it that decides what it is compiled to, as plain data.
+"""The identity of a network: everything in it that decides the result of a compile, as plain data.
 
-Objects are numbered in the order of definition, and refer to each other by number. Functions that
-nodes call while a network runs decide nothing, and are not part of it; those of connections are.
-But which objects share a function is, since a compile that is kept refers to functions by object.
+Objects are numbered in the order of definition, and refer to each other by number. Functions of
+nodes, and of connections from nodes, are called while the network runs: they decide nothing and are
+left out. Functions of other connections are included. The identity also records which objects share
+a function, since a cached compile refers to functions by object.
 """
 
 import functools
@@ -26,9 +27,10 @@ from spikeport.function_identity import FunctionIdentity
 
 BUILT_IN = (type(None), bool, int, float, str, bytes)
 PLAIN_PYTHON = ("nengo", "nengo_loihi", "spikeport")
-"""Packages whose objects keep their state where it can be read."""
+"""Packages whose objects keep their state in attributes that can be read."""
 ARRAYS = (np.ndarray, np.memmap, np.matrix, np.recarray)
-"""Arrays that are their values: one of a class of the user's has methods, a masked one a mask."""
+"""Types of arrays that consist of their values alone. A masked array also has a mask, and an array
+of a user's class has methods."""
 LATER = "called while the network runs"
 
 
@@ -38,9 +40,9 @@ def identity(network: nengo.Network) -> bytes:
     Raises
     ------
     TypeError
-        If a part of it has none that lasts; the message names part and object.
+        If a part of the network has no identity that lasts; the message names part and object.
     """
-    # The format without references among its parts: it depends on nothing but values.
+    # Version 2 has no references between parts, so that the bytes depend on values alone.
     return marshal.dumps(_Identity(network).whole(), 2)
 
 
@@ -50,7 +52,7 @@ class _Identity:
         self._objects = list(_members(network))
         self._number = {id(obj): number for number, obj in enumerate(self._objects)}
         self._owner: dict[int, int] = {}
-        """The first object that has a function, by number, of each function by its ``id``."""
+        """The number of the first object that has a function, by the function's ``id``."""
         for number, obj in enumerate(self._objects):
             if isinstance(obj, nengo.Node | nengo.Connection):
                 self._owner.setdefault(id(_function_of(obj)), number)
@@ -58,7 +60,7 @@ class _Identity:
         self._frozen: dict[int, tuple[FrozenObject, object]] = {}
 
     def whole(self) -> Any:
-        # Nengo builds in the types that its settings name, and they change the result.
+        # Nengo builds with the types in its settings, and they change the result.
         bits = [rc.float_dtype.str, rc.int_dtype.str]
         return bits, [self._member(obj) for obj in self._objects]
 
@@ -82,12 +84,12 @@ class _Identity:
                 yield key.__name__, self._settings(settings, _names(key, settings))
             elif id(key) in self._number:
                 known = settings._clsparams
-                # Values that were set for this object: the others are those of its class, yielded
-                # above.
+                # Only values that were set for this object: it has the others from its class, and
+                # they are yielded above.
                 own = [name for name in known.extra_params if settings in known.get_param(name)]
                 if own:
                     of_objects.append((self._number[id(key)], self._settings(settings, own)))
-        # By number: a dict of objects is in the order in which they were configured.
+        # Sorted by number, since the dict has objects in the order of their configuration.
         yield sorted(of_objects, key=lambda one: one[0])
 
     def _settings(self, settings: object, names: Iterable[str]) -> object:
@@ -107,7 +109,7 @@ class _Identity:
                 yield name, self._value(getattr(obj, name))
 
     def _function(self, connection: nengo.Connection) -> object:
-        """Return the identity of a connection's function; those on the host are called later."""
+        """Return the identity of a connection's function; functions of nodes' values run later."""
         function, size = connection.function, connection.size_mid
         if not callable(function):
             return self._value(function), size
@@ -115,16 +117,16 @@ class _Identity:
         return None if on_host else self._value(function), self._later(function), size
 
     def _later(self, function: object) -> object:
-        """Return what stands for a function: the first object that has it."""
+        """Return a stand-in for a function that is called later: the first object that has it."""
         return LATER, self._owner[id(function)]
 
     def _value(self, value: object) -> object:
-        if type(value) in BUILT_IN:  # as most are
+        if type(value) in BUILT_IN:  # as most values are
             return value
         return FunctionIdentity(self._plain).of(value)
 
     def _plain(self, value: object) -> object:
-        """Return the identity of a value that is no function."""
+        """Return the identity of a value that is not a function."""
         match value:
             case None | bool() | int() | float() | str() | bytes() if type(value) in BUILT_IN:
                 return value
@@ -148,7 +150,7 @@ class _Identity:
                 return type(value).__name__, list(entries.shape), *parts
         if type(value).__module__.partition(".")[0] not in PLAIN_PYTHON:
             raise TypeError(f"an object of {type(value).__qualname__} has no identity that lasts")
-        if isinstance(value, FrozenObject):  # many objects share theirs
+        if isinstance(value, FrozenObject):  # many objects share one
             if id(value) not in self._frozen:
                 self._frozen[id(value)] = value, self._parts(value)
             return self._frozen[id(value)][1]
@@ -161,7 +163,7 @@ class _Identity:
         kind = type(value)
         if kind not in (*ARRAYS, value.dtype.type):
             raise TypeError(f"an array of {kind.__qualname__} has no identity that lasts")
-        # Products depend on the order in memory, in their last bits; `str` names no fields.
+        # The last bits of products depend on the order in memory. `dtype.str` names no fields.
         return kind.__name__, repr(value.dtype), value.shape, value.strides, value.tobytes()
 
     def _parts(self, value: object) -> object:
@@ -173,12 +175,12 @@ KINDS = ("ensembles", "nodes", "networks", "connections", "probes")
 
 
 def _function_of(obj: nengo.Node | nengo.Connection) -> object:
-    """Return what a node or a connection calls, if it calls anything."""
+    """Return the output of a node or the function of a connection, which may be no function."""
     return obj.output if isinstance(obj, nengo.Node) else obj.function
 
 
 def _names(kind: type, settings: ClassParams) -> list[str]:
-    """Return the settings of a class, but for those that a compile adds and nobody has changed."""
+    """Return the settings of a class, except settings that a compile adds and nobody changed."""
     added = _added().get(kind, {})
     return [
         name
@@ -223,4 +225,4 @@ def _state(value: object) -> list[tuple[str, object]]:
 
 
 OF_FROZEN = ("_paramdict", "_FrozenObject__argreprs")
-"""Attributes of Nengo's frozen objects beside their parameters: they decide nothing."""
+"""Attributes of Nengo's frozen objects that are not parameters and decide nothing."""

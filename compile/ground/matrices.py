@@ -1,4 +1,4 @@
-"""Transforms of connections as matrices, and such matrices within those of whole objects."""
+"""Transforms of connections as matrices, also placed within the matrices of whole objects."""
 
 from typing import TypeAlias
 
@@ -26,11 +26,11 @@ def full(transform: Matrix, size: int) -> np.ndarray:
 
 
 def placed(matrix: np.ndarray, rows: np.ndarray, size: int) -> np.ndarray:
-    """Return the rows of a matrix (n, columns) at n rows of one of zeros, (size, columns).
+    """Place the rows of a matrix (n, columns) at n rows of a matrix of zeros, (size, columns).
 
-    Rows that are placed at the same add up, as in Nengo where a slice has an entry twice.
+    Rows with the same place add up, as in Nengo if a slice has an entry twice.
     """
     whole = np.zeros((size, matrix.shape[1]))
-    # Assignment would keep the last of several.
+    # An assignment would keep only the last of these.
     np.add.at(whole, rows, matrix)
     return whole

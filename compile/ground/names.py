@@ -1,7 +1,7 @@
 """Names for Nengo objects that are the same in every process.
 
-Nengo's own ``str`` falls back to memory addresses for objects without a label; these do not. They
-can be printed anywhere: control characters of labels are escaped.
+Nengo's own ``str`` falls back to memory addresses for objects without a label; these names do not.
+They can be printed anywhere: control characters of labels are escaped.
 """
 
 from collections import Counter
@@ -18,7 +18,7 @@ from spikeport.errors import printable
 Named: TypeAlias = NengoObject | nengo.Network
 """An ensemble, node, connection or probe, or a network of them."""
 End: TypeAlias = NengoObject | Neurons | ObjView | LearningRule
-"""An end of a connection, or what a probe records of."""
+"""An end of a connection, or an object that a probe records from."""
 
 
 class Names:
@@ -49,14 +49,14 @@ class Names:
         return self._name(base(obj))
 
     def with_ends(self, obj: Named) -> tuple[str, ...]:
-        """Return the name of an object, and those of the ends that a connection has."""
+        """Return the name of an object and, if it is a connection, the names of its ends."""
         ends = (obj.pre_obj, obj.post_obj) if isinstance(obj, nengo.Connection) else ()
         return (self[obj], *(self[end] for end in ends if base(end) in self))
 
     def known(self, obj: Named) -> str:
         """Return the name that an object has already, or an empty text.
 
-        Other ways of asking give a name to what has none, which numbers later names anew.
+        Indexing would name an object without a name, which changes the numbers in later names.
         """
         return self._names.get(obj, "")
 
@@ -88,13 +88,13 @@ class Names:
         obj = base(obj)
         if isinstance(obj, nengo.Connection):
             return self._name(obj)
-        # The builder adds only the ends of its read-outs by itself; those have no name.
+        # Only ends that the builder adds have no name, and it adds them for read-outs alone.
         return self._names.get(obj, "read-out")
 
     def _unique(self, name: str) -> str:
         name = printable(name)
         self._taken[name] += 1
-        # A label may itself look like a numbered one.
+        # A label may itself look like a numbered name.
         return name if self._taken[name] == 1 else self._unique(f"{name}#{self._taken[name]}")
 
 

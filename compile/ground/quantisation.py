@@ -14,7 +14,7 @@ from nengo_loihi.block import LoihiBlock, SynapseConfig
 from spikeport.constants import DECAY_UNITS
 
 ROUNDED = ("vth", "decay_u", "decay_v")
-"""Constants of neurons that the discretiser rounds, beside the bias."""
+"""Constants of neurons that the discretiser rounds, besides the bias."""
 
 
 class BlockNeurons(NamedTuple):
@@ -67,7 +67,7 @@ def block_values(block: LoihiBlock) -> BlockValues:
 
 
 def restored_block(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
-    """Return the integers of a discretised block, divided by the scales they were made with."""
+    """Return the integers of a discretised block, divided by their scales."""
     info, comp = block.discretize_info, block.compartment
     scale = np.broadcast_to(
         info["w_scale"] * SynapseConfig.get_scale(info["w_exp"]), block.n_neurons
@@ -107,7 +107,7 @@ def _integers(block: LoihiBlock) -> list[np.ndarray]:
 
 
 def _joined(rows: list[np.ndarray]) -> np.ndarray:
-    """Return rows after each other: they may be many, and short."""
+    """Return rows laid end to end."""
     return _flat([row.ravel() for row in rows])
 
 

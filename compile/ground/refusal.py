@@ -1,4 +1,4 @@
-"""Refusals by nengo-loihi's builder as our errors, and its warnings passed on.
+"""Refusals by nengo-loihi's builder, raised as our errors, and its warnings, passed on.
 
     CompileError
     └── RefusedError (nengo's BuildError)        the builder or discretiser refuses the network
@@ -6,7 +6,7 @@
     UsageError
     └── ArgumentError (nengo's ValidationError)  an argument of a compile or simulator is not valid
 
-Each is Nengo's error of that kind too, so that code written for Nengo catches it.
+Each error is also the error of Nengo in brackets, so that code written for Nengo catches it.
 """
 
 import contextlib
@@ -23,7 +23,7 @@ from nengo.exceptions import BuildError, NengoException, ValidationError
 from spikeport.errors import CompileError, UsageError, printable
 
 MOST_NAMED = 3
-"""Objects that are named with a warning; of others the number."""
+"""The most objects that are named with a warning; further objects are only counted."""
 CYCLES = "Input graph has cycles"
 """Nengo's words for loops of connections without a synapse; they name no object."""
 CYCLE_CURE = (
@@ -32,22 +32,23 @@ CYCLE_CURE = (
 )
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 TURN = threading.RLock()
-"""Held while a compile changes what all threads share: warning filters, nengo-loihi's modules."""
-# A child has the forking thread alone: it would wait for ever for a compile in another one.
+"""A lock that a compile holds while it changes state of all threads: warning filters, nengo-loihi's
+modules."""
+# A forked child has one thread: it would wait for ever for a lock that another thread held.
 os.register_at_fork(before=TURN.acquire, after_in_parent=TURN.release, after_in_child=TURN.release)
 
 
 class RefusedError(CompileError, BuildError):
-    """The error of a network that Nengo's builder, nengo-loihi's, or its discretiser refuses.
+    """The error of a network that Nengo's builder or nengo-loihi's builder or discretiser refuses.
 
     Attributes
     ----------
     about : tuple of str
-        The names of the objects that are refused, and of the ends of those that are connections.
+        The names of the objects that are refused, and of the ends of connections among them.
     advice : str
         A last line of the message, on what else may help.
     everywhere : bool
-        True if it would be refused on the host and rewritten, too.
+        True if the network would also be refused on the host, or rewritten.
     """
 
     about: tuple[str, ...] = ()
@@ -55,7 +56,7 @@ class RefusedError(CompileError, BuildError):
     everywhere: bool = False
 
     def __str__(self) -> str:
-        """Return message and advice; of a parameter, the message names object and attribute."""
+        """Return message and advice; the message itself names a parameter's object and attribute."""
         return "\n".join(filter(None, (Exception.__str__(self), self.advice)))
 
 
@@ -75,7 +76,7 @@ class ArgumentError(UsageError, ValidationError):
 def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError:
     """Return the error for a refusal by a builder, often an assertion without text.
 
-    ``about`` holds the name of the object that is refused, then those of its ends.
+    ``about`` holds the name of the object that is refused, then the names of its ends.
     """
     everywhere = _is_nengos(error)
     message = (
@@ -95,11 +96,11 @@ def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError
 
 
 def _is_nengos(error: Exception) -> bool:
-    """Return whether Nengo's own code, or a user's that it called, raised an error.
+    """Return whether Nengo's own code, or user code that Nengo called, raised an error.
 
-    The host would refuse the same, whatever is on the chip. nengo-loihi has copies of Nengo's
-    builders of ensembles and decoders, with the same checks. An object that it makes in place of a
-    passthrough node is its own, whoever refuses it.
+    The host would raise the same error, whatever is on the chip. nengo-loihi's copies of Nengo's
+    builders of ensembles and decoders have the same checks, and count as Nengo's. Objects that
+    nengo-loihi makes in place of passthrough nodes are its own, whichever code refuses them.
     """
     frames = [frame for frame, _ in traceback.walk_tb(error.__traceback__)]
     names = [(one.f_globals.get("__name__", ""), one.f_code.co_name) for one in frames]
@@ -109,7 +110,7 @@ def _is_nengos(error: Exception) -> bool:
         (name for name in reversed(names) if name[0].startswith(("nengo.", "nengo_loihi."))),
         ("", ""),
     )
-    # These say what a builder lacks, nengo-loihi's as well.
+    # These modules raise for objects that a builder lacks, which may be nengo-loihi's builder.
     lacks = module in ("nengo.builder.builder", "nengo.builder.probe")
     return (module.startswith("nengo.") and not lacks) or function in (
         "get_gain_bias",
@@ -120,7 +121,7 @@ def _is_nengos(error: Exception) -> bool:
 
 @contextlib.contextmanager
 def refused_in_float() -> Iterator[None]:
-    """Turn what ordinary Nengo raises while it builds a network into a refusal in words."""
+    """Turn an error of ordinary Nengo, while it builds a network, into a refusal in words."""
     try:
         yield
     except NengoException as error:
@@ -136,13 +137,13 @@ def refused_in_float() -> Iterator[None]:
 
 
 def concerning(about: tuple[str, ...], error: RefusedError) -> RefusedError:
-    """Return an error, with the names of what it is about."""
+    """Return an error, with the names of the objects that it is about."""
     error.about = tuple(about)
     return error
 
 
 def reason_of(error: Exception) -> str:
-    """Return the words of an error; of an assertion without any, the line that failed."""
+    """Return the text of an error or, for an assertion without text, the line that failed."""
     reason = printable(without_addresses(error))
     if not reason:
         where = traceback.extract_tb(error.__traceback__)[-1]
@@ -158,7 +159,7 @@ def without_addresses(message: Exception | Warning | str) -> str:
 
 
 class Notices:
-    """Warnings on the way through a network, each with the objects it is about.
+    """Warnings of a compile, each with the object that it is about.
 
     Attributes
     ----------
@@ -172,7 +173,7 @@ class Notices:
 
     @contextlib.contextmanager
     def about(self, name: str) -> Iterator[None]:
-        """Attribute the warnings of a block of code to an object, unless they have one already."""
+        """Attribute warnings of a block of code to an object, unless they belong to one already."""
         before = len(self.caught)
         try:
             yield
@@ -181,7 +182,7 @@ class Notices:
                 self._objects.setdefault(number, name)
 
     def by_text(self) -> dict[str, warnings.WarningMessage]:
-        """Return the first warning of each text, by that text and the objects that it is about."""
+        """Return the first warning of each text, by this text and the objects that it is about."""
         first: dict[str, warnings.WarningMessage] = {}
         objects: dict[str, dict[str, None]] = defaultdict(dict)
         for number, one in enumerate(self.caught):
@@ -205,7 +206,7 @@ def _with_objects(text: str, objects: list[str]) -> str:
 
 
 _OPEN: list[Notices] = []
-"""The collections under way, the innermost last; `TURN` is held while there is one."""
+"""The collections under way, the innermost last; `TURN` is held while there is any."""
 
 
 @contextlib.contextmanager
@@ -227,15 +228,15 @@ def collected_warnings() -> Iterator[Notices]:
 
 @contextlib.contextmanager
 def ignored_warnings() -> Iterator[None]:
-    """Drop the warnings of a trial: the compile of what is chosen has its own."""
+    """Drop the warnings of a trial compile: the compile of the choice issues its own."""
     with TURN, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
 
 
 def warnings_about(name: str) -> contextlib.AbstractContextManager[None]:
-    """Return a context in which warnings are about an object; the innermost context counts.
+    """Return a context that attributes warnings to an object; the innermost context counts.
 
-    An empty name attributes them to none.
+    An empty name attributes them to no object.
     """
     return _OPEN[-1].about(name) if _OPEN and name else contextlib.nullcontext()

@@ -1,4 +1,4 @@
-"""A network on its way through the network passes, and what became of its objects."""
+"""A network on its way through the network passes, and the replacements of the user's objects."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -41,10 +41,10 @@ class Piece:
 class Rewrite:
     """A network and its relation to the one that the user wrote.
 
-    Objects that a pass need not change are in its network themselves, never altered. ``stand_ins``
-    maps the user's probes to those that record the same here; ``built`` maps the user's ensembles
-    and connections that are here no longer to what Nengo built of them. Objects that appear in
-    neither are still themselves.
+    A pass puts objects that it need not change into its network as they are, and never alters them.
+    ``stand_ins`` maps the user's probes to the probes that record the same here; ``built`` maps the
+    user's ensembles and connections that are no longer here to what Nengo built for them. Objects
+    in neither mapping are themselves in this network.
 
     Attributes
     ----------
@@ -57,10 +57,10 @@ class Rewrite:
     seeds : mapping of Nengo objects to int
         The seeds that Nengo would draw for objects in their old place.
     pieces : mapping of nengo.Ensemble to Piece
-        The ensembles of the network that are one piece each of an ensemble that was cut.
+        The ensembles of the network that are pieces of an ensemble that was cut.
     input_weight : float, optional
-        The value that a spike of the host in every step stands for, where its neurons are silent at
-        zero; None: they are nengo-loihi's.
+        The value that a spike in every step from the host stands for, if the host's neurons are
+        silent at zero; None: they are nengo-loihi's.
     members : mapping of str to tuple of str
         The names of the user's ensembles that each fused ensemble is made of, by its name.
     """
@@ -75,7 +75,7 @@ class Rewrite:
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def all_seeds(self) -> dict[Named, int]:
-        """Return the seed of every object; 0 stands in for a network's where it has none."""
+        """Return the seed of every object; a network without a seed counts as seeded with 0."""
         network = self.network
         seeds = {**self.seeds}
         seeds.setdefault(network, 0 if network.seed is None else network.seed)
@@ -93,9 +93,9 @@ class Rewrite:
     ) -> "Rewrite":
         """Return the rewrite that follows this one.
 
-        Stand-ins of stand-ins stand in for the user's own probes. ``pieces`` are those among the
-        new ensembles; ensembles that stay in the network remain the pieces they were. ``members``
-        are the names of the user's ensembles that are fused in new ones.
+        A stand-in of a stand-in stands in for the user's own probe. ``pieces`` are the pieces among
+        the new ensembles; ensembles that stay in the network remain the pieces they were.
+        ``members`` are the names of the user's ensembles that each new ensemble fuses.
         """
         users = {probe: stand_ins.get(now, now) for probe, now in self.stand_ins.items()}
         known = set(self.stand_ins.values())
@@ -119,11 +119,12 @@ class Rewrite:
     def users_names(self, ensemble: nengo.Ensemble) -> tuple[str, ...]:
         """Return the names of the user's ensembles that an ensemble stands for.
 
-        They are its own, that of the ensemble it is a piece of, or those of the ones fused in it.
+        These are its own name, the name of the ensemble that it is a piece of, or the names of the
+        ensembles that are fused in it.
         """
         piece = self.pieces.get(ensemble)
         return self.unfused([self.names[ensemble] if piece is None else piece.owner])
 
     def unfused(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Return names of objects, with those of its members in place of a fused ensemble's."""
+        """Return names of objects, with a fused ensemble's name replaced by its members' names."""
         return tuple(one for name in names for one in self.members.get(name, (name,)))

@@ -1,4 +1,4 @@
-"""The part of a network that is meant for the chip, and what of it nengo-loihi can build."""
+"""The part of a network that is meant for the chip, and the objects that nengo-loihi can build."""
 
 from collections.abc import Iterator
 
@@ -36,12 +36,12 @@ class Scope:
         self.network = network
         self.names = names
         config = network.config[nengo.Ensemble]
-        # A network without `add_params` has no such setting.
+        # The setting exists only after `add_params`.
         self._switchable = "on_chip" in config._extra_params
         self._ends_of_learning = set(_ends_of_learning(network))
 
     def on_chip(self, obj: End) -> bool:
-        """Return whether an object is meant for the chip: its ensemble, or events of a file."""
+        """Return whether an object's ensemble, or a node with events of a file, is for the chip."""
         ensemble = base(obj)
         if isinstance(ensemble, nengo.Node):
             return isinstance(ensemble.output, ChipProcess)
@@ -58,14 +58,14 @@ class Scope:
         return ""
 
     def in_chip_units(self, probe: nengo.Probe) -> bool:
-        """Return whether a probe records integers of the chip, which float Nengo has not."""
+        """Return whether a probe records integers of the chip, which float Nengo does not have."""
         return probe.attr in STATE and isinstance(probe.obj, Neurons) and self.on_chip(probe.obj)
 
     def reaches_part(self, connection: nengo.Connection) -> bool:
         """Return whether a connection ends in a part of an ensemble on the chip.
 
-        Full weights between ensembles on the chip are none: nengo-loihi solves them for the part by
-        itself.
+        Full weights between ensembles on the chip do not count: nengo-loihi solves them for the
+        part by itself.
         """
         part = connection.post_slice
         if isinstance(part, slice) and part == slice(None):
@@ -74,14 +74,14 @@ class Scope:
         return self.on_chip(connection.post_obj) and not solved
 
     def repeats_spikes(self, connection: nengo.Connection) -> bool:
-        """Return whether a slice on the chip has a source of spikes more than once."""
+        """Return whether a connection on the chip reads a source of spikes more than once."""
         pre, post = connection.pre_obj, connection.post_obj
         if isinstance(pre, nengo.Ensemble) or not reads_twice(connection):
             return False
         return self.on_chip(pre) and self.on_chip(post)
 
     def from_host_neurons(self) -> Iterator[nengo.Connection]:
-        """Yield the connections from neurons on the host to what is on the chip."""
+        """Yield the connections from neurons on the host to objects on the chip."""
         for connection in self.network.all_connections:
             from_host = isinstance(connection.pre_obj, Neurons) and not self.on_chip(
                 connection.pre_obj
@@ -112,7 +112,7 @@ def probeable(obj: object) -> tuple[str, ...]:
 
 
 def source_rows(connection: nengo.Connection) -> np.ndarray:
-    """Return the entries of its whole source that a connection reads, (n,)."""
+    """Return the entries of a connection's source that it reads, (n,)."""
     rows: np.ndarray = np.arange(connection.pre_obj.size_out)[connection.pre_slice]
     return rows
 
@@ -126,7 +126,7 @@ def reads_twice(connection: nengo.Connection) -> bool:
 
 
 def target_rows(connection: nengo.Connection) -> np.ndarray:
-    """Return the entries of its whole target that a connection's values go to, (size_out,)."""
+    """Return the entries of a connection's target that its values go to, (size_out,)."""
     rows: np.ndarray = np.arange(connection.post_obj.size_in)[connection.post_slice]
     return rows
 
@@ -139,7 +139,7 @@ def neurons_read(probe: nengo.Probe) -> np.ndarray:
 
 
 def in_full(connection: nengo.Connection) -> bool:
-    """Return whether a connection's values go to all entries of its target, in their order."""
+    """Return whether a connection's values go to all entries of its target, in order."""
     return np.array_equal(target_rows(connection), np.arange(connection.post_obj.size_in))
 
 

@@ -20,7 +20,7 @@ OURS = ("decode_path", "target_filter_s")
 OPTIONS = {nengo.Ensemble: ("block_shape", "on_chip"), nengo.Connection: ("pop_type", *OURS)}
 """The options of ensembles and connections."""
 UNSET = (None, "auto")
-"""Values that are as good as none."""
+"""Values that count as not set."""
 
 
 def add_params(network: nengo.Network) -> None:
@@ -34,8 +34,8 @@ def add_params(network: nengo.Network) -> None:
     relay of ``"onoff"`` or ``"preset10"``; None: as nengo-loihi filters. The pass ``decode_path``
     sets it.
 
-    `NetworkSettings` says in which network's config an option is read; one that is set elsewhere is
-    refused (SP019).
+    `NetworkSettings` says in which network's config an option is read; an option that is set
+    elsewhere is refused (SP019).
     """
     nengo_loihi.add_params(network)
     connections = network.config[nengo.Connection]
@@ -50,15 +50,15 @@ def set_defaults() -> None:
     """Change Nengo's defaults to nengo-loihi's: rates, intercepts and voltages that suit the chip.
 
     Ensembles fire at 100 to 120 Hz at most, with intercepts from -1 to 0.5; all voltages begin at
-    zero. It holds for all networks that this process builds afterwards.
+    zero. The change holds for all networks that this process builds afterwards.
     """
     nengo_loihi.set_defaults()
 
 
 class Unread(NamedTuple):
-    """A setting in the config of a network where it is not read, and where it would be.
+    """A setting in a network's config where it is not read, and the network where it would be read.
 
-    It is that of an object, or of all ensembles of a network.
+    It is a setting of an object, or of all ensembles of a network.
     """
 
     obj: NengoObject | nengo.Network
@@ -70,8 +70,9 @@ class Unread(NamedTuple):
 class NetworkSettings:
     """The settings of a network's objects.
 
-    nengo-loihi reads ``on_chip`` in the config of the outermost network, and the others in that of
-    the network that holds an object; ours are read there first, and then in those around it.
+    nengo-loihi reads ``on_chip`` in the config of the outermost network, and its other options in
+    the config of the network that holds the object. Our options are read there first, then in the
+    networks around it.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ class NetworkSettings:
     def unread(self) -> Iterator[Unread]:
         """Yield the settings that are in configs where nothing reads them.
 
-        One that is equal to the setting that is read is none of them: nothing is lost.
+        A setting that equals the setting that is read is left out: nothing is lost.
         """
         for net in self._networks:
             for obj, name, value in _set_options(net):
@@ -120,7 +121,7 @@ class NetworkSettings:
     def copy(
         self, obj: NengoObject, network: nengo.Network, onto: NengoObject | None = None
     ) -> None:
-        """Give an object, or one that replaces it, the same settings in another network."""
+        """Copy the settings of an object into another network, for it or for its replacement."""
         for name in _options(obj):
             if (value := self.get(obj, name)) is not None:
                 setattr(network.config[onto or obj], name, value)
