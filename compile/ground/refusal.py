@@ -56,7 +56,7 @@ class RefusedError(CompileError, BuildError):
     everywhere: bool = False
 
     def __str__(self) -> str:
-        """Return message and advice; the message itself names a parameter's object and attribute."""
+        """Return message and advice; the message already names the object and attribute."""
         return "\n".join(filter(None, (Exception.__str__(self), self.advice)))
 
 

@@ -48,8 +48,8 @@ from spikeport.errors import ImageError
 class ChipImage:
     """A compiled network for one chip.
 
-    The tables are those of `spikeport.compile.image.tables`, where each of their arrays is
-    described. Two images are equal when their digests are. A changed image is a new one:
+    `spikeport.compile.image.tables` describes the tables and each of their arrays. Two images are
+    equal if their digests are equal. To change an image, make a new one:
     ``dataclasses.replace(image, blocks=...)``.
     """
 
@@ -135,7 +135,7 @@ class ChipImage:
 
     @property
     def cores(self) -> tuple[str, ...]:
-        """Names of the cores: those of a core's first blocks, and how many more it has."""
+        """Names of the cores: the labels of a core's first blocks, and the number of its others."""
         names: list[list[str]] = [[] for _ in range(self.n_cores)]
         for core, block in zip(self.blocks.core, self.manifest.blocks, strict=True):
             names[core].append(block.label)
@@ -181,7 +181,7 @@ class ChipImage:
         """SHA-256 over manifest and arrays, in hexadecimal."""
         state = hashlib.sha256(self.manifest.to_json())
         for name, array in self.arrays.items():
-            # Name, type and shape too: equal bytes may be other numbers.
+            # Name, type and shape too: equal bytes may stand for different numbers.
             state.update(f"{name} {array.dtype.str} {array.shape}".encode())
             state.update(array.data)
         return state.hexdigest()
@@ -204,9 +204,9 @@ class ChipImage:
 
     @functools.cached_property
     def checked(self) -> "ChipImage":
-        """The image itself, once all of its numbers point at something that exists.
+        """The image itself, after a check that all of its numbers point at something that exists.
 
-        Kernels follow the numbers of an image without looking: whatever runs one asks for this.
+        Kernels follow the numbers of an image without a check, so code that runs one uses this.
 
         Raises
         ------
@@ -232,7 +232,7 @@ class ChipImage:
 
     @classmethod
     def from_bytes(cls, content: bytes) -> "ChipImage":
-        """Return the image in the content of a file; ImageError as of `load`."""
+        """Return the image in the content of a file; raises ImageError as `load` does."""
         return cls._of(*files.parse(content))
 
     @classmethod

@@ -1,8 +1,8 @@
-"""The ways of spikes: the one walk over routes, axons and rows that all counts and kernels share.
+"""The paths of spikes: one walk over routes, axons and rows, which all counts and kernels share.
 
 Sources are all compartments of an image, followed by the spiking sources of its inputs. A spike of
-a source takes each of the source's routes that has an output axon for it. There it reaches an input
-axon, which adds a row of weights, read for one atom, to compartments of a block.
+a source takes each of the source's routes that has an output axon for the source. At the end of the
+route it reaches an input axon, which adds one atom's weights in a row to compartments of a block.
 """
 
 import itertools
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class Deliveries(NamedTuple):
-    """The ways that spikes can take, route by route, in each by source; arrays of (n,).
+    """The paths that spikes can take, route by route, and by source in a route; arrays of (n,).
 
     Attributes
     ----------
     source : array
         The source, counted through compartments and inputs.
     route, group : array
-        Its route, and the group of synapses that the route leads to.
+        The source's route, and the group of synapses that the route leads to.
     axon, row : array
         The input axon and the row of weights, counted through all groups.
     atom : array
@@ -40,12 +40,12 @@ class Deliveries(NamedTuple):
     atom: np.ndarray
 
     def of(self, chosen: np.ndarray | slice) -> "Deliveries":
-        """Return some of the ways, by number, mask or slice."""
+        """Return some of the paths, by number, mask or slice."""
         return Deliveries(*(array[chosen] for array in self))
 
 
 def deliveries(image: "ChipImage") -> Deliveries:
-    """Return every way that a spike can take to an input axon."""
+    """Return every path that a spike can take to an input axon."""
     routes, groups = image.routes, image.groups
     sizes = np.diff(routes.start)
     used = np.flatnonzero(image.out_axons.axon >= 0)
@@ -74,7 +74,7 @@ def _first_sources(image: "ChipImage") -> np.ndarray:
 
 
 def row_lengths(image: "ChipImage") -> np.ndarray:
-    """Return the number of synapses a spike reads in each row, those of one atom, (n_rows,)."""
+    """Return the number of synapses that a spike reads in each row, for one atom, (n_rows,)."""
     result: np.ndarray = np.diff(image.rows.start) // image.rows.atoms
     return result
 
@@ -93,10 +93,10 @@ class Reached(NamedTuple):
 def synapses_of(image: "ChipImage") -> Iterator[Reached]:
     """Yield the synapses that spikes of each route read, one route after the other.
 
-    Held all at once, they could be many more than the image stores, since axons share rows.
+    In memory all at once, they could be many more than the image stores, since axons share rows.
     """
     ways = deliveries(image)
-    # An axon without a base has no weights: the spike is sent, and read by nothing.
+    # An axon without a base has no weights: the spike is sent, but reads nothing.
     ways = ways.of(image.in_axons.base[ways.axon] >= 0)
     ends = np.searchsorted(ways.route, np.arange(len(image.routes) + 1))
     lengths = row_lengths(image)

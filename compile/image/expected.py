@@ -33,8 +33,8 @@ class Rates:
     """Mean firing rates, in Hz: ``all_hz`` of everything that ``by_name_hz`` does not name.
 
     Names are those of ensembles (or of connections, for the neurons that relay them), and ``host``
-    for the spikes that come in from the host. If that is not named, sources that encode values
-    spike as often as `mean_rate_hz` says. Read-outs do not spike.
+    for the spikes that come in from the host. If ``host`` is not named, sources that encode values
+    spike at the rate of `mean_rate_hz`. Read-outs do not spike.
     """
 
     all_hz: float = 0.0
@@ -47,8 +47,8 @@ def expected_activity(image: ChipImage, rates: Rates) -> Activity:
     Raises
     ------
     UsageError
-        A rate is negative, not finite, or faster than a spike in every step, or its name is not
-        that of a block.
+        A rate is negative, not finite, or faster than a spike in every step, or no block has its
+        name.
     """
     spikes = source_rates(image, rates) * image.manifest.dt_s
     n, reached = image.n_compartments, reach(image)
@@ -81,7 +81,7 @@ def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
     named = [rates.by_name_hz.get(name, rates.all_hz) for name in module_of_blocks(image)]
     inputs = [np.full(e.size, _host_hz(e.encoding, image, rates)) for e in image.manifest.inputs]
     of_sources = np.concatenate([np.repeat(named, sizes), *inputs])
-    # They hold values, and do not spike, whatever the rate of their module.
+    # Read-outs hold values, and do not spike, whatever the rate of their module.
     of_sources[image.readouts] = 0
     return of_sources
 
@@ -91,7 +91,7 @@ def _host_hz(encoding: Encoding, image: ChipImage, rates: Rates) -> float:
     if HOST in rates.by_name_hz:
         return rates.by_name_hz[HOST]
     if encoding.kind == "spikes":
-        return rates.all_hz  # nothing says how often they come
+        return rates.all_hz  # their rate is not known otherwise
     return mean_rate_hz(encoding, image.manifest.dt_s)
 
 
@@ -108,7 +108,7 @@ def _check(image: ChipImage, rates: Rates) -> None:
 
 
 def _learning_updates(image: ChipImage) -> np.ndarray:
-    """Return the weights on each core that learning updates in the mean of steps, (1, n_cores)."""
+    """Return the mean number of weights that learning updates in a step, by core, (1, n_cores)."""
     groups, learns = image.groups, np.flatnonzero(image.learns)
     weights = np.diff(image.rows.start[groups.row_start])[learns]
     epoch = groups.learning[learns, image.manifest.learning.index("learn_epoch")]
@@ -128,7 +128,7 @@ def _active(image: ChipImage, spikes: np.ndarray) -> np.ndarray:
     """Return the compartments whose update is active, (n_compartments,)."""
     ways = deliveries(image)
     reached = np.zeros(image.n_blocks, dtype=bool)
-    # A block is rated as a whole: rates say nothing of the synapses that a spike reads.
+    # A block counts as a whole: rates do not tell which synapses a spike reads.
     reached[image.groups.block[ways.group[spikes[ways.source] > 0]]] = True
     spiking = spikes[: image.n_compartments] > 0
     result: np.ndarray = reached[image.compartment_block] | (image.compartments.bias != 0) | spiking

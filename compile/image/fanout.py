@@ -1,4 +1,4 @@
-"""Costs of one spike of every source where it arrives."""
+"""Costs of one spike of every source, on the cores where it arrives."""
 
 from typing import NamedTuple
 
@@ -18,14 +18,14 @@ class Fanout(NamedTuple):
 
 
 class Reach(NamedTuple):
-    """Every source and destination core that its spikes reach, each pair once; arrays of (n,).
+    """Pairs of a source and a core that its spikes reach, each pair once; arrays of (n,).
 
     Attributes
     ----------
     source, core : array
         The source and the core; pairs are in order of the source, then of the core.
     synaptic_operations : array
-        Synapses that a spike reads there.
+        Synapses that a spike of the source reads on the core.
     """
 
     source: np.ndarray
@@ -34,7 +34,7 @@ class Reach(NamedTuple):
 
 
 def reach(image: ChipImage) -> Reach:
-    """Count what a spike of every source costs, for the cores alone that it reaches."""
+    """Count the cost of a spike of every source, on each core that it reaches."""
     ways = deliveries(image)
     pairs, number = np.unique(
         ways.source * image.n_cores + image.group_core[ways.group], return_inverse=True
@@ -60,6 +60,6 @@ def all_operations(image: ChipImage) -> int:
 
 
 def _read(image: ChipImage, ways: Deliveries) -> np.ndarray:
-    """Return the synapses that a spike reads on each of its ways."""
+    """Return the number of synapses that a spike reads on each of its paths."""
     has_base = image.in_axons.base[ways.axon] >= 0
     return np.where(has_base, row_lengths(image)[ways.row], 0)

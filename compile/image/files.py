@@ -1,8 +1,8 @@
 """The file of an image: a zip archive of NumPy's arrays, and a header of JSON.
 
-A file comes from anywhere. Nothing of it is believed before it is compared with what the archive
-holds: an array is as large as its bytes, and an archive that inflates out of all proportion is not
-inflated at all.
+A file may come from anywhere, so nothing in it is trusted before it is checked against the archive:
+an array must be as large as its bytes, and an archive that would inflate out of all proportion is
+not inflated at all.
 """
 
 import io
@@ -24,9 +24,9 @@ from spikeport.reading.text import TEXT_BYTES
 
 HEADER = "header"
 SMALL_BYTES = 64 << 20
-"""Size to which any archive may inflate: arrays of zeros take next to nothing in a file."""
+"""Size to which any archive may inflate, since arrays of zeros take next to no room in a file."""
 MOST_RATIO = 100
-"""Ratio to which a larger archive may inflate. Images of networks stay below 30."""
+"""The largest ratio by which a larger archive may inflate. Images of networks stay below 30."""
 FILE_BYTES = 2 << 30
 """Size of the largest file that is read: the images of a hundred full chips."""
 DAMAGED = "not a chip image, or truncated or altered"
@@ -50,7 +50,7 @@ def read(path: Path) -> tuple[Header, dict[str, np.ndarray]]:
     Raises
     ------
     ImageError
-        If it is missing or not a file of `write`.
+        If the file is missing, or was not made by `write`.
     """
     try:
         return parse(read_bytes(path, FILE_BYTES))
@@ -66,7 +66,7 @@ def parse(content: bytes) -> tuple[Header, dict[str, np.ndarray]]:
         return _parse(content)
     except ImageError:
         raise
-    except Exception:  # a mismatch, or whatever NumPy makes of foreign bytes
+    except Exception:  # a mismatch, or any error that NumPy raises at foreign bytes
         raise ImageError(DAMAGED) from None
 
 
@@ -82,14 +82,14 @@ def _parse(content: bytes) -> tuple[Header, dict[str, np.ndarray]]:
     def array(name: str, limit: int = most) -> np.ndarray:
         return _array(io.BytesIO(archive.read(f"{name}.npy", limit)), name)
 
-    # First of all the header: of another schema, the arrays may be others too.
+    # The header first: an image of another schema may have other arrays.
     header = read_header(array(HEADER, TEXT_BYTES).tobytes())
     names = [name.removesuffix(".npy") for name in archive.names]
     return header, {name: array(name) for name in names if name != HEADER}
 
 
 def _array(stream: IO[bytes], name: str) -> np.ndarray:
-    """Return an array of the layout, after its type and size were compared with its bytes."""
+    """Return an array, after a check of its type with the layout and its size with its bytes."""
     if npy.read_magic(stream) != (1, 0):
         raise ImageError(DAMAGED)
     shape, in_fortran_order, dtype = npy.read_array_header_1_0(stream)

@@ -1,8 +1,8 @@
 """The traffic of an image with its host: spikes and learning errors in, values and spikes back.
 
-Outputs are packed as nengo-loihi's snips do it. Each chip sends a word for the number of the step,
-also where nothing on it is read, a word for each current and voltage that is, and a word for 32
-spikes of compartments at even distances.
+Outputs are packed as by nengo-loihi's snips. Each chip sends a word with the number of the step,
+even if nothing on the chip is read, a word for each current and voltage that is read, and a word
+for 32 spikes of evenly spaced compartments.
 
 Source: nengo-loihi 1.1.0, hardware/interface.py, ``Snips.__init__`` and
 ``ChipSnips.prepare_for_probe``.
@@ -20,12 +20,12 @@ from spikeport.hardware_models.host_io import HostTraffic
 from spikeport.hardware_models.topology import chip_of, chips_used
 
 SPIKED = "spiked"
-"""The state of a compartment that is a bit; the others are values."""
+"""The state of a compartment that is a bit; its other states are values."""
 SPIKES_A_WORD = 32
 
 
 def host_traffic(image: ChipImage, chip: ChipModel) -> HostTraffic:
-    """Return what crosses between host and chips in each step."""
+    """Return the traffic between host and chips in a step."""
     entries, dt_s = image.manifest.inputs, image.manifest.dt_s
     read = list(_segments(image))
     return HostTraffic(
@@ -45,7 +45,7 @@ def mean_rate_hz(encoding: Encoding, dt_s: float) -> float:
 
     .. math:: r = \frac{1}{2} \int_{-1}^{1} \min(\max(gain\, x + bias, 0), 1 / dt)\, dx
 
-    0 for spikes that are sent as they come.
+    The rate of spikes that are sent as they come is not known, and counts as 0.
     """
     if encoding.kind == "spikes":
         return 0.0
@@ -58,7 +58,7 @@ def mean_rate_hz(encoding: Encoding, dt_s: float) -> float:
 
 
 def _segments(image: ChipImage) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield what is read of each block: the state, and the compartments, (n,)."""
+    """Yield the state and the compartments, (n,), that are read of each block."""
     for number, entry in enumerate(image.manifest.outputs):
         mine = image.reads.compartment[part(image.outputs.start, number)]
         starts = offsets(entry.segments)
@@ -69,7 +69,7 @@ def _segments(image: ChipImage) -> Iterator[tuple[str, np.ndarray]]:
 def _words_back(
     image: ChipImage, chip: ChipModel, read: Sequence[tuple[str, np.ndarray]]
 ) -> tuple[int, ...]:
-    """Return the words that each chip sends; none if nothing crosses, and nobody need wait."""
+    """Return the words that each chip sends; none if nothing crosses: the host need not wait."""
     if not (read or image.n_inputs or _errors(image)):
         return ()
     numbers, words = chip_of(image.n_cores, chip), [1] * chips_used(image.n_cores, chip)
@@ -80,13 +80,13 @@ def _words_back(
 
 
 def _words(compartments: np.ndarray) -> int:
-    """Return the words that spikes of some compartments of a block take."""
+    """Return the number of words for the spikes of some compartments of a block."""
     steps = np.diff(compartments)
     even = len(steps) > 0 and bool(np.all(steps == steps[0]))
     return -(-len(compartments) // SPIKES_A_WORD) if even else len(compartments)
 
 
 def _errors(image: ChipImage) -> int:
-    """Return the values of learning errors: one for two compartments of a block that learns."""
+    """Return the number of learning errors: one for every two compartments of a learning block."""
     learning = np.unique(image.groups.block[image.learns])
     return int(np.diff(image.blocks.start)[learning].sum()) // 2

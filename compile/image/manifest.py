@@ -1,7 +1,7 @@
 """The manifest of an image: names and settings of its parts, as typed values.
 
-Nothing that a program needs stands in a label: what a block is, and which object of the network it
-comes from, are fields of their own.
+Programs need not parse labels: the kind of a block, and the object of the network that it comes
+from, are fields of their own.
 """
 
 import json
@@ -17,7 +17,7 @@ from spikeport.reading.text import parse_json
 
 SCHEMA = 2
 ARITHMETIC = "nengo-loihi 1.1"
-"""Name of the arithmetic by which chips compute from an image's integers; there is one so far."""
+"""The name of the arithmetic of chips on an image's integers; there is only this one so far."""
 STATE_BITS = 24
 """Bits of a current, and of a voltage, sign included. Source: nengo-loihi's discretiser."""
 
@@ -38,9 +38,9 @@ class BlockEntry:
         The name of the ensemble or connection that the compartments belong to.
     piece : tuple of (int, int)
         Number, from 0, and count of the pieces that the owner was built in; a piece that was itself
-        cut has a second pair. Empty: the whole.
+        cut has a second pair. Empty if the block is the whole owner.
     cut : tuple of (int, int)
-        The same of what an image pass made of the block as it was built.
+        Number and count, likewise, of the pieces that an image pass cut the built block into.
     """
 
     kind: Literal["ensemble", "relay", "readout"]
@@ -113,14 +113,14 @@ class InputEntry:
     Attributes
     ----------
     name : str
-        Name of the connection that crosses from the host to the chip, or of the node whose events
-        of a file do.
+        Name of the connection that crosses from the host to the chip, or of the node that sends
+        events of a file.
     size : int
         Number of sources.
     encoding : Encoding
         The encoding of values as spikes.
     filter : Filter, optional
-        The filter on the host before that; None: there is none.
+        The filter on the host before the encoding; None: there is no filter.
     """
 
     name: str
@@ -149,11 +149,11 @@ class OutputEntry:
         ``"C"`` or ``"F"``, the order of the matrix in memory, on which the rounding of a product
         depends.
     segments : tuple of int
-        Compartments of each block that is read; products are added segment by segment.
+        Number of compartments that are read of each block; products are added segment by segment.
     order : tuple of int, optional
-        The decoded value that comes first, second and so on; None: they stay.
+        The decoded value that comes first, second and so on; None: the order stays.
     filter : Filter, optional
-        The filter on the host behind it; None: there is none.
+        The filter on the host behind the decoding; None: there is no filter.
     """
 
     name: str
@@ -180,11 +180,11 @@ class Manifest:
     Attributes
     ----------
     chip : str
-        Name of the chip it was compiled for.
+        Name of the chip that the network was compiled for.
     dt_s : float
         The time step, in seconds.
     pes_error_scale : float
-        The factor of learning errors before they are rounded.
+        The factor by which learning errors are multiplied before they are rounded.
     synapse_format, learning : tuple of str
         Columns of the tables ``groups.format`` and ``groups.learning``.
     weight_bits, index_bits : tuple of int
@@ -240,7 +240,7 @@ def read_header(content: bytes) -> Header:
     Raises
     ------
     ImageError
-        If it is of another schema or arithmetic, or not as `Manifest` describes it.
+        If the header is of another schema or arithmetic, or not as `Manifest` describes it.
     """
     try:
         found = parse_json(content.decode())

@@ -6,7 +6,7 @@ from spikeport.compile.image.chip_image import ChipImage
 
 
 def module_of_blocks(image: ChipImage) -> list[str]:
-    """Return the module of each block: its owner, of which it may be a piece."""
+    """Return the module of each block: its owner. A block may be the whole module or a piece."""
     return [block.owner for block in image.manifest.blocks]
 
 
@@ -16,6 +16,6 @@ def modules(image: ChipImage) -> tuple[str, ...]:
 
 
 def by_module(image: ChipImage) -> ChipImage:
-    """Return the image as if each module had a core of its own: counts by core are by module."""
+    """Return the image with a core for each module, so that counts by core are counts by module."""
     number = {name: i for i, name in enumerate(modules(image))}
     return image.on_cores(np.array([number[name] for name in module_of_blocks(image)], dtype=int))

@@ -1,8 +1,8 @@
-"""The room that rows of weights take in a soft core, before they are written.
+"""The memory that rows of weights take in a soft core, computed before the rows are written.
 
-A row has two words of 16 bits as a header, then a word for each weight, or one for two weights
-where hardly any target is left out; see ``hardware_models/softcore/walker.v``. Weights of zero are
-left out, and such as need more than 8 bits are split into several rows.
+A row has a header of two words of 16 bits, then a word for each weight, or a word for two weights
+if its targets have hardly any gaps; see ``hardware_models/softcore/walker.v``. Weights of zero are
+left out, and weights that need more than 8 bits are split over several rows.
 """
 
 import numpy as np
@@ -11,17 +11,18 @@ from spikeport.compile.image.chip_image import ChipImage
 
 WORD_BITS, HEADER_WORDS = 16, 2
 DENSE_MOST = 1.3
-"""A row is stored without gaps if that takes at most so many entries for each weight: an entry is a
-cycle, and takes half the memory of one with a gap."""
+"""A row is stored without gaps if that takes at most this number of entries for each weight: an
+entry takes a cycle, and half the memory of an entry with a gap."""
 MOST_GAP = 255
 WEIGHT_BITS, DIGIT_BITS = 8, 7
-"""Bits of a weight, and those that a row leaves to another one where its weights need more."""
+"""Bits of a weight in one row, and the bits that each further row adds if weights need more."""
 
 
 def soft_row_bits(image: ChipImage) -> np.ndarray:
     """Return the bits of each group's rows, (n_groups,): no less than the writer takes.
 
-    Equal rows of a core are stored once; here this is known of axons with the same row and base.
+    The writer stores equal rows of a core once; this count does so for axons with the same row and
+    base alone.
     """
     words = _row_words(image)
     group = np.repeat(np.arange(len(image.groups)), np.diff(image.groups.axon_start))
@@ -70,7 +71,7 @@ def row_words(row: np.ndarray, index: np.ndarray, weight: np.ndarray, n_rows: in
 
 
 def _digits(size: np.ndarray, union: np.ndarray) -> np.ndarray:
-    """Return the rows that weights are split into, by their largest size and the bits they have."""
+    """Return the number of rows for weights, by their largest size and the union of their bits."""
     zeros = np.log2(np.maximum(union & -union, 1)).astype(np.int64)
     bits = np.ceil(np.log2((size >> zeros) + 1.0)).astype(np.int64) + 1
     digits: np.ndarray = 1 + np.maximum(-(-(bits - WEIGHT_BITS) // DIGIT_BITS), 0)

@@ -35,9 +35,9 @@ class Column(NamedTuple):
     divides : str
         The table it divides, if it is a start.
     into : str
-        The table whose rows its numbers are.
+        The table whose rows its numbers point to.
     low, high : int, optional
-        The smallest and the largest number there may be.
+        The smallest and the largest number that is allowed.
     width : str
         The list in the manifest that names its columns, if it has more than one.
     """
@@ -324,13 +324,13 @@ def flat(arrays: Sequence[np.ndarray], dtype: type = int) -> np.ndarray:
 
 
 def positions(numbers: np.ndarray, n: int) -> list[np.ndarray]:
-    """Return where each of the numbers 0 to n - 1 is in an array, ascending."""
+    """Return the positions of each of the numbers 0 to n - 1 in an array, ascending."""
     start = offsets(np.bincount(numbers, minlength=n))[: n + 1]
     return parts(start, np.argsort(numbers, kind="stable"))
 
 
 def ranges(begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:
-    """Return ranges of these sizes from these beginnings on, end to end."""
+    """Return the ranges with these beginnings and sizes, laid end to end."""
     result: np.ndarray = np.arange(sizes.sum()) + np.repeat(begin - offsets(sizes)[:-1], sizes)
     return result
 

@@ -1,4 +1,4 @@
-"""Spikes from block to block, and from core to core, where all neurons spike alike."""
+"""Spikes from block to block, and from core to core, if all neurons spike equally often."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -17,15 +17,17 @@ from spikeport.compile.image.tables import flat, parts
 class BlockTraffic:
     """Spikes that stay on a core, or are sent once, if two blocks share it.
 
-    For each pair of blocks the compartments of each that reach the other, and the sources that
-    reach both. The latter are kept by audience, as a source that reaches n blocks makes n^2 pairs.
+    These are, for each pair of blocks, the compartments of each block that reach the other, and the
+    sources that reach both. Sources are counted by audience, which is the set of blocks that they
+    reach, as a source that reaches n blocks makes n^2 pairs.
 
     Attributes
     ----------
     direct : (n_blocks, n_blocks) sparse matrix
-        The compartments of either block that reach the other; symmetric, 0 on the diagonal.
+        The number of compartments of either block that reach the other; symmetric, 0 on the
+        diagonal.
     audiences : mapping of tuple of int to int
-        The sources that reach these blocks, two or more, and no others.
+        The number of sources that reach exactly these blocks, two or more.
     """
 
     direct: sparse.csr_matrix
@@ -33,9 +35,9 @@ class BlockTraffic:
 
     @cached_property
     def members(self) -> sparse.csr_matrix:
-        """The audiences that each block is in, as 1, (n_blocks, n_audiences).
+        """A matrix with 1 where a block is in an audience, (n_blocks, n_audiences).
 
-        A pair of blocks of `direct` is an audience of two; these follow all others.
+        Each pair of blocks of `direct` is an audience of two; these pairs follow `audiences`.
         """
         pairs = sparse.triu(self.direct, format="coo")
         sizes = [len(blocks) for blocks in self.audiences]
@@ -47,7 +49,7 @@ class BlockTraffic:
 
     @cached_property
     def sources(self) -> np.ndarray:
-        """The sources of each audience of `members`, (n_audiences,)."""
+        """The number of sources of each audience of `members`, (n_audiences,)."""
         pairs = sparse.triu(self.direct, format="coo")
         return flat([np.array(list(self.audiences.values()), int), pairs.data])
 

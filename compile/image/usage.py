@@ -1,10 +1,12 @@
 """Resources that the blocks and cores of an image take, counted from the image itself.
 
-Counts are those of the chip, and in three places stricter than nengo-loihi's own: an output axon
-is counted for every compartment that has one (nengo-loihi counts distinct targets, too few where
-compartments share an axon after splitting), unless compartments share a list of population axons;
-synapses whose targets are not consecutive carry index bits, whatever their format says; profiles
-are counted at all.
+The chip counts in this way. Three counts are stricter than nengo-loihi's own:
+
+- An output axon counts for every compartment that has it, unless compartments share a list of
+  population axons. nengo-loihi counts distinct targets, too few where compartments share an axon
+  after splitting.
+- Synapses whose targets are not consecutive carry index bits, whatever their format says.
+- Profiles are counted, which nengo-loihi does not do.
 """
 
 import itertools
@@ -27,7 +29,7 @@ PROFILE = ("decay_u", "decay_v", "refract_delay", "enable_noise")
 
 
 class ListFormat(NamedTuple):
-    """The format of a synapse group's rows: bits per synapse, and synapses per list at most."""
+    """The format of a synapse group's rows: bits per synapse, and the most synapses per list."""
 
     width_bits: int
     per_list: int
@@ -57,12 +59,12 @@ def core_uses(image: ChipImage, chip: ChipModel) -> list[CoreUse]:
 def block_amounts(image: ChipImage, chip: ChipModel) -> np.ndarray:
     """Return the resources that each block takes, in the order of `AMOUNTS`, (n_blocks, 4).
 
-    Compartments of a block that send to the same population axons share these.
+    Compartments of a block that send to the same population axons share them.
     """
     n, block = image.n_blocks, image.groups.block
     sizes = np.diff(image.blocks.start)
     in_axons = np.bincount(block, weights=np.diff(image.groups.axon_start), minlength=n)
-    # The atom of a spike stands with its compartment, so one list serves all atoms.
+    # The atom of a spike is stored with its compartment, so one list serves all atoms.
     # A soft core has no populations: each compartment has a list of its own.
     shared = False if chip.soft_memory is not None else _share_lists(image)
     slots = np.where(shared, 0, out_slots(image, chip))
@@ -79,25 +81,25 @@ def axon_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
 
 
 def out_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
-    """Return the slots that the axons of each compartment take by itself, (n_compartments,).
+    """Return the slots that each compartment's axons take if none are shared, (n_compartments,).
 
-    Compartments of a population may share theirs, see `block_amounts`.
+    Compartments of a population may share axons, see `block_amounts`.
     """
     ways = deliveries(image)
     n = image.n_compartments
-    # Inputs of the host send over axons of their own, which take nothing of a core.
+    # Inputs from the host send over axons of their own, which take no room on a core.
     mine = ways.of(ways.source < n)
     slots = axon_slots(image, chip)[mine.group]
     return np.bincount(mine.source, weights=slots, minlength=n).astype(int)
 
 
 def _share_lists(image: ChipImage) -> np.ndarray:
-    """Return the compartments whose axons are an earlier one's of their block, (n_compartments,).
+    """Return the compartments that share an earlier one's axons in their block, (n_compartments,).
 
-    A compartment points to a list of axons, and names its atom in the population; compartments
-    that send to the same axons, all of populations, point to one list. Source: nengo-loihi,
-    hardware/builder.py before commit e994804, where it writes these registers (axonMap, axonCfg)
-    itself.
+    A compartment points to a list of axons, and names its atom in the population. Compartments
+    that send to the same axons point to one list, if all axons belong to populations. Source:
+    nengo-loihi, hardware/builder.py before commit e994804, where it writes these registers
+    (axonMap, axonCfg) itself.
     """
     shares = np.zeros(image.n_compartments, dtype=bool)
     if image.groups.pop_type.any():
@@ -111,7 +113,7 @@ def _share_lists(image: ChipImage) -> np.ndarray:
 
 
 def _population_lists(image: ChipImage) -> Iterator[tuple[int, bytes]]:
-    """Yield the axons, ascending, of each compartment that has axons of populations alone."""
+    """Yield each compartment whose axons all belong to populations, and its axons, ascending."""
     ways = deliveries(image)
     ways = ways.of(ways.source < image.n_compartments)
     plain = np.zeros(image.n_compartments, dtype=bool)
@@ -120,7 +122,7 @@ def _population_lists(image: ChipImage) -> Iterator[tuple[int, bytes]]:
     ways = ways.of(order[~plain[ways.source[order]]])
     first = np.flatnonzero(np.diff(ways.source, prepend=-1))
     ends = np.append(first, len(ways.axon)) * ways.axon.itemsize
-    content = ways.axon.tobytes()  # slices of bytes compare faster than those of arrays
+    content = ways.axon.tobytes()  # slices of bytes compare faster than slices of arrays
     for source, (start, end) in zip(
         ways.source[first].tolist(), itertools.pairwise(ends.tolist()), strict=True
     ):
@@ -128,7 +130,7 @@ def _population_lists(image: ChipImage) -> Iterator[tuple[int, bytes]]:
 
 
 def layout(chip: ChipModel) -> SynapseLayout:
-    """Return the chip's layout of lists; it counts bits alone where the layout is not public."""
+    """Return the chip's layout of lists; if it is not public, lists take their bits alone."""
     memory = chip.synapse_memory
     return (
         SynapseLayout()
@@ -171,7 +173,7 @@ def is_consecutive(image: ChipImage) -> np.ndarray:
 
 
 def _atom_starts(image: ChipImage) -> np.ndarray:
-    """Return the first weights of the atoms of all rows, except for atoms without any."""
+    """Return the place of the first weight of each atom of all rows, except atoms without any."""
     sizes, atoms = np.diff(image.rows.start), image.rows.atoms
     number = np.arange(atoms.sum()) - np.repeat(np.cumsum(atoms) - atoms, atoms)
     length = np.repeat(sizes // np.maximum(atoms, 1), atoms)
@@ -180,9 +182,9 @@ def _atom_starts(image: ChipImage) -> np.ndarray:
 
 
 def list_bits(sizes: np.ndarray, form: ListFormat, layout: SynapseLayout) -> np.ndarray:
-    """Return the bits of each row: lists of at most so many synapses, in whole words."""
+    """Return the bits of each row: lists of at most ``per_list`` synapses, in whole words."""
     full, rest = np.divmod(sizes, form.per_list)
-    # Every list begins a word of its own and repeats the header, so both are rounded per list.
+    # Every list begins a word of its own and repeats the header, so each list is rounded up.
     words = full * _words(np.asarray(form.per_list * form.width_bits), layout)
     words += np.where(rest > 0, _words(rest * form.width_bits, layout), 0)
     bits: np.ndarray = words * layout.word_bits

@@ -1,9 +1,9 @@
 """Checks that every number of an image points at something that exists.
 
-Kernels follow the numbers of an image without looking. A file with a digest that fits can have been
-made by hand, so all that a kernel relies on is compared first: the length of every array, the order
-of every start, the bounds of every number, and, across tables, that axons, rows and targets lie
-within the group or block they belong to. The image may still compute nonsense.
+Kernels follow the numbers of an image without a check. A file with a digest that fits may have been
+made by hand, so everything that a kernel relies on is checked first: the length of every array, the
+order of every start, the bounds of every number, and, across tables, that axons, rows and targets
+lie within the group or block they belong to. The image may still compute nonsense.
 """
 
 import math
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from spikeport.compile.image.chip_image import ChipImage
 
 MOST_ATOMS = 512
-"""Atoms of a row: nengo-loihi has 9 bits for them."""
+"""The most atoms of a row: nengo-loihi has 9 bits for them."""
 MOST_INPUTS = 1 << 20
-"""Sources on the host: each costs memory, and a file need not hold anything of them."""
+"""The most sources on the host: each costs memory, but a file may state any number of them."""
 FORMAT = (
     *("weight_limit_mant", "weight_limit_exp", "weight_exp", "disc_max_weight", "learning_cfg"),
     *("tag_bits", "delay_bits", "weight_bits", "reuse_synapse_data", "n_synapses", "idx_offset"),
@@ -35,18 +35,19 @@ WEIGHT_BITS, INDEX_BITS = (0, 1, 2, 3, 4, 5, 6, 8), (0, 6, 7, 8, 9, 10, 11, 12)
 LEARNING = ("on", "lr_int", "lr_exp", "tracing_tau", "tracing_mag", "train_epoch", "learn_epoch")
 """Columns of ``groups.learning``."""
 MOST_LEARNING = 2**30
-"""Size of a number in ``groups.learning``: NumPy multiplies and shifts 32 bits by them."""
+"""The largest size of a number in ``groups.learning``, by which NumPy multiplies and shifts 32
+bits."""
 MOST_SHIFT = 63
-"""Size of a learning group's ``weight_exp``, by which NumPy shifts."""
+"""The largest size of a learning group's ``weight_exp``, by which NumPy shifts."""
 
 
 def check(image: "ChipImage") -> None:
-    """Compare every number of an image with what it points at.
+    """Check that every number of an image points at something that exists.
 
     Raises
     ------
     ImageError
-        At the first that is out of bounds; it names table, row, value and bound.
+        At the first number out of bounds; the message names table, row, value and bound.
     """
     for table in image.tables:
         _check_lengths(image, table)
@@ -108,7 +109,7 @@ def _check_values(image: "ChipImage", table: Table, name: str, column: Column) -
 def _check_start(start: np.ndarray, place: str, divided: str, length: int) -> None:
     if start.size == 0 or start[0] != 0:
         raise _refuse(f"{place}[0]", start[0] if start.size else "missing", "not 0")
-    # Each start at least the one before: no part is of negative length.
+    # Each start is at least the one before, so that no part has a negative length.
     before = np.append(0, start[:-1])
     _require(start >= before, place, start, "at least", before)
     if start[-1] != length:
@@ -144,10 +145,10 @@ def _check_blocks(image: "ChipImage") -> None:
 
 
 def _check_cores(image: "ChipImage") -> None:
-    """Refuse numbers of cores other than 0 and on without a gap: there are no more than blocks."""
+    """Refuse more cores than blocks, and numbers of cores that do not run from 0 without a gap."""
     core, n = image.blocks.core, image.n_blocks
     _require(core < n, "blocks.core", core, f"at most {n - 1}, one for each block")
-    # No larger than the number of blocks, by the check before, whatever the file says.
+    # No longer than the number of blocks, by the check above, whatever the file says.
     used = np.zeros(int(core.max(initial=-1)) + 1, dtype=bool)
     used[core] = True
     if not used.all():
@@ -201,14 +202,14 @@ def _check_routes(image: "ChipImage") -> None:
     used = np.flatnonzero(axon >= 0)
     reached = image.groups.axon_start[group[used]] + axon[used]
     row = image.groups.row_start[group[used]] + image.in_axons.row[reached]
-    last = atom.copy()  # where there is no axon, any atom does
+    last = atom.copy()  # without an axon, any atom is accepted
     last[used] = image.rows.atoms[row] - 1
     _require(atom <= last, "out_axons.atom", atom, "at most", last)
 
 
 def _check_inputs(image: "ChipImage") -> None:
     size = image.inputs.size
-    # Objects, since JSON's integers have any length.
+    # Python's integers, since those of JSON may have any length.
     stated = np.array([entry.size for entry in image.manifest.inputs], dtype=object)
     _require(size == stated, "manifest.inputs.size", stated, "not", size)
     if image.n_inputs > MOST_INPUTS:
@@ -264,7 +265,7 @@ def _check_learning(image: "ChipImage") -> None:
 
 
 def _check_learned_rows(image: "ChipImage") -> None:
-    """Refuse rows that learn without a weight for each of the on/off pairs that errors come in."""
+    """Refuse rows that learn without a weight for each neuron of the on/off pairs of errors."""
     learns = np.repeat(image.learns, np.diff(image.groups.row_start))
     weights = np.diff(image.rows.start)[learns] // image.rows.atoms[learns]
     block = np.repeat(image.groups.block, np.diff(image.groups.row_start))[learns]
