@@ -1,4 +1,4 @@
-"""The observations of a robot that a controller trusts."""
+"""Limits of the observations that a controller trusts."""
 
 from typing import NamedTuple
 
@@ -14,14 +14,14 @@ LATEST_S = 0.04
 walks with delays up to 40 ms, and falls with 50 ms."""
 
 PLAUSIBLE_MARGIN_RAD = 0.1
-"""The margin of an angle beyond a joint's range: stops give way."""
+"""The margin of an angle beyond a joint's range, as joint stops yield."""
 
 MARGIN = 2.0
 """The factor over a motor's limits of speed and torque: landing feet turn the knees of a
-simulated robot at up to 1.3 of it."""
+simulated robot at up to 1.3 times the limit."""
 
 FASTEST_RAD_S, LARGEST_M_S2 = 50.0, 300.0
-"""The largest values of an IMU: it measures up to 35 rad/s and 16 g; these do not overflow yet."""
+"""The largest values of an IMU, which measures up to 35 rad/s and 16 g; these do not overflow."""
 
 
 class Limits(NamedTuple):
@@ -32,7 +32,7 @@ class Limits(NamedTuple):
     low_rad, high_rad : ndarray
         The bounds of joint angles.
     speed_rad_s, torque_nm : ndarray
-        The bounds of the sizes of velocities and torques.
+        The bounds of the magnitudes of velocities and torques.
     """
 
     low_rad: np.ndarray
@@ -42,11 +42,11 @@ class Limits(NamedTuple):
 
 
 def h1_limits() -> Limits:
-    """Return the limits of an H1: ranges of joints, and its motors' speeds and torques.
+    """Return the limits of an H1: its joints' ranges, and its motors' speeds and torques.
 
-    A range is that of h1.xml, widened to that of Unitree's URDF: a robot that is folded for its
-    transport has its hips beyond the first. No constant, since the model of the robot is compiled
-    for them.
+    A range is that of h1.xml, widened to that of Unitree's URDF: a robot folded for transport has
+    its hips beyond h1.xml's range. This is a function, not a constant, as it compiles the robot's
+    model.
     """
     low, high = load().jnt_range[1:].T.copy()
     for joint, (low_rad, high_rad) in urdf.ranges_rad().items():
@@ -61,12 +61,12 @@ def h1_limits() -> Limits:
 
 
 def too_old(age_s: float, most_s: float = LATEST_S) -> str:
-    """Return why an observation of so long ago is not trusted any more."""
+    """Return the reason why an observation of this age is no longer trusted."""
     return f"no new state for {1000 * age_s:.0f} ms, allowed {1000 * most_s:.0f} ms"
 
 
 def beyond(sensors: Sensors, limits: Limits) -> str | None:
-    """Return which value is beyond which limit of a plausible observation, or None."""
+    """Return a sentence on the first implausible value of an observation, or None."""
     for name, most, unit in (
         ("gyroscope", FASTEST_RAD_S, "rad/s"),
         ("accelerometer", LARGEST_M_S2, "m/s^2"),

@@ -1,7 +1,7 @@
 """Unitree's topics over DDS, as bytes: the only module that talks to cyclonedds.
 
-A participant is confined to one interface; on loopback multicast is off, and the other side is
-looked for by address. Its sockets listen on all interfaces whatever is configured (docs/robot.md).
+A participant is confined to one interface. On loopback, multicast is off, and the other side is
+found by its address. The sockets listen on all interfaces, whatever is configured (docs/robot.md).
 """
 
 from types import TracebackType
@@ -38,11 +38,11 @@ except ImportError as error:
     raise missing("a robot's interface", "cyclonedds", "link", reason) from error
 
 LEASE_S = 5
-"""Time after which a side that was killed, without a message, is taken to be gone."""
+"""Time after which a process that was killed, and so did not say that it leaves, counts as gone."""
 XCDR1 = bytes((0, 1, 0, 0))
 """The head of a message: CDR, little-endian."""
 MOST_TAKEN = 64
-"""Messages of a topic that are kept until they are taken; all that are kept are taken at once."""
+"""The most messages of a topic that are kept; `Reader.take` returns all of them at once."""
 
 _CONFINED = """<CycloneDDS><Domain Id="any"><General><Interfaces><NetworkInterface name="{name}"
 {multicast}/></Interfaces>{allow}</General><Discovery><ParticipantIndex>auto</ParticipantIndex>
@@ -55,7 +55,7 @@ _LOOPBACK = {
 
 
 class Arrival(NamedTuple):
-    """A message as it came: its bytes, and the number of who wrote it, as `Writer.number`."""
+    """A message that came: its bytes, and its writer's `Writer.number`."""
 
     message: bytes
     writer: int
@@ -67,10 +67,10 @@ class Bus:
     Parameters
     ----------
     place : Place
-        The domain and interface it takes part in.
+        The domain and interface of the participant.
     reliable : bool
-        True if readers ask again for messages that were lost, as lock-step is in need of; else a
-        lost message is lost, as with Unitree's.
+        True if readers request lost messages again, as lock-step needs; otherwise they stay lost,
+        as with Unitree's readers.
 
     Raises
     ------
@@ -102,15 +102,15 @@ class Bus:
         return made
 
     def reader(self, topic: Topic, *, reliable: bool = False) -> "Reader":
-        """Return a reader of a topic, which asks for lost messages if that or the bus does."""
+        """Return a reader of a topic, reliable if this or the bus is; see `Bus`."""
         made = Reader(self._participant, topic, reliable or self._reliable)
         self._entities += made.entities
         return made
 
     def close(self) -> None:
-        """Leave: the other side knows at once."""
+        """Leave the domain; the other side notices at once."""
         while self._entities:
-            self._entities.pop().__del__()  # what it was made in still stands
+            self._entities.pop().__del__()  # its parent still exists
 
     def __enter__(self) -> Self:
         return self
@@ -142,12 +142,12 @@ class Writer:
 
     @property
     def number(self) -> int:
-        """The number of this writer, which is the same for all who read it."""
+        """The number of this writer, which is the same for all readers."""
         return _number(self._writer.guid)
 
     @property
     def n_readers(self) -> int:
-        """The readers that are there."""
+        """The number of readers that are there."""
         return int(self._writer.get_publication_matched_status().current_count)
 
 
@@ -156,12 +156,12 @@ class Reader:
 
     def __init__(self, participant: DomainParticipant, topic: Topic, reliable: bool) -> None:
         kind = idl_type(topic.message)
-        # The latest state wins: to repeat a lost one would only delay those after it.
+        # The latest state wins: repeating a lost one would only delay later ones.
         reliability = Policy.Reliability.BestEffort
         if reliable:
             reliability = Policy.Reliability.Reliable(duration(seconds=1))
-        # The writers share this history. With room for one message, those of another writer would
-        # push out those of the first, and nobody would see that both write.
+        # The writers share this history. With room for one message, a second writer's messages
+        # would push out the first writer's, and nobody would notice that two write.
         qos = Qos(reliability, Policy.History.KeepLast(MOST_TAKEN))
         named = DdsTopic(participant, topic.name, kind)
         self._reader = DataReader(participant, named, qos)
@@ -173,7 +173,7 @@ class Reader:
         self._numbers: dict[int, int] = {}
 
     def take(self, within_s: float = 0.0) -> list[Arrival]:
-        """Return what has come, or comes within a time, oldest first."""
+        """Return the messages that have come, or come within a time, oldest first."""
         if within_s > 0:
             self._waits.wait(int(1e9 * within_s))
         found = ddspy_take(self._reader._ref, self._any, MOST_TAKEN)
@@ -194,14 +194,14 @@ class Reader:
     @property
     def writers(self) -> list[int]:
         """The numbers of the writers that are there."""
-        # handles are signed numbers here, and unsigned with what they wrote
+        # handles are signed here, but unsigned in the info of a message
         return [
             self._written_by(int(handle) % 2**64)
             for handle in self._reader.get_matched_publications()
         ]
 
     def _written_by(self, handle: int) -> int:
-        """Return the number of a writer; its handle, which nobody else knows, if that is gone."""
+        """Return a writer's number; if it is gone, its handle, which only this process knows."""
         if handle not in self._numbers:
             try:
                 found = self._reader.get_matched_publication_data(handle)
@@ -214,6 +214,6 @@ class Reader:
 
 
 def _number(guid: UUID) -> int:
-    """Return 64 bits of an endpoint's identity, which has 128."""
-    # 64 bits, as `sn` of a state has two words to name the controller in.
+    """Return the 128 bits of an endpoint's identity, folded to 64."""
+    # 64 bits, as a state names its controller in the two words of `sn`.
     return (guid.int >> 64) ^ (guid.int % 2**64)

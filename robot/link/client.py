@@ -28,23 +28,23 @@ class Observed(NamedTuple):
     Attributes
     ----------
     tick : int
-        Its moment, ms.
+        Time of the observation, ms.
     sensors : Sensors
         The values of the robot's sensors.
     truth : Base or None
-        Motion of the pelvis, where a simulation publishes it.
+        Motion of the pelvis, if a simulation publishes it.
     writer : int
-        The writer of the state.
+        The number of the state's writer.
     remote : bytes
-        The message of the wireless remote; empty where nobody asked for it.
+        The message of the wireless remote; empty if it was not requested.
     asks : int
-        The tick that a command answers: in lock-step, that of now.
+        The tick that the next command answers: in lock-step, the present one.
     came : int
-        The tick that it asked to be answered when it came.
+        The value of ``asks`` when the observation came.
     controller : int
-        The controller that is obeyed, in lock-step; 0 for nobody yet.
+        The number of the controller that the robot obeys, in lock-step; 0 for none yet.
     odometry : Base or None
-        Motion of the pelvis by an odometer, where one is published.
+        Motion of the pelvis by an odometer, if one publishes it.
     """
 
     tick: int
@@ -65,9 +65,9 @@ class ClientFigures:
     Attributes
     ----------
     states : int
-        States that were controlled by.
+        New states that the controller answered.
     held : int
-        Steps of the controller for which there was no new state.
+        Steps of the controller without a new state.
     damaged : int
         Messages that were refused.
     overruns : int
@@ -103,7 +103,7 @@ class RobotClient(ABC):
         Raises
         ------
         RobotLostError
-            If none comes, or the robot began anew.
+            If no observation comes, or the robot began anew.
         """
 
     @abstractmethod
@@ -116,24 +116,24 @@ class RobotClient(ABC):
 
 
 class CommandedRobot(RobotClient):
-    """A robot whose client itself sends the commands, and judges what comes."""
+    """A robot whose client sends the commands itself, and checks the observations."""
 
     @abstractmethod
     def _send(self, tick: int, motors: MotorCommands) -> None:
-        """Command the robot, as an answer to a tick."""
+        """Send a command to the robot, as the answer to a tick."""
 
     def _damped(self, tick: int, reason: str) -> RobotLostError:
-        """Command damping, and return the error that ends the run for it."""
+        """Command damping, and return the error that ends the run, with the reason."""
         self._send(tick, DAMPING)
         return RobotLostError(f"the robot was commanded to go into damping: {reason}")
 
     def _follow(self, last: Observed, found: Observed) -> Observed:
-        """Return what follows an observation in lock-step: a newer one, or the same, held.
+        """Return the next observation in lock-step: a newer one, or the last one, held.
 
         Raises
         ------
         RobotLostError
-            If the robot began anew, or the same one was held for too long.
+            If the robot began anew, or the last observation was held for too long.
         """
         if found.asks < last.asks:
             raise RobotLostError(began_anew(last.asks, found.asks))
@@ -148,7 +148,7 @@ class CommandedRobot(RobotClient):
 
 
 def observed(messages: Published, writer: int = 0, remote: bytes = b"") -> Observed:
-    """Return the observation of messages; raises MessageError for what is none."""
+    """Return the observation in messages; raises MessageError for invalid ones."""
     tick, sensors = decode_state(messages.state)
     truth, odometry = (
         None if message is None else decode_base(message)
@@ -160,7 +160,7 @@ def observed(messages: Published, writer: int = 0, remote: bytes = b"") -> Obser
 
 
 def began_anew(before: int, now: int) -> str:
-    """Return why a run ends whose robot is at a tick before an earlier one."""
+    """Return the reason why a run ends if the robot's tick went back."""
     return (
         f"the robot began anew: its tick went from {before:,} back to {now:,} ms; start the run "
         "again"
@@ -168,7 +168,7 @@ def began_anew(before: int, now: int) -> str:
 
 
 class InlineRobot(CommandedRobot):
-    """A simulated robot in this process, through the same messages.
+    """A simulated robot in this process, driven through the same messages.
 
     Parameters
     ----------
@@ -205,5 +205,5 @@ class InlineRobot(CommandedRobot):
             warnings.warn(line, stacklevel=2)
 
     def summary(self) -> dict[str, object]:
-        """Return the figures, with what the robot says of itself."""
+        """Return the figures, with the robot's own summary."""
         return {**super().summary(), "robot": self._robot.robot.summary()}

@@ -1,8 +1,8 @@
 """Sensors and commands of the H1 as messages, and back.
 
-Numbers are float32 on the wire. In lock-step a command names the tick that it answers in
-``reserve``, and a state the tick that it asks an answer for, and in ``sn`` the controller that is
-obeyed. The checksum covers these; Unitree's own robots and controllers leave them 0.
+Numbers are float32 on the wire. In lock-step, ``reserve`` is the tick that a command answers, or
+that a state wants to be answered, and a state's ``sn`` is the controller that the robot obeys. The
+checksum covers these fields; Unitree's own robots and controllers leave them 0.
 """
 
 import math
@@ -25,7 +25,7 @@ from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import Layout, MessageError
 
 TICK_S = 0.001
-"""A tick of a state."""
+"""Length of a state's tick."""
 COMMAND, STATE, BASE = Layout(LOW_CMD), Layout(LOW_STATE), Layout(SPORT_MODE_STATE)
 
 
@@ -37,14 +37,14 @@ class Command(NamedTuple):
 
 
 class Turn(NamedTuple):
-    """The lock-step fields of a state; all is 0 where the robot keeps to the clock.
+    """The lock-step fields of a state; all are 0 if the robot runs in real time.
 
     Attributes
     ----------
     asks : int
-        The tick that is to be answered: that of now, of however old the observation is.
+        The tick to be answered: the present one, however old the observation is.
     controller : int
-        The number of the writer that is obeyed; 0 for nobody yet.
+        The number of the writer that the robot obeys; 0 for none yet.
     """
 
     asks: int = 0
@@ -52,18 +52,18 @@ class Turn(NamedTuple):
 
 
 class Base(NamedTuple):
-    """Motion of the pelvis, as only a simulation knows it or as an odometer has it.
+    """Motion of the pelvis, as only a simulation knows it or as an odometer measures it.
 
     Attributes
     ----------
     tick : int
-        The moment, in ms, as of a state.
+        Time in ms, as in a state.
     position : ndarray, (3,)
         The place of the pelvis in the world, m.
     velocity : ndarray, (3,)
         The velocity of the pelvis in the world, m/s.
     quaternion : ndarray, (4,)
-        Its orientation, (w, x, y, z); 0 where it is not published.
+        The orientation of the pelvis, (w, x, y, z); 0 if it is not published.
     """
 
     tick: int
@@ -73,7 +73,7 @@ class Base(NamedTuple):
 
     @property
     def has_orientation(self) -> bool:
-        """True if its orientation is published."""
+        """True if the orientation is published."""
         return bool(self.quaternion.any())
 
 
@@ -94,7 +94,7 @@ _SENSED = np.concatenate(
 _ENDS = (4, 7, 10, 29, 48, 67)
 """Ends of the parts of an observation: quaternion, rates, forces, angles, velocities, torques."""
 _PARTS = list(map(slice, (0, *_ENDS), _ENDS))
-# Numbers of lock-step lie in fields that are 0 where a robot keeps to the clock.
+# Lock-step uses fields that are 0 in real time.
 _ANSWERS, _TICK = int(COMMAND.words("reserve")[0]), int(STATE.words("tick")[0])
 _ASKS, _CONTROLLER = int(STATE.words("reserve")[0]), STATE.words("sn")
 _ASKED, _OBEYED = struct.Struct("<I"), struct.Struct("<Q")
@@ -103,7 +103,7 @@ _BASE = BASE.words("position", "velocity", "imu_state.quaternion")
 
 
 def _blank(layout: Layout, modes: dict[str, int]) -> np.ndarray:
-    """Return the words of a message that has what is the same in every one."""
+    """Return the words of a message with only the fields that are always the same."""
     message = np.zeros(layout.size, np.uint8)
     message[layout.at("head") : layout.at("head") + 2] = HEAD
     message[layout.at("level_flag")] = LEVEL_FLAG
@@ -147,7 +147,8 @@ def decode_state(message: bytes) -> tuple[int, Sensors]:
     Raises
     ------
     MessageError
-        If its size or checksum is wrong, a number is not finite, or the orientation is none.
+        If its size or checksum is wrong, a number is not finite, or the quaternion's length is
+        far from 1.
     """
     words, numbers = STATE.opened(message, _SENSED)
     if not math.isfinite(numbers.dot(numbers)):  # squares of float32 stay far within float64
@@ -162,7 +163,7 @@ def decode_state(message: bytes) -> tuple[int, Sensors]:
 
 
 def turn_of(message: bytes) -> Turn:
-    """Return what a state's message of the right size says of lock-step."""
+    """Return the lock-step fields of a state's message of the right size."""
     (asks,) = _ASKED.unpack_from(message, STATE.at("reserve"))
     (controller,) = _OBEYED.unpack_from(message, STATE.at("sn"))
     return Turn(asks, controller)
@@ -184,7 +185,7 @@ def encode_base(base: Base) -> bytes:
 
 
 def decode_base(message: bytes) -> Base:
-    """Return the pelvis' motion of a message; raises MessageError if it is none."""
+    """Return the pelvis' motion in a message; raises MessageError for an invalid one."""
     BASE.check_size(message)
     words = np.frombuffer(message, "<u4")
     seconds, nanoseconds = words[_STAMP].tolist()

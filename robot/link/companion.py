@@ -14,21 +14,21 @@ WAITS_S = 0.01
 
 
 class Companion:
-    """A topic beside the states, of which the newest message of the first writer counts.
+    """A topic beside the states; the newest message of its first writer counts.
 
     Parameters
     ----------
     reader : Reader
         The reader of the topic.
     clock : Clock, optional
-        The clock by which messages are waited for.
+        The clock for waiting for messages.
 
     Attributes
     ----------
     newest : Base or None
-        The newest; None if there was none yet.
+        The newest message; None before the first one.
     came, refused : int
-        Messages that came, and that were none or another writer's.
+        The numbers of messages that were kept, and that were invalid or another writer's.
     """
 
     def __init__(self, reader: "Reader", clock: Clock | None = None) -> None:
@@ -41,24 +41,24 @@ class Companion:
 
     @property
     def published(self) -> bool:
-        """True if somebody publishes it."""
+        """True if somebody publishes the topic."""
         return self._reader.n_writers > 0
 
     def forget(self) -> None:
-        """Drop what came until now, and trust whoever writes next."""
+        """Drop the messages so far, and trust the next writer."""
         self._reader.take()
         self.newest, self._writer = None, 0
 
     def take(self, tick: int, waits: bool) -> str | None:
-        """Take what came, and, where that waits, what comes in time until that of a tick.
+        """Take the messages that came and, if ``waits``, wait a while for the message of a tick.
 
-        It was sent before the state of its tick. Nothing is waited for from a publisher whose stamp
-        was behind the last tick: it has another clock, or sets none.
+        It was sent before the state of its tick. A publisher whose stamp was behind the last tick
+        is not waited for: it has another clock, or sets no stamp.
 
         Returns
         -------
         str or None
-            Why a message was refused: another writer than the first sent it.
+            The reason why a message was refused: a writer other than the first sent it.
         """
         reason = self._accept(0.0)
         if not waits:
@@ -76,14 +76,14 @@ class Companion:
         return self.newest is not None and self.newest.tick >= tick
 
     def _accept(self, within_s: float) -> str | None:
-        """Take what comes within a time; returns why a message was refused as another writer's."""
+        """Take the messages of a time; returns the reason if another writer's was refused."""
         reason = None
         for arrival in self._reader.take(within_s):
             reason = self._read(arrival) or reason
         return reason
 
     def _read(self, arrival: "Arrival") -> str | None:
-        """Keep a message; returns why not if it is another writer's. The first one is trusted."""
+        """Keep a message of the first writer; returns the reason if another writer sent it."""
         message, writer = arrival
         if self._writer not in (0, writer):
             self.refused += 1

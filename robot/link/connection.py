@@ -1,4 +1,4 @@
-"""Connections to robots: in this process, in one of its own, or wherever DDS reaches."""
+"""Connections to robots: in this process, in a process of their own, or over DDS."""
 
 import dataclasses
 import re
@@ -25,25 +25,25 @@ FORMS = "inline, stub or dds:INTERFACE:DOMAIN"
 
 @dataclass(frozen=True)
 class RobotOptions:
-    """A robot for a run, as it was asked for.
+    """The options of a run's robot.
 
     Attributes
     ----------
     robot : str
         ``inline``, ``stub`` or ``dds:INTERFACE:DOMAIN``.
     real_time : bool
-        True if it keeps to the clock.
+        True if the robot runs in real time.
     faults : tuple of str
         A plan of faults, see `spikeport.robot.link.faults`.
     may_move_a_robot : bool
-        True if a place is allowed where a real robot may listen.
+        True to allow a place where a real robot may listen.
     estimator : str or None
-        Finds the robot's motion, see `spikeport.robot.link.motion`; by default, that is the truth
-        of a robot that is made for the run, and the filter for one that is there already.
+        The estimator of the robot's motion, see `spikeport.robot.link.motion`; by default the truth
+        for a robot that is made for the run, and the filter for a robot that is there already.
     states : bool
-        True if its user starts and stops it by hand, as always where a real robot may listen.
+        True if the user starts and stops the robot, as always where a real robot may listen.
     priority : int or None
-        The real-time priority of both sides, from when the clock counts.
+        The real-time priority of both sides, while they run in real time.
     """
 
     robot: str
@@ -55,7 +55,7 @@ class RobotOptions:
     priority: int | None = None
 
     def check(self) -> None:
-        """Refuse what does not go together; raises UsageError."""
+        """Raise UsageError if the options do not go together."""
         for text in self.faults:
             FAULTS.parse(text)
         check_estimator(self.estimates)
@@ -114,7 +114,7 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
     options : RobotOptions
         The robot to connect with.
     settings : RobotSettings
-        The settings of a robot that is made for this; another one is as it is.
+        The settings of a robot that is made for the run; an existing robot has its own.
 
     Raises
     ------
@@ -134,8 +134,8 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
     pace = Pace(1 / settings.rate_hz, priority=options.priority) if options.real_time else None
     needs = needed(options.estimates)
     if options.robot == STUB:
-        # The stub always publishes its truth, by which a run is judged: without an odometer's
-        # values it would wait for that.
+        # The stub always publishes its truth, by which a run is judged: wait for it, unless the
+        # estimator needs odometry.
         return StubRobot(settings, pace, options.faults, needs or TRUTHS)
     if pace is not None and options.by_hand:
         return join_by_hand(options.place, pace, needs)

@@ -1,4 +1,4 @@
-"""A robot in real time that is started and stopped by hand: the controller's states in the loop."""
+"""A robot in real time that its user starts and stops, by the states of the controller."""
 
 import sys
 from collections.abc import Callable
@@ -27,7 +27,7 @@ KEYS = {
     State.RUN: "select or space: damping, and the run ends",
     State.DAMPING: "L1 and R1 or r: begin anew",
 }
-"""Keys of the remote and of the terminal that lead on, for users."""
+"""The keys of the remote and the terminal that leave each state, as users read them."""
 REMOTE_ALONE = (
     "robot: no key of a terminal is heard, the remote's are; cure: with no remote, run the command "
     "in the foreground of a terminal"
@@ -36,21 +36,21 @@ REMOTE_ALONE = (
 
 
 class ControlledRobot(RealTimeRobot):
-    """A robot whose run begins where its user says so, and ends in damping.
+    """A robot whose run begins when its user starts it, and ends in damping.
 
-    The first observation is that with which the controller's state becomes ``RUN``; whatever leads
-    out of that state ends the run.
+    The first observation is the one with which the controller enters ``RUN``; leaving that state
+    ends the run.
 
     Parameters
     ----------
     bus : Bus
         The bus of the robot.
     needs : Topic or None
-        A topic beside the state, without which no observation is whole.
+        A topic beside the states that a complete observation needs.
     pace : Pace
         The pace of commands.
     terminal : Terminal
-        Its keys; closed with this.
+        The user's keys; closed with this robot.
     say : callable
         Prints a line, for each state.
     switcher : MotionSwitcher, optional
@@ -80,7 +80,7 @@ class ControlledRobot(RealTimeRobot):
         Raises
         ------
         RobotLostError
-            If no robot comes, or it is gone.
+            If no robot is found, or it is gone.
         """
         last, printed = super().first(), State.WAIT
         if not self._terminal.is_heard:
@@ -96,12 +96,12 @@ class ControlledRobot(RealTimeRobot):
             last = super().exchange(last, command)
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
-        """Command by what the controller makes of it, and return what is newest then.
+        """Send the controller's command, and return the newest observation after it.
 
         Raises
         ------
         RobotLostError
-            If the controller left ``RUN``, for which it damped the robot, or no state comes.
+            If the controller left ``RUN``, so that the robot is damped, or no state comes.
         """
         self._motors = motors
         command = self._answer(last)
@@ -112,26 +112,26 @@ class ControlledRobot(RealTimeRobot):
         return super().exchange(last, command)
 
     def _line(self, state: State) -> str:
-        """Return a line on a state, and on what leads out of it."""
+        """Return a line on a state, and on the keys that leave it."""
         reason = self._controller.damped_for if state is State.DAMPING else ""
         name = f"{state.value}: {reason}" if reason else state.value
         return f"robot: {name}. {KEYS.get(state, '')}".rstrip()
 
     def _answer(self, last: Observed) -> MotorCommands:
-        """Return the controller's command; a held observation is as old as it is."""
+        """Return the controller's command; a held observation keeps its age."""
         for event in self._terminal.events():
             self._controller.press(event)
         held, self._answered_tick = last.tick == self._answered_tick, last.tick
-        # A new state is judged by the time it came, a held one by the time that is now.
+        # A new state is judged at the time it came, a held one at the present time.
         now_s = self._clock.now() if held else self._seen_s
         return self._controller.answer(last.sensors, last.remote, now_s)
 
     def _distrust(self, tick: int, reason: str) -> None:
-        """Let the controller damp a moving robot; the run ends where it had begun."""
+        """Let the controller damp a moving robot, which ends a run that had begun."""
         self._controller.refuse(reason)
 
     def _watch_silence(self, tick: int, now_s: float) -> None:
-        """Damp a moving robot that fell silent; give up one that stays so, whatever its state."""
+        """Damp a moving robot that fell silent; give up on one that stays silent, in any state."""
         if self._controller.watch(now_s):
             self._send(tick, DAMPING)
         age_s = now_s - self._seen_s
@@ -146,7 +146,7 @@ class ControlledRobot(RealTimeRobot):
             super().close()
 
     def summary(self) -> dict[str, object]:
-        """Return the figures, with those of the controller."""
+        """Return the figures of the link and of the controller."""
         controller = self._controller
         return {
             **super().summary(),
@@ -157,7 +157,7 @@ class ControlledRobot(RealTimeRobot):
 
 
 def join_by_hand(place: Place, pace: Pace, needs: Topic | None) -> DdsRobot:
-    """Return the robot at a place, in real time, led by keys; see `over_dds.join`."""
+    """Return the robot at a place, in real time, controlled by keys; see `over_dds.join`."""
     terminal = own_terminal()
 
     def make(bus: "Bus") -> DdsRobot:

@@ -1,8 +1,8 @@
 """A robot's controller as a state machine, without a bus and without a clock of its own.
 
-Every message is answered by one command, whatever the state: the robot's watchdog never trips while
-the controller is there. Time is what the caller says it is. The link checks messages (`over_dds`),
-answers those that it trusts, and calls `refuse` for others.
+Every message is answered by one command, whatever the state, so the robot's watchdog never trips
+while the controller is there. The caller passes the time. The link (`over_dds`) checks messages,
+calls `answer` for the messages that it trusts, and `refuse` for others.
 """
 
 import math
@@ -34,16 +34,16 @@ class Controller:
     Parameters
     ----------
     policy : callable
-        Makes commands of an observation where the state is ``RUN``; asked for no other.
+        Returns the commands for an observation; called only if the state is ``RUN``.
 
     Attributes
     ----------
     state : State
         The present state.
     refused : str
-        The reason why an observation or a command was refused last; empty if none was.
+        The reason of the last refusal of an observation or command; empty if there was none.
     damped_for : str
-        The reason for which the robot was damped last; empty where its user stopped it.
+        The reason of the last damping; empty if the user stopped the robot.
     refusals : int
         The number of refusals.
     """
@@ -62,13 +62,13 @@ class Controller:
         self._keys: frozenset[str] | None = None
 
     def press(self, event: Event) -> None:
-        """Take an event of a user."""
+        """Handle an event of the user."""
         self._happen(event)
 
     def answer(self, sensors: Sensors, remote: bytes, now_s: float) -> MotorCommands:
         """Return the command that answers an observation.
 
-        One that is no newer than the last is answered as that was.
+        An observation that is no newer than the last one gets the same answer.
 
         Parameters
         ----------
@@ -77,7 +77,7 @@ class Controller:
         remote : bytes
             The 40 bytes of the wireless remote; empty where there is none.
         now_s : float
-            Time, of any origin.
+            Time from any origin, s.
         """
         self.watch(now_s)
         if sensors.time_s > self._last_time_s:
@@ -99,7 +99,7 @@ class Controller:
         return True
 
     def refuse(self, reason: str) -> None:
-        """Count what is not trusted, and damp a moving robot for it."""
+        """Count a refusal, and damp a moving robot."""
         self.refused, self.refusals = reason, self.refusals + 1
         self._happen(Event.REFUSED, reason)
 
@@ -113,14 +113,14 @@ class Controller:
         if self.state is State.WAIT:
             self._forget()
         if self.state not in MOVING:
-            self._sent = self._at_rest()  # also where no newer observation comes
+            self._sent = self._at_rest()  # sent even if no newer observation comes
 
     def _take_remote(self, message: bytes) -> None:
-        """Take the keys that went down since the last message."""
+        """Handle the keys that went down since the last message."""
         if not message:
             return
         now = decode(message)
-        # Keys that are down in the first message were pressed for somebody else.
+        # Keys that are down in the first message were not pressed for this controller.
         before, self._keys = now if self._keys is None else self._keys, now
         for event in pressed(before, now):
             self._happen(event)
@@ -150,7 +150,7 @@ class Controller:
         return HOLD._replace(q=begun + share * (_POSE_RAD - begun))
 
     def _run(self, sensors: Sensors) -> MotorCommands:
-        """Return the policy's command; damp if no motor is to obey it."""
+        """Return the policy's command; damp the robot if motors must not obey it."""
         commands = self._policy(sensors)
         try:
             check_commands(commands)

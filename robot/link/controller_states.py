@@ -1,4 +1,4 @@
-"""The states of a robot's controller, and what leads from one to another."""
+"""The states of a robot's controller, and the transitions between them."""
 
 from enum import Enum
 
@@ -23,8 +23,8 @@ class Event(Enum):
     """An event that happens to a controller.
 
     ``OBSERVED``: a valid observation came. ``RAMPED``: the ramp is over. ``START``, ``RUN``,
-    ``STOP`` and ``REARM`` are a user's. ``REFUSED``: an observation or command was refused, or none
-    came.
+    ``STOP`` and ``REARM`` come from a user. ``REFUSED``: an observation or command was refused, or
+    none came.
     """
 
     OBSERVED = "observed"
@@ -37,7 +37,7 @@ class Event(Enum):
 
 
 MOVING = frozenset({State.RAMP, State.HOLD, State.RUN})
-"""States in which the robot is driven: in these, what is refused leads to damping."""
+"""States in which the robot is driven; in these, a refusal leads to damping."""
 
 TRANSITIONS: dict[tuple[State, Event], State] = {
     (State.WAIT, Event.OBSERVED): State.ZERO_TORQUE,

@@ -1,6 +1,6 @@
 """Faults between a controller and a robot in lock-step, on request and deterministic.
 
-They befall commands, or, with ``state-`` in front, states; time is the robot's own.
+They affect commands or, with the prefix ``state-``, states; times are the robot's own.
 """
 
 import dataclasses
@@ -23,21 +23,21 @@ _OF_A_WAY = {
     "mute": "it is lost, and so are all that follow",
 }
 STATE = "state-"
-"""In front of the faults that befall states."""
+"""The prefix of the faults that affect states."""
 KINDS = {
     **_OF_A_WAY,
     "stop": "the robot falls silent",
     "restart": "the robot begins anew, in its first posture",
     **{f"{STATE}{kind}": effect for kind, effect in _OF_A_WAY.items()},
 }
-"""The kinds of faults, and what becomes of the command or state of a step, or of the robot."""
+"""The kinds of faults, and their effects on the command or state of a step, or on the robot."""
 
 
 class RobotFaults(Faults):
     """The faults that the link to a robot can have."""
 
     def parse(self, text: str) -> Fault:
-        """Return the fault that a text names; UsageError if it names none, or the first state's."""
+        """Return the fault that a text names; UsageError if invalid or for the first state."""
         fault = super().parse(text)
         if fault.kind.startswith(STATE) and fault.step == 1:
             raise UsageError(
@@ -52,7 +52,7 @@ FAULTS = RobotFaults(
 
 
 def of_states(faults: Sequence[Fault]) -> list[Fault]:
-    """Return the faults of states, without what is in front of their kinds."""
+    """Return the faults of states, without the prefix of their kinds."""
     return [
         dataclasses.replace(fault, kind=fault.kind.removeprefix(STATE))
         for fault in faults
@@ -66,13 +66,13 @@ def of_commands(faults: Sequence[Fault]) -> list[Fault]:
 
 
 def never_reached(faults: Sequence[Fault], commands: int) -> list[str]:
-    """Return a line for each fault beyond a run of so many commands, which has a state more."""
+    """Return a line for each fault beyond the end of a run, which has one state more."""
     late = [one for one in faults if not (one.kind.startswith(STATE) and one.step == commands + 1)]
     return unreached(late, commands, "the robot's run")
 
 
 class FaultyWay(Generic[Message]):
-    """The way of messages to the other side, with faults by a plan.
+    """The path of messages to the other side, with the faults of a plan.
 
     Parameters
     ----------
@@ -83,12 +83,12 @@ class FaultyWay(Generic[Message]):
     faults : sequence of Fault
         The plan.
     seed : int
-        Draws steps of shares, and jitter.
+        Seed that draws jitter, and the steps of faults with a share.
 
     Attributes
     ----------
     kinds : frozenset of str
-        The faults of the last step.
+        The kinds of the faults in the last step.
     """
 
     def __init__(
@@ -107,7 +107,7 @@ class FaultyWay(Generic[Message]):
         self.kinds: frozenset[str] = frozenset()
 
     def send(self, step: int, tick: int, message: Message) -> None:
-        """Send the message of a step at a tick in ms, unless a fault takes it."""
+        """Send the message of a step at a tick in ms, unless a fault drops it."""
         faults = tuple(self._plan.drawn(step))
         self.kinds = frozenset(fault.kind for fault in faults)
         self._mute = self._mute or "mute" in self.kinds
@@ -128,7 +128,7 @@ class FaultyWay(Generic[Message]):
         return 1000 * fault.delay_s
 
     def _add(self, due: float, message: Message, behind_next: bool = False) -> None:
-        """Put a message on its way; of those that are due together, the later sent wins."""
+        """Put a message on its way; if two are due together, the one that was sent later wins."""
         self._sent += 1
         # One more than the next message's number puts it behind that one, if both are due together.
         self._under_way.append((due, self._sent + 2 * behind_next, message))

@@ -1,4 +1,4 @@
-"""The H1 as Unitree's messages have it: motor slots, modes, limits, and commands at rest.
+"""The H1 in Unitree's messages: motor slots, modes, limits, and commands at rest.
 
 Sources: slots and modes, unitree_sdk2 ``example/h1/low_level`` (``motors.hpp``, ``humanoid.hpp``);
 limits, unitree_ros ``h1.urdf``.
@@ -37,7 +37,7 @@ SLOTS = np.array([_SLOTS[joint] for joint in JOINTS])
 """The motor slot of each joint, (19,)."""
 
 MODES = (*(0x0A,) * 10, *(0x01,) * 10)
-"""The mode byte of each slot in a command: the weak motors' from slot 10 on."""
+"""The mode byte of each slot in a command; the weak motors are in slots 10 and up."""
 
 _SPEEDS_RAD_S = {
     **dict.fromkeys(("hip_yaw", "hip_roll", "hip_pitch", "torso"), 23.0),
@@ -59,13 +59,13 @@ def _of_joints(values: dict[str, float]) -> np.ndarray:
 
 
 SPEED_LIMITS_RAD_S = _of_joints(_SPEEDS_RAD_S)
-"""The speed of each joint at which its motor pushes no further, (19,)."""
+"""The speed of each joint beyond which its motor does not accelerate it, (19,)."""
 TORQUE_LIMITS_NM = _of_joints(_TORQUES_NM)
 """The largest torque of each joint, (19,)."""
 LARGEST_TARGET_RAD = 2 * np.pi
 """The largest target angle of a joint; no joint of the H1 turns that far."""
 LARGEST_NUMBER = 1e38
-"""The largest number of a command: float32 has no finite one above 3.4e38."""
+"""The largest number of a command: float32 has no finite numbers above 3.4e38."""
 ROUNDING = 1e-6
 """The rounding error of a limit in float32."""
 
@@ -77,16 +77,16 @@ DAMPING = ZERO_TORQUE._replace(kd=np.full(len(JOINTS), DAMPING_KD))
 
 
 def check_commands(commands: MotorCommands) -> None:
-    """Refuse commands that no motor is to obey.
+    """Refuse commands that motors must not obey.
 
-    They are numbers that are not finite as float32, negative gains, torques beyond a motor's, and,
-    where a gain makes them count, angles beyond `LARGEST_TARGET_RAD` and velocities beyond a
-    motor's.
+    Such commands have numbers that are not finite as float32, negative gains, torques beyond a
+    motor's limit or, where their gain is above 0, angles beyond `LARGEST_TARGET_RAD` or velocities
+    beyond a motor's limit.
 
     Raises
     ------
     MessageError
-        Names the first joint, with value and limit.
+        For the first such joint, with value and limit.
     """
     limits = {
         "q": np.where(commands.kp > 0, LARGEST_TARGET_RAD, LARGEST_NUMBER),

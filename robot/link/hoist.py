@@ -28,7 +28,7 @@ class Hoist:
     Attributes
     ----------
     held : Held
-        The way it holds the robot.
+        The present hold on the robot.
     """
 
     def __init__(self, plant: Plant) -> None:
@@ -36,7 +36,7 @@ class Hoist:
         self.held = Held.HANGS if plant.anchored else Held.FREE
 
     def pull(self) -> None:
-        """Let a robot that hangs down to the floor, or let go of one that stands there."""
+        """Begin to lower a hanging robot to the floor, or let go of a standing one."""
         plant = self._plant
         if self.held is Held.HANGS:
             self.held = Held.LOWERS
@@ -47,13 +47,13 @@ class Hoist:
             plant.release()
 
     def step(self) -> None:
-        """Let a robot on its way down further down, by as much as fits in a step, to the floor."""
+        """Lower a robot on its way down by the distance of one step, until it stands."""
         if self.held is not Held.LOWERS:
             return
         # Measured in each step: a robot on its way down may bend and stretch its legs.
         if self._plant.lowest_sole_m() <= 0:
             self.held = Held.STANDS
             return
-        # The weld itself is lowered: it pulls the pelvis along, and gives a little.
+        # The weld itself is lowered: it pulls the pelvis along, and yields a little.
         self._pose[2] -= LOWERS_M_S * self._plant.dt_s
         self._plant.anchor(self._pose, self._torso_rad)

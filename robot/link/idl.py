@@ -1,8 +1,8 @@
-"""Types of DDS for Unitree's messages.
+"""DDS types of Unitree's messages.
 
-Bytes are ``byte``, never ``uint8``: Cyclone 11 announces ``uint8`` as a kind of type that Cyclone
-0.10.2, which Unitree's SDKs use, does not know, and ends their processes with a segmentation fault
-as soon as they discover it.
+Bytes are ``byte``, never ``uint8``: Cyclone 11 announces ``uint8`` as a type kind that Cyclone
+0.10.2, which Unitree's SDKs use, does not know. Their processes end with a segmentation fault as
+soon as they discover it.
 """
 
 import dataclasses
@@ -39,7 +39,7 @@ def idl_type(struct: Struct) -> Any:
     }
     name = {"typename": f"{struct.package}.msg.dds_.{struct.name}"}
     made = new_class(struct.name, (idl.IdlStruct,), name, lambda space: space.update(body))
-    # As Unitree's compiler of IDL makes types: both are part of the hash by which peers know one.
+    # As Unitree's IDL compiler does: both annotations enter the hash by which peers match types.
     return annotations.final(annotations.autoid("sequential")(dataclasses.dataclass(made)))
 
 

@@ -25,16 +25,16 @@ SLICE_S = 0.2
 
 
 class Heard:
-    """The states that were heard of a robot.
+    """The states that came from a robot.
 
     Attributes
     ----------
     states, refused : int
-        States that a controller would trust, and that it would not.
+        The numbers of states that a controller would trust, and would refuse.
     reason : str
-        The reason for the last one that it would not trust.
+        The reason of the last refusal.
     writers : set of int
-        The numbers of those who wrote them.
+        The numbers of the states' writers.
     sensors : Sensors or None
         The last observation.
     """
@@ -48,7 +48,7 @@ class Heard:
         self._limits = h1_limits()
 
     def take(self, arrival: "Arrival") -> None:
-        """Take a message."""
+        """Count a message."""
         self.writers.add(arrival.writer)
         try:
             tick, self.sensors = decode_state(arrival.message)
@@ -67,7 +67,7 @@ class Heard:
         self.reason = reason
 
     def problems(self) -> list[str]:
-        """Return what a controller would not stand."""
+        """Return the reasons why a controller would not trust the robot."""
         found = []
         if self.refused:
             found.append(f"{self.refused:,} states would be refused, the last: {self.reason}")
@@ -76,7 +76,7 @@ class Heard:
         return found
 
     def lines(self) -> list[str]:
-        """Return what was heard: states and their ticks, the IMU, and a line for each joint."""
+        """Return a report: states and their ticks, the IMU, and a line for each joint."""
         lines = [f"{self.states:,} states; {_moments(sorted(self._ticks))}"]
         if self.sensors is None:
             return lines
@@ -99,20 +99,20 @@ def _moments(ticks: list[int]) -> str:
         return "no message could be read"
     if len(ticks) < 2:
         return "their tick stands still, as a simulation's until its first command"
-    # States may have been missed, which the median does not mind.
+    # The median, as some states may have been missed.
     apart_ms = np.median(np.diff(ticks))
     return f"ticks from {ticks[0]:,} to {ticks[-1]:,} ms, {apart_ms:g} ms apart"
 
 
 def listen(place: Place, seconds: float, say: Callable[[str], None]) -> None:
-    """Listen to the states of a robot for a time, and print what was heard.
+    """Listen to the states of a robot for a time, and print a report.
 
     Raises
     ------
     MissingExtraError, BackendError
         If DDS cannot begin there.
     RobotLostError
-        If nothing was heard, or a controller would not trust it.
+        If no state came, or a controller would not trust the robot.
     """
     from spikeport.robot.link.bus import Bus  # needs cyclonedds
 
