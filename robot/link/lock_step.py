@@ -1,8 +1,8 @@
-"""Lock-step: a robot steps when the command that answers its state is there, and waits else.
+"""Lock-step: a robot waits for the command that answers its state, and then steps.
 
-A run is then a function of its seeds, over whatever link. Faults are those of a plan, in the
-robot's own time. The state that is published is the newest that arrived: where one is late or lost,
-it is the one before, and it asks for an answer to the present tick all the same.
+A run then depends only on its seeds, over any link. Faults follow a plan, in the robot's own time.
+The robot publishes the newest state that arrived: if a state is late or lost, it publishes the one
+before, which still asks for an answer to the present tick.
 """
 
 from collections.abc import Sequence
@@ -44,14 +44,14 @@ class LockStep:
     faults : sequence of Fault
         A plan of faults.
     tells_truth : bool
-        True if it publishes place and velocity of its pelvis.
+        True if the robot publishes place and velocity of its pelvis.
 
     Attributes
     ----------
     robot : SimulatedRobot
         The robot.
     silent : bool
-        True if a fault made it fall silent.
+        True if a fault made the robot fall silent.
     """
 
     def __init__(
@@ -64,14 +64,14 @@ class LockStep:
     def _begin(self) -> None:
         ticks, faults = self.robot.step_ticks, self._faults
         self._way = FaultyWay(ticks, _spoilt_command, of_commands(faults))
-        # Another seed: else the faults of both ways would be drawn alike.
+        # Another seed, or the same faults would be drawn for both directions.
         self._states = FaultyWay(ticks, _spoilt_state, of_states(faults), seed=1)
         self._commands = 0
         self.silent = False
         self._newest = self._outgoing()
 
     def restart(self) -> None:
-        """Begin anew, with the plan of faults, for another controller."""
+        """Restart the robot and the plan of faults, for another controller."""
         self.robot.restart()
         self._begin()
 
@@ -86,7 +86,7 @@ class LockStep:
         return Published(state, newest.truth, newest.odometry)
 
     def _outgoing(self) -> Outgoing:
-        """Return what the robot observes now; the first of these befalls no fault."""
+        """Return the robot's present observation; no fault affects the first one."""
         robot = self.robot
         time_s, *arrays = robot.sensors()
         # Copied, as the arrays are the simulation's, and an observation may be delayed by a fault.
@@ -95,12 +95,12 @@ class LockStep:
         return Outgoing(robot.tick, sensors, truth, robot.odometry())
 
     def answered(self, message: bytes, writer: int) -> bool:
-        """Step if a message answers the present state; others leave everything as it is.
+        """Step if a message answers the present state; other messages change nothing.
 
         Raises
         ------
         DivergedError
-            If the simulation left the numbers it can work with.
+            If the simulation diverged.
         """
         robot = self.robot
         command = robot.read(message, writer)
@@ -118,7 +118,7 @@ class LockStep:
         robot.step()
         # One more than commands: the first state came before the first command.
         self._states.send(self._commands + 1, robot.tick, self._outgoing())
-        # An older state may arrive after a newer one, by its way's faults.
+        # A fault may let an older state arrive after a newer one.
         arrived = (self._newest, *self._states.arrived(robot.tick))
         self._newest = max(arrived, key=lambda one: one.tick)
         return True

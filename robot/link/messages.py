@@ -1,8 +1,8 @@
 """Unitree's messages for the H1 (``unitree_go``), as plain declarations.
 
-Layouts on the wire (`spikeport.robot.link.wire`) and types of DDS (`spikeport.robot.link.idl`) are
-made of these. Names, order and types of fields are part of a type's hash, by which DDS compares
-what two sides announce.
+Layouts on the wire (`spikeport.robot.link.wire`) and DDS types (`spikeport.robot.link.idl`) are
+made from them. Names, order and types of fields are part of a type's hash, by which DDS compares
+the types of two sides.
 
 Source: unitree_sdk2, ``include/unitree/idl/go2``; the order of fields was checked by the hashes.
 """
@@ -18,9 +18,9 @@ LEVEL_FLAG = 0xFF
 
 
 class Field(NamedTuple):
-    """A field: a name, a type or a struct, and the length of an array of it.
+    """A field: its name, its type or struct, and its length if it is an array, else 0.
 
-    A type is NumPy's code, or ``bool``, ``text`` or ``bytes``; `Layout` has no place for these.
+    A type is a NumPy code, or ``bool``, ``text`` or ``bytes``, which `Layout` does not support.
     """
 
     name: str
@@ -29,14 +29,14 @@ class Field(NamedTuple):
 
 
 class Struct(NamedTuple):
-    """A struct: its name, its fields, and Unitree's package in whose ``msg.dds_`` it is."""
+    """A struct: its name, its fields, and the Unitree package with it in ``msg.dds_``."""
 
     name: str
     fields: tuple[Field, ...]
     package: str = "unitree_go"
 
     def leaves(self, prefix: str = "") -> Iterator[tuple[str, str, int]]:
-        """Yield path, type and length of all fields that are no structs, in order."""
+        """Yield path, type and length of all fields that are not structs, in order."""
         for name, kind, length in self.fields:
             if isinstance(kind, str):
                 yield f"{prefix}{name}", kind, max(length, 1)
@@ -207,7 +207,7 @@ RESPONSE = Struct(
     ),
     _API,
 )
-"""Its answer, topic ``rt/api/SERVICE/response``."""
+"""The answer to a request, topic ``rt/api/SERVICE/response``."""
 
 
 class Topic(NamedTuple):

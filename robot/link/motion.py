@@ -1,4 +1,4 @@
-"""The robot's motion by an estimator, and how far it is from the truth where that is published."""
+"""The robot's motion by an estimator, and its errors if the truth is published."""
 
 from collections.abc import Callable
 from typing import Protocol
@@ -21,7 +21,7 @@ from spikeport.robot.state import RobotState, in_plane
 
 TRUTH, LEG_ODOMETRY, EKF = "truth", "leg-odometry", "ekf"
 ESTIMATE, BOTH = "estimate", "both"
-"""Other states that a run may have recorded, beside `TRUTH`."""
+"""The motions that a run may have recorded, besides `TRUTH`."""
 ODOMETER, EKF_ODOMETER = "odometer", "ekf+odometer"
 BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
     LEG_ODOMETRY: LegOdometry,
@@ -40,7 +40,7 @@ class MotionSource(Protocol):
     Attributes
     ----------
     true : RobotState or None
-        The true motion now, where a simulation publishes that beside what is estimated.
+        The true motion now, if a simulation publishes it and the motion is estimated.
     """
 
     true: RobotState | None
@@ -60,12 +60,12 @@ class EstimatedMotion:
     name : str
         One of `ESTIMATORS`.
     held : Fix or None
-        The place in which a hoist holds the pelvis: a fix at every observation.
+        The place where a hoist holds the pelvis, used as a fix at every observation.
 
     Attributes
     ----------
     true : RobotState or None
-        The true motion now, where a simulation publishes that beside what is estimated.
+        The true motion now, if a simulation publishes it and the motion is estimated.
 
     Raises
     ------
@@ -80,14 +80,14 @@ class EstimatedMotion:
         check_estimator(name)
         self._name, self._held = name, held
         self._estimator: StateEstimator = (
-            # The truth asks for the observation when it is read: there is none yet.
+            # A function, as there is no observation yet.
             Truth(lambda: estimate(self._observed)) if name == TRUTH else BY_SENSORS[name]()
         )
         self._begun = False
         self._fixes = OdometryFixes() if name in _BY_ODOMETRY else None
         self.true: RobotState | None = None
         self._squares, self._compared = np.zeros(3), 0
-        # Observations, and those of them with a truth; the motions at the last of these.
+        # The numbers of observations, and of those with a truth; both motions at the last of these.
         self._seen = self._judged = 0
         self._last_judged: tuple[RobotState, RobotState] | None = None
 
@@ -97,11 +97,11 @@ class EstimatedMotion:
         Raises
         ------
         RobotLostError
-            If it is to be the truth or by odometry, and nobody publishes that; if odometry has no
-            orientation to begin with.
+            If the motion is the truth or by odometry, and nobody publishes that, or if the first
+            odometry has no orientation.
         """
         if self._begun and observed.tick == self._observed.tick:
-            return self._found  # it was held: nothing is known that was not
+            return self._found  # it was held, so nothing is new
         self._observed = observed
         follow = self._estimator.update if self._begun else self._estimator.reset
         self._begun = True
@@ -111,7 +111,7 @@ class EstimatedMotion:
         return self._found
 
     def _fix(self, observed: Observed) -> Fix | None:
-        """Return what is known of the pelvis beside the sensors: its hoist, else its odometry."""
+        """Return the fix of the pelvis: by its hoist, else by odometry."""
         if self._held is not None or self._fixes is None:
             return self._held
         if observed.odometry is None:
@@ -122,7 +122,7 @@ class EstimatedMotion:
         return self._fixes.fix(observed.odometry, observed.sensors)
 
     def _judge(self, observed: Observed) -> None:
-        """Keep the true motion if there is one; velocities are compared at one moment alone."""
+        """Keep the true motion if there is one; compare velocities only at equal ticks."""
         self._seen += 1
         if observed.truth is None or not _of_now(observed.truth.tick, observed.tick):
             self.true = None
@@ -135,13 +135,13 @@ class EstimatedMotion:
             self._compared += 1
 
     def summary(self) -> dict[str, object]:
-        """Return the estimator's name and its errors; None for what nobody knows.
+        """Return the estimator's name and its errors; unknown errors are None.
 
         ``velocity_error_m_s`` is the rms along the pelvis' x, y and z; ``place_error_m`` and
         ``heading_error_rad`` are the distance from the true place, and from the true heading, at
-        the last observation with a truth. ``place_deviation_m`` is what the estimator itself
-        expects of the former. ``recorded`` says which motion of the run is recorded: the true one,
-        the estimate, or both, where the truth was published for a part of it.
+        the last observation with a truth. ``place_deviation_m`` is the place error that the
+        estimator itself expects. ``recorded`` says which motion of the run is recorded: the true
+        one, the estimate, or both, if the truth was published for a part of the run.
         """
         velocity = np.sqrt(self._squares / self._compared).tolist() if self._compared else None
         judged = self._last_judged
@@ -165,12 +165,12 @@ class EstimatedMotion:
 
 
 def _of_now(truth_tick: int, tick: int) -> bool:
-    """Return whether a truth is of the moment of a state.
+    """Return whether a truth belongs to the time of a state.
 
-    In real time the truth of the next state may be there already. Any other is stale, or of another
-    world: a real robot's sport mode publishes on the same topic.
+    In real time, the truth of the next state may be there already. Any other truth is stale, or
+    not from a simulation: a real robot's sport mode publishes on the same topic.
     """
-    # A message without a stamp is of no moment.
+    # A message without a stamp has no time.
     return truth_tick > 0 and TICK_S * abs(truth_tick - tick) <= LATEST_S
 
 

@@ -1,6 +1,6 @@
-"""The motion switcher over DDS: asked by a controller, and answered by a simulated robot.
+"""The motion switcher over DDS: a controller's client, and the service of a simulated robot.
 
-A robot in sport mode is commanded by that, and by ours too if nobody releases it first.
+Sport mode and our controller would both command the robot if sport mode were not released first.
 """
 
 import itertools
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from spikeport.robot.link.bus import Bus
 
 FOUND_S = 5.0
-"""Time in which a switcher must be found, once its robot was."""
+"""Time in which a switcher must be found, once its robot is found."""
 ANSWERS_S = 10.0
-"""Time in which it must answer."""
+"""Time in which a switcher must answer."""
 PAUSE_S = 1.0
 """Time that a robot has to leave its mode, before it is checked again."""
 SLICE_S = 0.02
@@ -44,14 +44,14 @@ class MotionSwitcher:
     bus : Bus
         The bus of the robot.
     required : bool
-        True if a robot without one is refused, as where it may be real.
+        True if a robot without a switcher is refused, as where robots may be real.
     """
 
     def __init__(self, bus: "Bus", required: bool) -> None:
         self._requests = bus.writer(SWITCHER_REQUESTS)
         self._responses = bus.reader(SWITCHER_RESPONSES, reliable=True)
         self._required = required
-        # From the time on, so that answers to an earlier controller are never taken for its own.
+        # The first number is the time, so that answers to an earlier controller never match.
         self._numbers = itertools.count(time.time_ns())
 
     def release(self) -> list[str] | None:
@@ -75,7 +75,7 @@ class MotionSwitcher:
 
     def _is_there(self) -> bool:
         until = time.monotonic() + FOUND_S
-        # Both: DDS finds ends one by one, and a request before its reader is found is lost.
+        # Both: DDS finds ends one by one, and a request is lost until its reader is found.
         while not (self._requests.n_readers and self._responses.writers):
             if time.monotonic() > until:
                 break
@@ -124,7 +124,7 @@ class SwitcherService:
         self._robot = robot
 
     def serve(self) -> None:
-        """Answer what was asked since the last call."""
+        """Answer the requests since the last call."""
         for arrival in self._requests.take():
             try:
                 request = decode_request(arrival.message)

@@ -1,7 +1,7 @@
-"""Odometry that a robot publishes: as a simulated one has it, and as fixes of an estimator.
+"""Odometry that a robot publishes: a simulated odometer, and odometry as fixes of an estimator.
 
-A published place counts from wherever its odometer began. In a run it counts from where that
-begins, as an estimate without fixes does.
+A published place counts from wherever its odometer began. Fixes count from the start of the run,
+as an estimate without fixes does.
 """
 
 import math
@@ -22,7 +22,7 @@ UNTURNED = (
     "heading; cure: publish the pelvis' orientation, or its heading at least, in "
     "imu_state.quaternion, or give --estimator ekf"
 )
-"""The reason why no run begins with such odometry."""
+"""The reason why a run with such odometry is refused."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class OdometerErrors:
     turn_rad: float = 0.002
 
     def __post_init__(self) -> None:
-        """Check the values; UsageError says what is wrong."""
+        """Check the values; raise UsageError for the first wrong one."""
         for name, value in vars(self).items():
             if not 0 <= value < math.inf:
                 raise UsageError(f"--odometer-error {name}={value:g}: must be 0 or more")
@@ -56,9 +56,9 @@ class SimulatedOdometer:
     Parameters
     ----------
     errors : OdometerErrors
-        Its errors.
+        The errors of the odometer.
     seed : int
-        Draws them.
+        Seed of the errors.
     step_s : float
         Length of a step.
     """
@@ -70,7 +70,7 @@ class SimulatedOdometer:
         self._drift_m, self._turn_rad = np.zeros(3), 0.0
 
     def read(self, true: Base) -> Base:
-        """Return what it says of a motion: turned by its drift, moved by it, and with noise."""
+        """Return the odometry of a motion: turned and moved by the drift, and with noise."""
         errors, rng = self._errors, self._rng
         self._drift_m[:2] += errors.drift_m * self._root_s * rng.standard_normal(2)
         self._turn_rad += errors.turn_rad * self._root_s * float(rng.standard_normal())
@@ -82,7 +82,7 @@ class SimulatedOdometer:
 
 
 class OdometryFixes:
-    """Fixes of what is published, in a world that begins at the first one.
+    """Fixes from published odometry, in a world that begins at the first one.
 
     The robot is then above the origin, its lowest sole at height 0, with the heading of its IMU.
     """
@@ -93,28 +93,28 @@ class OdometryFixes:
     _begun: np.ndarray
 
     def __init__(self) -> None:
-        # Not at the first odometry: a robot that waits for its first command is damped after 40 ms.
+        # Made before the first odometry: a robot is damped if its first command is 40 ms late.
         self._legs = Legs()
         self._last: Base | None = None
 
     def fix(self, odometry: Base, sensors: Sensors) -> Fix | None:
-        """Return the fix of an odometry, without a heading where it has no orientation.
+        """Return the fix of an odometry, without a heading if it has no orientation.
 
-        It is None where the odometry is the last one still, which is no second measurement.
+        It is None if the odometry is still the last one, which is not a new measurement.
 
         Parameters
         ----------
         odometry : Base
             The odometry.
         sensors : Sensors
-            The observation of that moment.
+            The observation at that time.
 
         Raises
         ------
         RobotLostError
             If the first odometry has no orientation.
         """
-        # By identity: a publisher that sets no stamp has the same one in all messages.
+        # Compared by identity, as some publishers set no stamp.
         if odometry is self._last:
             return None
         if self._last is None:

@@ -1,4 +1,4 @@
-"""Robots at the other end of a bus: one that waits for answers, and one that keeps to the clock."""
+"""Robots at the other end of a bus, in lock-step or in real time."""
 
 import time
 from collections.abc import Callable
@@ -36,10 +36,10 @@ FIRST_S = 20.0
 PATIENCE_S = 10.0
 """Time in which a robot in lock-step must answer."""
 BESIDE_S = 0.2
-"""Age of the last message of a topic beside the states, as odometry, after which a robot that is
-controlled by it is damped, in real time."""
+"""Age of the last message of a topic beside the states, such as odometry, after which a robot that
+is controlled by it is damped, in real time."""
 RESTART_S = 1.0
-"""Time that the tick of a robot goes back by only if it began anew, in real time."""
+"""In real time, a robot has begun anew if its tick goes back by more than this."""
 SLICE_S = 0.2
 DAMPINGS = 3
 """The number of damping commands that a controller sends as it leaves."""
@@ -53,17 +53,17 @@ class DdsRobot(CommandedRobot):
     Parameters
     ----------
     bus : Bus
-        The bus of the robot; closed with this.
+        The bus of the robot; closed with this robot.
     needs : Topic or None
-        A topic beside the state, without which no observation is whole: `TRUTHS`, which only a
+        A topic beside the states that a complete observation needs: `TRUTHS`, which only a
         simulation has, or `ODOMETRY`.
     waits : bool
-        True if what is published beside a state is waited for, as in lock-step.
+        True to wait for the messages beside a state, as in lock-step.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
     may_be_real : bool
-        True if the robot may be a real one, whose sport mode publishes where a simulation tells its
-        truth.
+        True if the robot may be a real one, whose sport mode publishes on the topic of a
+        simulation's truth.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class DdsRobot(CommandedRobot):
         super().__init__()
         self._bus = bus
         self._states, self._commands = bus.reader(STATES), bus.writer(COMMANDS)
-        # An estimate is judged by the truth, which no run needs for that.
+        # An estimate is compared with the truth if there is one; the run does not need it.
         beside = {needs} if may_be_real else {TRUTHS, needs}
         self._beside = {
             topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY) if topic in beside
@@ -94,7 +94,7 @@ class DdsRobot(CommandedRobot):
         Raises
         ------
         RobotLostError
-            If none comes in time.
+            If no observation comes in time.
         BackendError
             If sport mode is not released.
         """
@@ -102,7 +102,7 @@ class DdsRobot(CommandedRobot):
         if self._switcher is not None:
             self._released = self._switcher.release()
             if self._released:
-                # Messages until now were the sport mode's, which may fall silent.
+                # Messages so far came from sport mode, which may fall silent.
                 for companion in self._beside.values():
                     companion.forget()
             found = self._await()
@@ -110,7 +110,7 @@ class DdsRobot(CommandedRobot):
         return found
 
     def _await(self) -> Observed:
-        """Return the newest observation of a robot that is there."""
+        """Wait for a robot, and return its newest observation."""
         until = time.monotonic() + FIRST_S
         while time.monotonic() < until:
             found = self._newest(SLICE_S)
@@ -136,7 +136,7 @@ class DdsRobot(CommandedRobot):
         return newest._replace(truth=self._latest(TRUTHS), odometry=self._latest(ODOMETRY))
 
     def _missing(self, topic: Topic) -> str:
-        """Return what an observation lacks of a topic that it needs; empty for nothing."""
+        """Return what an observation lacks of a topic that it needs; empty if nothing."""
         newest = self._latest(topic)
         if newest is None:
             return (
@@ -149,7 +149,7 @@ class DdsRobot(CommandedRobot):
         return ""
 
     def _take_beside(self, state: Observed) -> None:
-        """Take what came beside a state; damp a robot controlled by what two publish."""
+        """Take the messages beside a state; damp a robot if two publish the topic that it needs."""
         refused = None
         for topic, companion in self._beside.items():
             # An odometer may fall silent, which `_watch_beside` judges; a truth comes with every
@@ -214,7 +214,7 @@ class LockStepRobot(DdsRobot):
     bus : Bus
         The bus of the robot.
     needs : Topic or None
-        A topic beside the state, without which no observation is whole.
+        A topic beside the states that a complete observation needs.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
     may_be_real : bool
@@ -250,12 +250,12 @@ class LockStepRobot(DdsRobot):
     def _read(self, arrival: "Arrival") -> Observed | None:
         """Return the observation of a state that is for this controller; None if it is not.
 
-        A robot that obeys another one finishes that run first, and then begins anew: its states
-        until then are of the other run.
+        A robot that obeys another controller finishes that run first, and then begins anew: its
+        states until then belong to the other run.
         """
         found = super()._read(arrival)
         if found is not None and not self._runs and turn_of(arrival.message).asks == 0:
-            # It would step by its clock, however many of its steps an answer takes.
+            # It would step by its clock, however long an answer takes.
             raise RobotLostError(
                 "this robot keeps to the clock, and waits for no answer; cure: serve it with "
                 "--lock-step, or leave out --robot-lock-step"
@@ -273,14 +273,14 @@ class LockStepRobot(DdsRobot):
 
 
 class RealTimeRobot(DdsRobot):
-    """A robot that keeps to the clock: its latest state wins.
+    """A robot in real time: its latest state wins.
 
     Parameters
     ----------
     bus : Bus
         The bus of the robot.
     needs : Topic or None
-        A topic beside the state, without which no observation is whole.
+        A topic beside the states that a complete observation needs.
     pace : Pace
         The pace of commands.
     switcher : MotionSwitcher, optional
@@ -314,7 +314,7 @@ class RealTimeRobot(DdsRobot):
         return found
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
-        """Command, wait for the next step, and return what is newest then."""
+        """Send a command, wait for the next step, and return the newest observation then."""
         self._send(last.tick, motors)
         self._deadlines.begin()
         self.figures.overruns = self._deadlines.overruns
@@ -333,7 +333,7 @@ class RealTimeRobot(DdsRobot):
         return found
 
     def _read(self, arrival: "Arrival") -> Observed | None:
-        """Return the observation of a state; None if it is refused, as what no H1 observes is."""
+        """Return the observation of a state; None if it is refused, as an implausible one is."""
         found = super()._read(arrival)
         if found is not None and not self._runs and turn_of(arrival.message).asks == found.tick:
             # It would step by each answer, and not by the clock.
@@ -345,13 +345,13 @@ class RealTimeRobot(DdsRobot):
         return None
 
     def _watch_silence(self, tick: int, now_s: float) -> None:
-        """Damp a robot of which no new state came for too long."""
+        """Damp the robot if no new state came for too long."""
         age_s = now_s - self._seen_s
         if age_s > LATEST_S:
             self._distrust(tick, too_old(age_s))
 
     def _watch_beside(self, tick: int, now_s: float) -> None:
-        """Damp a robot whose motion is that of a topic which fell silent."""
+        """Damp the robot if the topic that gives its motion fell silent."""
         if self._needs is None:
             return
         came = self._beside[self._needs].came
@@ -364,7 +364,7 @@ class RealTimeRobot(DdsRobot):
 
     def close(self) -> None:
         """Command damping, if the robot was ever commanded, and leave."""
-        with ExitStack() as left:  # whatever happens: a bus that cannot be written to is left, too
+        with ExitStack() as left:  # all are done, even if the bus cannot be written to
             left.callback(self._rest.close)
             left.callback(super().close)
             # Several, since in real time a message may be lost, and nobody is left to repeat it.
@@ -387,9 +387,9 @@ def join(
     pace : Pace or None
         The pace of commands; None in lock-step.
     needs : Topic or None
-        A topic beside the state, without which no observation is whole.
+        A topic beside the states that a complete observation needs.
     switches : bool
-        True if sport mode is released first; a robot of one's own in lock-step has none.
+        True if sport mode is released first; a stub in lock-step has no sport mode.
 
     Raises
     ------
@@ -410,7 +410,7 @@ def join(
 
 
 def on_bus(place: Place, reliable: bool, make: Callable[["Bus"], DdsRobot]) -> DdsRobot:
-    """Return the robot that is made on a bus; raises as `join`."""
+    """Return the robot that ``make`` makes on a new bus; raises as `join`."""
     from spikeport.robot.link.bus import Bus  # needs cyclonedds
 
     bus = Bus(place, reliable=reliable)

@@ -1,4 +1,4 @@
-"""Places where a robot is spoken with: an interface of the network, and a domain of DDS."""
+"""Places where a robot can be reached: a network interface, and a DDS domain."""
 
 import re
 import socket
@@ -13,7 +13,7 @@ LARGEST_DOMAIN = 230
 
 
 class Place(NamedTuple):
-    """An interface and a domain of DDS."""
+    """A network interface and a DDS domain."""
 
     interface: str = LOOPBACK
     domain: int = SIMULATION
@@ -24,7 +24,7 @@ class Place(NamedTuple):
         return self.domain == REAL or self.interface != LOOPBACK
 
     def check(self, may_move_a_robot: bool) -> None:
-        """Refuse a place where a real robot may listen, unless that is meant; raises UsageError."""
+        """Refuse a place where a real robot may listen, unless allowed; raises UsageError."""
         names = [name for _, name in socket.if_nameindex()]
         # The name goes into Cyclone's XML: a quote in it would end the attribute.
         if self.interface not in names or not re.fullmatch(r"[\w.:@-]+", self.interface):

@@ -1,7 +1,7 @@
 """A plant whose physics is at the other end of a robot's interface.
 
-Controllers drive it as they drive a `spikeport.robot.plant.Plant`. A step sends what the joints are
-commanded, and takes what comes back for the present state; the model here is moved to it, for
+Controllers drive it like a `spikeport.robot.plant.Plant`. A step sends the commands of the joints,
+and takes the robot's answer as the present state. The model here is moved to that state, for
 kinematics, contacts and pictures, and never steps.
 """
 
@@ -22,16 +22,16 @@ from spikeport.robot.state import RobotState, in_plane
 
 
 class LinkedPlant(Plant):
-    """The H1 as its interface shows it.
+    """The H1 behind its interface.
 
     Parameters
     ----------
     connect : callable
-        Makes a robot to control, of the settings of a simulated one; a robot that is there already
-        is as it is.
+        Returns a robot to control, for the settings of a simulated robot; an existing robot has
+        its own settings.
     estimator : callable
-        Makes what finds the robot's motion, of the place where a hoist holds its pelvis or None:
-        anew for each run, since estimators remember.
+        Returns a source of the robot's motion, for the place where a hoist holds its pelvis, or
+        None; called for each run, since estimators have a state.
     anchored, appearance
         As `Plant`; an anchored robot hangs on its hoist.
     """
@@ -50,7 +50,7 @@ class LinkedPlant(Plant):
         self._link: dict[str, object] | None = None
         self._true: RobotState | None = None
         super().__init__(anchored=anchored, appearance=appearance)
-        self._connect = connect  # the reset within Plant's beginning concerns the model alone
+        self._connect = connect  # the reset by Plant's constructor only concerns the model
 
     def reset(
         self,
@@ -64,10 +64,10 @@ class LinkedPlant(Plant):
         Raises
         ------
         BackendError
-            If there is none.
+            If there is no robot.
         """
         super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)
-        # The history so far is of the model's own posture, in which nobody saw a robot.
+        # The history so far has the model's own posture, in which no robot was.
         self._history.clear()
         if self._connect is None:
             return
@@ -92,7 +92,7 @@ class LinkedPlant(Plant):
         Raises
         ------
         RobotLostError
-            If none comes.
+            If no state comes.
         DivergedError
             As `Plant.step`.
         """
@@ -120,26 +120,26 @@ class LinkedPlant(Plant):
 
     @property
     def true_in_plane(self) -> np.ndarray:
-        """Heading, place and velocity, (5,), by the truth where that is published beside it."""
+        """Heading, place and velocity, (5,), by the truth if it is published."""
         return super().true_in_plane if self._true is None else in_plane(self._true)
 
     @property
     def height_m(self) -> float:
-        """Height of the pelvis above the floor, by the truth where that is published beside it."""
+        """Height of the pelvis above the floor, by the truth if it is published."""
         return super().height_m if self._true is None else float(self._true.base_position[2])
 
     def _figures(self, robot: RobotClient) -> dict[str, object]:
         return {**robot.summary(), "estimator": self._motion.summary()}
 
     def _commands(self) -> MotorCommands:
-        """Return what the actuators of the model are set to.
+        """Return the commands that the model's actuators are set to.
 
-        torque = gain ctrl + bias . (1, q, dq), of which bias = (0, -kp, -kd).
+        torque = gain ctrl + bias . (1, q, dq) with bias = (0, -kp, -kd).
         """
         model, ctrl = self.model, self.data.ctrl
         kp, kd = -model.actuator_biasprm[:, 1], -model.actuator_biasprm[:, 2]
         none = np.zeros(len(ctrl))
-        # The gain of a position command is kp, so nothing is left; a torque command has kp 0.
+        # A position command has gain kp, so its tau is 0; a torque command has kp 0.
         tau = (model.actuator_gainprm[:, 0] - kp) * ctrl
         return MotorCommands(np.where(kp > 0, ctrl, none), none, kp, kd, tau)
 

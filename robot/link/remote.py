@@ -1,6 +1,6 @@
-"""The wireless remote: 40 bytes of the robot's state, and keys of a terminal that mean the same.
+"""The wireless remote: 40 bytes of the robot's state, and terminal keys with the same meaning.
 
-Bytes 2 and 3 are the keys, one bit each; its sticks are not read. Source: unitree_rl_gym,
+Bytes 2 and 3 are the keys, one bit each; the sticks are not read. Source: unitree_rl_gym,
 ``deploy/deploy_real/common/remote_controller.py``.
 """
 
@@ -8,7 +8,7 @@ from spikeport.errors import UsageError
 from spikeport.robot.link.controller_states import Event
 
 SIZE = 40
-"""Bytes of a remote's message."""
+"""Bytes of the remote's message."""
 
 KEYS = (
     *("R1", "L1", "start", "select", "R2", "L2", "F1", "F2"),
@@ -22,7 +22,7 @@ PRESSES: dict[frozenset[str], Event] = {
     frozenset({"L1", "R1"}): Event.REARM,
     frozenset({"select"}): Event.STOP,
 }
-"""Events of keys that are pressed together; the last one wins. Start, A and select are those of
+"""Events of keys that are pressed together; the last one wins. Start, A and select are the keys of
 Unitree's own controllers."""
 
 TERMINAL = {"s": Event.START, "a": Event.RUN, " ": Event.STOP, "r": Event.REARM}
@@ -30,7 +30,7 @@ TERMINAL = {"s": Event.START, "a": Event.RUN, " ": Event.STOP, "r": Event.REARM}
 
 
 def decode(message: bytes) -> frozenset[str]:
-    """Return the keys of a message that are down; raises UsageError for one of another size."""
+    """Return the keys that are down in a message; raises UsageError for a wrong size."""
     if len(message) != SIZE:
         raise UsageError(f"wireless_remote has {len(message)} bytes, {SIZE} are needed")
     bits = int.from_bytes(message[2:4], "little")

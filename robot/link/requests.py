@@ -1,7 +1,7 @@
 """Requests of a robot's services and their answers as bytes.
 
-Both have a head of fixed length, a text, and bytes that no service here uses. Texts are of XCDR1: a
-length with a zero at the end, from the next multiple of 4 on.
+Both have a head of fixed length, a text, and bytes that no service here uses. Texts are in XCDR1:
+from the next multiple of 4 on, a length, then the text and a zero byte, which the length counts.
 """
 
 import struct
@@ -12,7 +12,7 @@ from spikeport.robot.link.wire import WORD, MessageError
 _REQUEST, _RESPONSE = struct.Struct("<qqqi?3x"), struct.Struct("<qqi")
 _LENGTH = struct.Struct("<I")
 LONGEST_TEXT = 65_536
-"""Bytes of a text; the motion switcher's have some 50."""
+"""The most bytes of a text; the motion switcher's texts have about 50."""
 
 
 class Request(NamedTuple):
@@ -45,21 +45,21 @@ def encode_response(response: Response) -> bytes:
 
 
 def decode_request(message: bytes) -> Request:
-    """Return the request of a message; raises MessageError if it is none."""
+    """Return the request in a message; raises MessageError if it is invalid."""
     number, function, *_ = _head(_REQUEST, "Request_", message)
     return Request(number, function, _text(_REQUEST, "Request_", message))
 
 
 def decode_response(message: bytes) -> Response:
-    """Return the answer of a message; raises MessageError if it is none."""
+    """Return the answer in a message; raises MessageError if it is invalid."""
     number, function, code = _head(_RESPONSE, "Response_", message)
     return Response(number, function, code, _text(_RESPONSE, "Response_", message))
 
 
 def _with_text(text: str) -> bytes:
-    """Return a text as it stands behind a head, and that no bytes follow."""
+    """Return the encoding of a text after a head, and of no bytes after the text."""
     data = text.encode() + b"\0"
-    # Zeros to the next multiple of 4, then the length of no bytes.
+    # Zeros to the next multiple of 4, then the number of bytes, 0.
     return _LENGTH.pack(len(data)) + data + bytes(-len(data) % WORD) + _LENGTH.pack(0)
 
 
@@ -70,7 +70,7 @@ def _head(head: struct.Struct, name: str, message: bytes) -> tuple[int, ...]:
 
 
 def _text(head: struct.Struct, name: str, message: bytes) -> str:
-    """Return the text behind a head; what is not UTF-8 is replaced, and bytes are not looked at."""
+    """Return the text after a head; invalid UTF-8 is replaced, and later bytes are not read."""
     (length,) = _LENGTH.unpack_from(message, head.size)
     begin = head.size + _LENGTH.size
     most = min(LONGEST_TEXT, len(message) - begin)

@@ -1,10 +1,10 @@
-"""The H1 in simulation as its interface shows it: messages in, messages out.
+"""The simulated H1 behind its interface: messages in, messages out.
 
     torque = tau + kp (q - q_joint) + kd (dq - dq_joint)
 
-It is clipped to the motor's largest torque, and a motor at its largest speed pushes no further.
-Joints are damped until the first command, and again from the next step of the physics on when
-none came for as long as the watchdog waits.
+The torque is clipped to the motor's largest, and a motor at its largest speed does not accelerate.
+Joints are damped until the first command, and again from the next physics step on if no command
+came within the watchdog's time.
 """
 
 import hashlib
@@ -37,8 +37,7 @@ from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import Plant
 
 LETS_GO_S = 4.0
-"""Time from the beginning of its way down until a robot that stands is let go of, where nobody does
-it."""
+"""Time from the start of lowering until the hoist lets go of a standing robot by itself."""
 _IMU = ("orientation", "gyro", "acceleration")
 
 
@@ -51,7 +50,7 @@ class Refusals:
     damaged : int
         Messages of another size, or with a wrong checksum.
     beyond_limits : int
-        Messages with a number that is not finite, or that no motor is to obey.
+        Messages with a number that is not finite, or that motors must not obey.
     second_writer : int
         Messages from another writer than the first.
     sport_mode : int
@@ -70,27 +69,27 @@ class SimulatedRobot:
     Parameters
     ----------
     settings : RobotSettings
-        Its settings.
+        The robot's settings.
 
     Attributes
     ----------
     tick : int
-        Its time in ms; the first state is that of the first step's length, since controllers wait
-        for a tick that is not 0.
+        The robot's time in ms. It begins at the length of a step, since controllers wait for a
+        tick that is not 0.
     step_ticks : int
         Length of a step, in ms.
     steps : int
-        Steps since it began.
+        Steps since the robot began.
     refusals : Refusals
-        The counts of messages that it did not obey.
+        The counts of messages that the robot did not obey.
     watchdog_trips : int
-        The number of times it went into damping.
+        The number of times that the watchdog damped the robot.
     last_refusal : str
-        The reason why it refused a message last.
+        The reason of the last refusal of a message.
     sport_mode : str
-        The mode that commands it in a controller's stead; empty if none does.
+        The mode that commands the robot instead of a controller; empty if none does.
     hoist : Hoist
-        Its hoist.
+        The robot's hoist.
     """
 
     def __init__(self, settings: RobotSettings) -> None:
@@ -113,7 +112,7 @@ class SimulatedRobot:
         """Begin anew, as after a power cycle: in the first posture, obeying nobody."""
         settings, model = self._settings, self._plant.model
         self._limits[:] = np.stack((-TORQUE_LIMITS_NM, TORQUE_LIMITS_NM), axis=1)
-        self._plant.damp()  # the plant does not know what gains were commanded since
+        self._plant.damp()  # the plant does not know the gains that were commanded since
         self._plant.reset(settings.seed, posture_rad=settings.posture_rad)
         # MuJoCo's force is gain ctrl + bias_1 q + bias_2 dq: `_drive` puts -kp and -kd into the
         # biases.
@@ -121,7 +120,7 @@ class SimulatedRobot:
         model.actuator_biasprm[:, 0] = 0.0
         self.tick = self.step_ticks
         self.steps = 0
-        # A report is of one controller's run.
+        # A report covers one controller's run.
         self.refusals, self.last_refusal = Refusals(), ""
         self.watchdog_trips = 0
         self.sport_mode, self.hoist = settings.sport_mode, Hoist(self._plant)
@@ -143,16 +142,16 @@ class SimulatedRobot:
         begin_s, step_s = self._settings.let_down_s, TICK_S * self.step_ticks
         if begin_s is None:
             return {}
-        # A robot that still is on its way down then is let go of once it stands.
+        # A robot that is still on its way down at that time is let go of once it stands.
         times_s = {Held.HANGS: begin_s, Held.STANDS: begin_s + LETS_GO_S}
         return {held: round(at_s / step_s) for held, at_s in times_s.items()}
 
     # commands
 
     def read(self, message: bytes, writer: int) -> Command | None:
-        """Return the command of a message; None, and counted, if it is damaged or of another.
+        """Return the command of a message; count the message and return None if it is refused.
 
-        The first writer of a command that is whole is the one that is obeyed, until it is gone.
+        The robot obeys the first writer of a valid command, until that writer is gone.
         """
         if self._writer not in (None, writer):
             self._refuse("second_writer", "another writer is obeyed; one at a time")
@@ -165,18 +164,17 @@ class SimulatedRobot:
         if self.sport_mode:
             self._refuse("sport_mode", f"mode '{self.sport_mode}' commands; release it first")
             return None
-        # Only a whole command makes its writer the one that is obeyed: a damaged first one does
-        # not.
+        # Set only here, so that a damaged command does not make the robot obey its writer.
         self._writer = writer
         return command
 
     def is_left(self, writers: list[int]) -> bool:
-        """Return whether the writer that was obeyed is none of those that are there."""
+        """Return whether the writer that the robot obeys is no longer among the writers."""
         return self._writer is not None and self._writer not in writers
 
     @property
     def controller(self) -> int:
-        """The number of the writer that is obeyed; 0 for nobody yet."""
+        """The number of the writer that the robot obeys; 0 for none yet."""
         return self._writer or 0
 
     def forget_writer(self) -> None:
@@ -184,7 +182,7 @@ class SimulatedRobot:
         self._writer = None
 
     def obey(self, command: Command) -> None:
-        """Drive the motors by a command; what no motor is to obey is refused and counted."""
+        """Drive the motors by a command; refuse and count one that motors must not obey."""
         try:
             check_commands(command.motors)
         except MessageError as error:
@@ -215,7 +213,7 @@ class SimulatedRobot:
         Raises
         ------
         DivergedError
-            If the simulation left the numbers it can work with.
+            If the simulation diverged.
         """
         self._watch()
         self._limit_speeds()
@@ -225,7 +223,7 @@ class SimulatedRobot:
         self._plant.step()
         self.tick += self.step_ticks
         self.steps += 1
-        # A digest of every bit of the motion: two runs are equal if theirs are.
+        # A digest of every bit of the motion: two runs are equal if their digests are.
         self._motion.update(self._plant.data.qpos.tobytes())
         self._motion.update(self._plant.data.qvel.tobytes())
 
@@ -239,7 +237,7 @@ class SimulatedRobot:
             self._drive(DAMPING)
 
     def _limit_speeds(self) -> None:
-        """Let a motor at its largest speed brake, and push no further."""
+        """Let a motor at its largest speed brake, but not accelerate."""
         speeds = self._plant.data.qvel[6:]
         # Torque along the motion is cut off, torque against it is not.
         self._limits[:, 1] = np.where(speeds >= SPEED_LIMITS_RAD_S, 0.0, TORQUE_LIMITS_NM)
@@ -248,14 +246,14 @@ class SimulatedRobot:
     # states
 
     def sensors(self) -> Sensors:
-        """Return what its sensors observe; arrays are those of the simulation, and change."""
+        """Return the sensors' observation; its arrays are views of the simulation, and change."""
         data = self._plant.data
         time_s, (quaternion, rates, forces) = TICK_S * self.tick, self._imu
         angles, velocities, torques = data.qpos[7:], data.qvel[6:], data.actuator_force
         return Sensors(time_s, quaternion, rates, forces, angles, velocities, torques)
 
     def state(self) -> bytes:
-        """Return the message of what its sensors observe."""
+        """Return the message of the sensors' observation."""
         return encode_state(self.tick, self.sensors())
 
     def truth(self) -> bytes:
@@ -271,7 +269,7 @@ class SimulatedRobot:
         return Base(self.tick, data.qpos[:3], data.qvel[:3], data.qpos[3:7])
 
     def summary(self) -> dict[str, object]:
-        """Return what it did: ``motion`` is a digest of all positions and velocities, float64."""
+        """Return a summary; ``motion`` is a digest of all positions and velocities, float64."""
         return {
             "steps": self.steps,
             "motion": self._motion.hexdigest()[:12],

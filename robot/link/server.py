@@ -1,4 +1,4 @@
-"""``spikeport robot serve``: a process that is a robot, for one controller at a time."""
+"""``spikeport robot serve``: a process that acts as a robot, for one controller at a time."""
 
 import json
 import time
@@ -18,10 +18,10 @@ from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.terminal import Terminal, own_terminal
 
 AGAIN_S = 0.05
-"""Time after which a state that nobody answers is published again, in lock-step."""
+"""Time after which an unanswered state is published again, in lock-step."""
 HOIST_KEY = "l"
 SLICE_S = 0.2
-"""Time between two looks at whether the controller is still there."""
+"""Time between two checks whether the controller is still there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,21 +31,21 @@ class Service:
     Attributes
     ----------
     place : Place
-        The domain and interface that it is spoken with in.
+        The domain and interface of the robot's topics.
     robot : RobotSettings
         The robot.
     lock_step : bool
-        True if it waits for the answer to each state, rather than keep to the clock.
+        True if the robot waits for the answer to each state; otherwise it runs in real time.
     truth : bool
-        True if it publishes place and velocity of its pelvis.
+        True if the robot publishes place and velocity of its pelvis.
     faults : sequence of Fault
         A plan of faults, for lock-step.
     once : bool
-        End when the first controller is gone.
+        True to end when the first controller is gone.
     idle_s : float, optional
-        End after so long without a controller.
+        Time without a controller after which the server ends.
     priority : int, optional
-        The real-time priority of the process, where it keeps to the clock.
+        The real-time priority of the process, outside lock-step.
     """
 
     place: Place
@@ -59,14 +59,14 @@ class Service:
 
 
 class Interface:
-    """The robot's ends of its topics, and who is at the others.
+    """The robot's ends of its topics, and a record of when a controller was at the other ends.
 
     Parameters
     ----------
     bus : Bus
         The bus of the topics.
     service : Service
-        The settings: topics that are published, and times after which nobody is waited for.
+        The settings: the published topics, and when to stop waiting for a controller.
     """
 
     def __init__(self, bus: Bus, service: Service) -> None:
@@ -79,7 +79,7 @@ class Interface:
         self._alone_since = time.monotonic()
 
     def publish(self, messages: Published) -> None:
-        """Send the messages of a tick, its state last: that completes it."""
+        """Send the messages of a tick, its state last, as that completes the tick."""
         if self._truths is not None and messages.truth is not None:
             self._truths.write(messages.truth)
         if self._odometry is not None and messages.odometry is not None:
@@ -109,7 +109,7 @@ class Attendant:
     terminal : Terminal
         Its key `HOIST_KEY` pulls the hoist.
     say : callable
-        Prints a line, as the hoist lets down and lets go.
+        Prints a line when the hoist lowers the robot and when it lets go.
     """
 
     def __init__(
@@ -120,7 +120,7 @@ class Attendant:
         self._shown = robot.hoist.held
 
     def look(self) -> None:
-        """Do what was asked for since the last look."""
+        """Handle the requests and keys since the last look."""
         self._switcher.serve()
         hoist = self._robot.hoist
         for _ in range(self._terminal.keys().count(HOIST_KEY)):
@@ -131,7 +131,7 @@ class Attendant:
 
 
 def serve(service: Service, say: Callable[[str], None]) -> None:
-    """Be a robot until the process is ended, or as long as the settings say; then report.
+    """Act as a robot until the process or the settings end it; then report.
 
     Parameters
     ----------
@@ -145,11 +145,11 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     MissingExtraError, BackendError
         If DDS cannot begin.
     DivergedError
-        If the simulation left the numbers it can work with.
+        If the simulation diverged.
     """
     robot = SimulatedRobot(service.robot)
     place = service.place
-    # In lock-step a robot looks at nothing while it has commands to answer.
+    # In lock-step, nothing reads keys while commands keep coming.
     by_hand = service.robot.hoist and not service.lock_step
     with (
         Bus(place, reliable=service.lock_step) as bus,
@@ -162,7 +162,7 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
             say(f"robot: {json.dumps({**robot.summary(), 'overruns': deadlines.overruns})}")
 
         clock = "lock-step" if service.lock_step else f"{service.robot.rate_hz:g} Hz"
-        try:  # who reads the first line may end the process before the next statement
+        try:  # a reader of the first line may end the process before the next statement
             say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
             if service.lock_step:
                 lock_step = LockStep(robot, service.faults, service.truth)
@@ -181,22 +181,22 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
 def serve_lock_step(
     robot: LockStep, interface: Interface, attendant: Attendant, report: Callable[[], None]
 ) -> None:
-    """Publish a state, wait for its answer, step; until the controller is gone.
+    """Publish a state, wait for its answer and step, until the controller is gone.
 
-    For the next controller, if there may be one, the robot begins anew, after ``report``: its run
-    depends on its seeds alone, too.
+    For the next controller, if there may be one, the robot begins anew after ``report``, so that
+    this run, too, depends only on its seeds.
     """
     while True:
         if not robot.silent:
             interface.publish(robot.published())
-        # A state may be lost as well as its answer: it is published again after this time.
+        # A state or its answer may be lost, so the state is published again after this time.
         arrivals = interface.commands.take(AGAIN_S)
         for arrival in arrivals:
             robot.answered(arrival.message, arrival.writer)
         if arrivals:
             continue
         attendant.look()
-        writers = interface.commands.writers  # one look: a controller may leave between two
+        writers = interface.commands.writers  # read once: a controller may leave between two reads
         if interface.is_over(writers):
             return
         if robot.robot.is_left(writers):
@@ -227,7 +227,7 @@ def serve_real_time(
         interface.publish(
             Published(robot.state(), robot.truth() if truth else None, robot.odometry())
         )
-        # Not in every step: processes come and go seldom.
+        # Not in every step, as processes rarely come and go.
         if time.monotonic() - looked_s >= SLICE_S:
             looked_s = time.monotonic()
             attendant.look()

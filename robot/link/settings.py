@@ -10,11 +10,11 @@ from spikeport.robot.link.codec import TICK_S
 from spikeport.robot.link.odometer import OdometerErrors
 
 LOCK_STEP_HZ = 200.0
-"""Physics steps a second in lock-step: as of a run without an interface."""
+"""Physics steps a second in lock-step, as in a run without an interface."""
 LOWEST_HZ, HIGHEST_HZ = 200.0, 1000.0
 WATCHDOG_S = 0.1
 LONGEST_MODE = 64
-"""Letters of a sport mode's name."""
+"""The most letters of a sport mode's name."""
 
 
 @dataclass(frozen=True)
@@ -26,19 +26,19 @@ class RobotSettings:
     rate_hz : float
         Physics steps a second, each of a whole number of ticks of 1 ms.
     hoist : bool
-        True if it hangs by its pelvis.
+        True if the robot hangs by its pelvis.
     watchdog_s : float
-        Time without a valid command after which it is damped.
+        Time without a valid command after which the robot is damped.
     seed : int
-        Draws the posture that it begins in.
+        Seed of the robot's first posture.
     posture_rad : mapping of str to float
         Angles of joints that begin elsewhere than in the default pose.
     sport_mode : str
-        The mode that commands it, and nobody else, until it is released; empty for none.
+        The mode that alone commands the robot until it is released; empty for none.
     let_down_s : float or None
-        Time from its first command until it is let down from its hoist; None for never.
+        Time from the first command until the hoist lowers the robot; None for never.
     odometer : OdometerErrors or None
-        Its odometer's errors; None for a robot without one.
+        Errors of the odometer; None for a robot without one.
     """
 
     rate_hz: float = LOCK_STEP_HZ
@@ -51,7 +51,7 @@ class RobotSettings:
     odometer: OdometerErrors | None = None
 
     def __post_init__(self) -> None:
-        """Check the values; UsageError says what is wrong."""
+        """Check the values; raise UsageError for the first wrong one."""
         ticks = 1 / (TICK_S * self.rate_hz) if self.rate_hz > 0 else 0.0
         if not LOWEST_HZ <= self.rate_hz <= HIGHEST_HZ or abs(ticks - round(ticks)) > 1e-9:
             raise UsageError(

@@ -1,7 +1,7 @@
-"""Takes the robot out of sport mode, which else commands the same motors.
+"""The release of sport mode, which would otherwise command the same motors.
 
-Its motion switcher is asked for the mode's name (1001) and to release it (1003), until the name is
-empty. Source: unitree_sdk2 ``example/h1/low_level/humanoid.hpp``, unitree_sdk2_python
+The motion switcher is asked for the mode's name (1001) and to release the mode (1003), until the
+name is empty. Source: unitree_sdk2 ``example/h1/low_level/humanoid.hpp``, unitree_sdk2_python
 ``motion_switcher_client.py``.
 """
 
@@ -15,7 +15,7 @@ from spikeport.robot.link.settings import LONGEST_MODE
 CHECK_MODE, RELEASE_MODE = 1001, 1003
 """Functions of the motion switcher."""
 EMPTY = json.dumps({})
-"""The parameter of both."""
+"""The parameter of both functions."""
 MOST_RELEASES = 5
 
 
@@ -32,14 +32,14 @@ class SportModeRelease:
     Parameters
     ----------
     request : callable
-        Sends the number of a request with its parameter, and returns the switcher's answer.
+        Sends a function's number and a parameter, and returns the switcher's answer.
 
     Attributes
     ----------
     released : bool
         True if there is no mode any more.
     mode : str
-        The mode's name, as it was last checked.
+        The mode's name at the last check.
     """
 
     def __init__(self, request: Callable[[int, str], Answer]) -> None:
@@ -48,19 +48,19 @@ class SportModeRelease:
         self._releases = 0
 
     def step(self) -> None:
-        """Check the mode, and release it if there is one; a robot needs seconds for that.
+        """Check the mode, and release it if there is one; a robot needs seconds to leave it.
 
         Raises
         ------
         BackendError
-            If the switcher answers by an error or by something that is no mode, or keeps its mode
-            after `MOST_RELEASES` releases.
+            If the switcher answers with an error or with an invalid mode, or if there still is a
+            mode after `MOST_RELEASES` releases.
         """
         self.mode = _mode(self._asked("CheckMode", CHECK_MODE).data)
         self.released = not self.mode
         if self.released:
             return
-        # Something switches it back: releasing on and on would never end.
+        # Something switches the mode back, so further releases would never end.
         if self._releases == MOST_RELEASES:
             raise BackendError(
                 f"the robot is still in mode '{self.mode}' after {MOST_RELEASES} releases; end "
@@ -80,7 +80,7 @@ class SportModeRelease:
 
 
 def _mode(data: str) -> str:
-    """Return the name in a checked mode's data, ``{"form": "0", "name": "..."}``."""
+    """Return the mode's name in the answer to a check, ``{"form": "0", "name": "..."}``."""
     try:
         name = json.loads(data)["name"]
     except (ValueError, TypeError, KeyError, RecursionError):

@@ -1,4 +1,4 @@
-"""A robot of one's own: a process that is started for one run, and ended with it."""
+"""A simulated robot in a process of its own, which starts and ends with a run."""
 
 import dataclasses
 import json
@@ -20,22 +20,22 @@ from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 
 DOMAINS = range(2, 102)
-"""Domains of stubs: of each, the ports are below those that systems give away."""
+"""Domains of stubs, whose ports are below the ephemeral ports of operating systems."""
 
 
 class StubRobot(RobotClient):
-    """A simulated robot in a process of its own, which ends with this.
+    """A simulated robot in a process of its own, which ends with this client.
 
     Parameters
     ----------
     settings : RobotSettings
         The robot.
     pace : Pace or None
-        The pace of commands to a robot that keeps to the clock; None in lock-step.
+        The pace of commands in real time; None in lock-step.
     faults : sequence of str
         A plan of faults.
     needs : Topic or None
-        A topic beside the state, without which no observation is whole.
+        A topic beside the states that a complete observation needs.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class StubRobot(RobotClient):
         try:
             self._child = Child("robot", _arguments(place, settings, pace, faults))
             try:
-                # In lock-step nothing else commands a robot of one's own, so no switcher is asked.
+                # In lock-step nothing else commands a stub, so no switcher is asked.
                 self._client = join(place, pace, needs, switches=pace is not None)
             except BaseException:
                 self._child.close()
@@ -77,7 +77,7 @@ class StubRobot(RobotClient):
         try:
             return self._client.exchange(last, motors)
         except RobotLostError as error:
-            # A robot that died has words of its own, which say more than its silence.
+            # The last output of a robot that died says more than its silence.
             if self._child.runs:
                 raise
             self._words = self._child.close()
@@ -85,8 +85,8 @@ class StubRobot(RobotClient):
 
     def close(self) -> None:
         """Leave the robot, wait for the end of its process, and warn of faults never reached."""
-        with ExitStack() as left:  # whatever happens: a client that cannot leave leaves no process
-            # Last, as a user may have made errors of warnings.
+        with ExitStack() as left:  # the process ends even if the client cannot leave
+            # Called last, as a user may have turned warnings into errors.
             left.callback(self._warn_of_faults)
             left.callback(self._claim.close)
             left.callback(self._end)
@@ -97,16 +97,16 @@ class StubRobot(RobotClient):
             warnings.warn(line, stacklevel=2)
 
     def _end(self) -> None:
-        """Wait for the end of the robot's process, and keep its last words."""
+        """Wait for the end of the robot's process, and keep its last output."""
         self._words = self._words or self._child.close()
 
     def summary(self) -> dict[str, object]:
-        """Return the figures, with what the robot says of itself once it has ended."""
+        """Return the figures, with the robot's own summary once it has ended."""
         return {**self._client.summary(), "robot": _last_words(self._words)}
 
 
 def _last_words(words: str) -> object:
-    """Return what a robot says of itself as it ends; its words, where it ended otherwise."""
+    """Return the summary that a robot prints as it ends; without one, its output."""
     try:
         return json.loads(words.splitlines()[-1].removeprefix("robot: "))
     except (IndexError, ValueError):
@@ -116,7 +116,7 @@ def _last_words(words: str) -> object:
 def _arguments(
     place: Place, settings: RobotSettings, pace: Pace | None, faults: Sequence[str]
 ) -> list[str]:
-    # `repr` gives a float in full: the run must be the same to the last bit.
+    # `repr` writes a float in full: the run must be the same to the last bit.
     clock = (
         ["--lock-step", "--rate-hz", repr(settings.rate_hz)] if pace is None else _priority(pace)
     )
@@ -144,7 +144,7 @@ def _odometer(errors: OdometerErrors | None) -> list[str]:
 
 
 def _free_domain() -> tuple[socket.socket, Place]:
-    """Return a domain of which no other stub of this machine is, and what claims it.
+    """Return the claim of a domain that no other stub of this machine uses, and the domain.
 
     The claim is an abstract Unix socket: no file, and gone with its process.
     """

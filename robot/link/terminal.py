@@ -1,4 +1,4 @@
-"""Keys of the terminal, where a process has one; a controller's are the remote's events."""
+"""Keys of a process' terminal, if it has one; for a controller, they are events of the remote."""
 
 import os
 import re
@@ -11,27 +11,27 @@ from spikeport.robot.link.controller_states import Event
 from spikeport.robot.link.remote import TERMINAL
 
 MOST_KEYS = 64
-"""Keys that are taken at once."""
+"""The most keys that are read at once."""
 
 _BEGUN = r"(?:\[\[?|O)[0-?]*[!-/]*"
 _SEQUENCE = re.compile(rf"\x1b(?:{_BEGUN}[@-Z\\-~]|[!-~])?")
-"""The bytes of a key without a letter, as an arrow's ESC [ A, or of a letter with Alt.
+"""The bytes of a key without a letter, such as an arrow's ESC [ A, or of a letter with Alt.
 
-None has a space, which is to stop a robot whatever came before it.
+No sequence contains a space, as a space must stop a robot whatever came before it.
 """
 _UNFINISHED = re.compile(rf"\x1b(?:{_BEGUN})?\Z")
-"""The end of a text within a sequence."""
+"""An unfinished sequence at the end of a text."""
 
 
 class Terminal:
-    """The keys of a terminal, without waiting for any.
+    """The keys of a terminal, read without waiting.
 
-    Each counts as it is pressed, and is not echoed, until `close`.
+    Until `close`, keys come one by one as they are pressed, and are not echoed.
 
     Parameters
     ----------
     descriptor : int or None
-        The terminal's file; None for one that never has a key.
+        The terminal's file descriptor; None for a terminal that never has a key.
     """
 
     def __init__(self, descriptor: int | None) -> None:
@@ -45,13 +45,13 @@ class Terminal:
 
     @property
     def is_heard(self) -> bool:
-        """True if keys can come from it."""
+        """True if keys can come from the terminal."""
         return self._descriptor is not None
 
     def keys(self) -> str:
-        """Return the letters that were pressed since the last call, as small ones.
+        """Return the letters that were pressed since the last call, in lower case.
 
-        Arrows and function keys are none, though their sequences end in letters.
+        Arrows and function keys do not count, though their sequences end in letters.
         """
         if self._descriptor is None or not select.select([self._descriptor], [], [], 0)[0]:
             return ""
@@ -65,24 +65,24 @@ class Terminal:
         return [TERMINAL[key] for key in self.keys() if key in TERMINAL]
 
     def close(self) -> None:
-        """Let the terminal be as it was."""
+        """Restore the terminal's settings."""
         if self._descriptor is not None:
             termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._before)
             self._descriptor = None
 
 
 def _divided(text: str) -> tuple[str, str]:
-    """Return a text without, and with, the sequence that its end is within."""
+    """Return a text without the unfinished sequence at its end, and that sequence."""
     found = _UNFINISHED.search(text)
     end = len(text) if found is None else found.start()
     return text[:end], text[end:]
 
 
 def _let_nothing_suspend(descriptor: int) -> None:
-    r"""Let Ctrl-Z, Ctrl-\ and Ctrl-S be keys without a meaning.
+    r"""Turn off the meaning of Ctrl-Z, Ctrl-\ and Ctrl-S.
 
-    They would stop or end the process, or hold up what it prints, and leave a robot that it
-    commands without damping.
+    They would stop or end the process, or block its output, and leave a robot that it commands
+    without damping.
     """
     found = termios.tcgetattr(descriptor)
     found[tty.IFLAG] &= ~termios.IXON
@@ -92,9 +92,9 @@ def _let_nothing_suspend(descriptor: int) -> None:
 
 
 def own_terminal() -> Terminal:
-    """Return the terminal that is this process' input; without one, one that has no keys.
+    """Return the terminal that is this process' input; without one, a terminal without keys.
 
-    A process in the background has none: the system would stop it as it asks for a key.
+    A background process gets no keys: the system would stop the process as it reads one.
     """
     if sys.stdin is None or not sys.stdin.isatty():
         return Terminal(None)

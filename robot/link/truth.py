@@ -1,7 +1,7 @@
 """The robot's motion by the truth of a simulation, as it was published.
 
-Angles, rates and orientation are the sensors'; only what no sensor observes, place and linear
-velocity of the pelvis, is taken from the simulation.
+Angles, rates and orientation come from the sensors. Only place and linear velocity of the pelvis,
+which no sensor observes, come from the simulation.
 """
 
 import numpy as np

@@ -1,13 +1,13 @@
 """Messages as bytes: fixed layouts of CDR, and the checksum over Unitree's C structs.
 
 A message travels as XCDR1, little-endian. CDR aligns every number to its own size, and structs not
-at all; C aligns structs too. So the first motor follows the head directly on the wire, which is 4
-bytes shorter than the C struct that the checksum is taken over (808 and 1,176 bytes against 812 and
-1,180). The layouts are fixed: a message is read or written by one call of compiled code, where
-cyclonedds takes 1 to 3 ms.
+at all; C aligns structs too. So the first motor follows the head directly on the wire, and a
+message is 4 bytes shorter than the C struct that the checksum is computed over (808 and 1,176 bytes
+against 812 and 1,180). The layouts are fixed, so one call of compiled code reads or writes a
+message, where cyclonedds takes 1 to 3 ms.
 
 The checksum is CRC-32/MPEG-2 (polynomial 0x04C11DB7, start 0xFFFFFFFF, most significant bit first)
-over the struct's little-endian words, without the last, which holds it.
+over the struct's little-endian words, without the last, which holds the checksum.
 """
 
 from collections.abc import Iterator
@@ -22,11 +22,11 @@ POLYNOMIAL = 0x04C11DB7
 
 
 class MessageError(ValueError):
-    """A message that is not what its topic says."""
+    """A message with a wrong size, checksum or content."""
 
 
 def _table() -> np.ndarray:
-    """Return the checksums of a word's bytes, ``(4, 256)``, by place: row 3 is the highest's."""
+    """Return the checksums of a word's bytes, ``(4, 256)``; row 3 is for the highest byte."""
     table = np.arange(256, dtype=np.uint32) << 24
     rows = []
     for _ in range(WORD):
@@ -101,10 +101,10 @@ class Layout:
         self.opened(self.sealed(np.zeros(self.size // WORD, "<u4")))  # compiled before it counts
 
     def _words_in_c(self, in_c: dict[str, int]) -> np.ndarray:
-        """Return where each word of the C struct is in the message, without the last, ``(n, 3)``.
+        """Return where each word of the C struct but the last is in the message, ``(n, 3)``.
 
-        A row has the number of a word of the message, how many bits of it are skipped, and a mask
-        of what is kept of the others: bytes that align count as zeros, whatever they are.
+        A row has the index of a word of the message, the number of its bits to skip, and a mask of
+        the other bits to keep: alignment bytes count as zeros, whatever they are.
         """
         parts = np.zeros((self.size_in_c // WORD, 3), np.uint32)
         for path, (at, kind, n) in self._places.items():
@@ -116,7 +116,7 @@ class Layout:
         return parts[:-1]
 
     def words(self, *paths: str) -> np.ndarray:
-        """Return the numbers of the 4-byte words that hold fields, one after the other."""
+        """Return the indices of the 4-byte words that hold fields, one after the other."""
         found: list[int] = []
         for path in paths:
             at, kind, n = self._places[path]
@@ -129,12 +129,12 @@ class Layout:
         return self._places[path][0]
 
     def check_size(self, message: bytes) -> None:
-        """Raise MessageError if a message has another size."""
+        """Raise MessageError if a message has the wrong size."""
         if len(message) != self.size:
             raise MessageError(f"{self._name}: {len(message)} bytes, not {self.size}")
 
     def checksum(self, message: bytes) -> int:
-        """Return the checksum that a message is to have."""
+        """Return the checksum that a message should have."""
         return int(np.frombuffer(self.sealed(np.frombuffer(message, "<u4").copy()), "<u4")[-1])
 
     def sealed(
@@ -148,9 +148,9 @@ class Layout:
         Parameters
         ----------
         message : ndarray
-            Its words, ``<u4``; changed.
+            The message's words, ``<u4``; changed in place.
         places, numbers : ndarray
-            Numbers that are to be written into it as float32, and into which words.
+            The words to write into, and the numbers to write as float32.
 
         Raises
         ------
@@ -192,7 +192,7 @@ def _packed(
 
 
 def _in_c(struct: Struct, prefix: str = "", begin: int = 0) -> tuple[dict[str, int], int]:
-    """Return the first byte of each field of a C struct that begins at a byte, and its end."""
+    """Return the first byte of each field of a C struct that begins at a byte, and its own end."""
     places: dict[str, int] = {}
     at = _aligned(begin, _alignment(struct))
     for name, kind, length in struct.fields:
