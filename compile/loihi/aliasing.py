@@ -3,7 +3,7 @@
     error = rms(chip's rates - neuron type's rates) / rms(neuron type's rates)
 
 over a grid of represented values along each neuron's encoder. nengo-loihi solves decoders for the
-chip's rates, so that decoded values are not off by as much.
+chip's rates, so that decoded values have a smaller error.
 """
 
 import nengo

@@ -1,7 +1,7 @@
-"""Values between a network and its image: blocks in floating point, and blocks of integers.
+"""The stages between a network and its image: blocks in floating point, and blocks of integers.
 
-nengo-loihi's objects hold both, and its discretiser overwrites one with the other. Here each is a
-value of its own: blocks are copied before anything in them changes.
+nengo-loihi's discretiser overwrites the floats of its objects with integers. Here the stages are
+separate values: blocks are copied before anything in them changes.
 """
 
 import copy
@@ -34,9 +34,9 @@ class FloatBlocks:
     Attributes
     ----------
     model : Model
-        nengo-loihi's model: the host's side, and the wiring of blocks. It is not changed any more.
+        nengo-loihi's model: the host's part, and the wiring of blocks. It does not change any more.
     blocks : tuple of LoihiBlock
-        The blocks, in the order of the model's, whose place those have that a pass changed.
+        The blocks, in the model's order. A block that a pass changed replaces the original.
     entries : tuple of BlockEntry
         The owner and kind of each block.
     inputs : tuple of InputEntry
@@ -44,11 +44,11 @@ class FloatBlocks:
     outputs : tuple of OutputName
         The name and filter of each of the model's probes.
     events : mapping of int to EventSteps
-        The spikes of inputs that are read from files, by number.
+        The spikes of inputs that are read from files, by the input's number.
     passages : tuple of Passage
         The filters of each connection that ends on the chip.
     ends : mapping of str to tuple of str
-        For each owner of a block that is a connection, its name and those of its ends.
+        The names of a connection that owns blocks and of its ends, by the connection's name.
     """
 
     model: Model
@@ -66,11 +66,11 @@ class FloatBlocks:
         return tuple(entry.label for entry in self.entries)
 
     def about(self, owner: str) -> tuple[str, ...]:
-        """Return the names of an owner of blocks, and of its ends."""
+        """Return the name of an owner of blocks, and those of its ends if it is a connection."""
         return self.ends.get(owner, (owner,))
 
     def with_blocks(self, blocks: Iterable[LoihiBlock]) -> "FloatBlocks":
-        """Return the same with other blocks in the place of these."""
+        """Return a copy with other blocks."""
         return replace(self, blocks=tuple(blocks))
 
 
@@ -97,12 +97,12 @@ class IntegerBlocks:
 
     @property
     def model(self) -> Model:
-        """nengo-loihi's model, which has the host's side."""
+        """nengo-loihi's model, which has the host's part of the network."""
         return self.floats.model
 
     @property
     def rounded_away(self) -> list[int]:
-        """The groups of synapses, by number, of which all weights became zero, and were not."""
+        """The numbers of the synapse groups that lost all their weights to rounding."""
         pairs = zip(_synapses(self.floats.blocks), _synapses(self.blocks), strict=True)
         return [
             number
@@ -125,7 +125,7 @@ def first_of(blocks: LoihiBlock | list[LoihiBlock]) -> LoihiBlock:
 
 
 def copied(block: LoihiBlock) -> LoihiBlock:
-    """Return a block that can be changed; its axons are those of the original."""
+    """Return a copy of a block that can be changed; it shares the axons of the original."""
     new = copy.copy(block)
     new.compartment = _copied_arrays(block.compartment)
     new.synapses = [_copied_synapse(synapse) for synapse in block.synapses]
@@ -133,7 +133,7 @@ def copied(block: LoihiBlock) -> LoihiBlock:
 
 
 def copied_probe(probe: LoihiProbe) -> LoihiProbe:
-    """Return a probe whose weights can be changed; its targets are those of the original."""
+    """Return a copy of a probe whose weights can be changed; it shares the original's targets."""
     new = copy.copy(probe)
     new.weights = [
         # "K" keeps the order in memory, on which the rounding of products depends.

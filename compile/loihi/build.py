@@ -1,7 +1,7 @@
-"""Network -> float blocks: nengo-loihi's builder, the same in every process.
+"""The build of a network into float blocks, by nengo-loihi's builder, the same in every process.
 
-The builder is used as it is: it defines the arithmetic. Order is added: nengo-loihi replaces
-clusters of passthrough nodes by connections that come from a set and have no seed; here they are
+The builder is used as it is, since it defines the arithmetic. Only an order is added: nengo-loihi
+replaces clusters of passthrough nodes by connections from a set, without seeds. Here these are
 sorted by name and seeded, so that one network gives one image.
 """
 
@@ -72,7 +72,7 @@ class OrderedModel(Model):
         self.validation_level = ValidationLevel.NONE
 
     def build(self, obj: object, *args: object, **kwargs: object) -> object:
-        """Build one object; passthrough replacements are put in order before the first of them."""
+        """Build one object, after sorting the connections that replace passthrough nodes."""
         if isinstance(obj, DVSFileChipProcess):
             return self._add_events(obj)
         if self.split is not None:
@@ -91,7 +91,7 @@ class OrderedModel(Model):
                 fit_range(self, obj)
                 self.target_filters_s[obj] = self._target_filter_s(obj)
         if isinstance(obj, NAMED):
-            # Builders call each other: the outermost object is the one of the network.
+            # Builders call each other: the outermost call builds the object of the network.
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
             self.crossings.update(dict.fromkeys(crossing, obj))
         return built
@@ -103,7 +103,7 @@ class OrderedModel(Model):
         return source
 
     def _ends_on_chip(self, connection: nengo.Connection) -> bool:
-        post = base(connection.post_obj)  # of an error, the connection that learns
+        post = base(connection.post_obj)  # of a learning rule, the connection that learns
         return isinstance(post, nengo.Ensemble) and self.split.on_chip(post)
 
     def _target_filter_s(self, connection: nengo.Connection) -> float:
@@ -114,7 +114,7 @@ class OrderedModel(Model):
         return float(self.decode_tau) if values else time_constant_s(connection)
 
     def _is_error_on_host(self, connection: nengo.Connection) -> bool:
-        """Return whether a connection feeds an error to one that starts on the host."""
+        """Return whether a connection sends an error to a connection that starts on the host."""
         if not isinstance(connection.post_obj, LearningRule):
             return False
         return not self.split.on_chip(base(connection.post_obj.connection.pre_obj))
@@ -154,7 +154,7 @@ class OrderedModel(Model):
         if isinstance(passthrough.to_add, set):
             functions = [id(c.function) for c in self.split.network.all_connections]
             first = {function: n for n, function in reversed(list(enumerate(functions)))}
-            # Functions by the first connection that has them: their names may be equal.
+            # Functions are sorted by their first connection, since their names may be equal.
             passthrough.to_add = sorted(
                 passthrough.to_add,
                 key=lambda c: (self._sort_key(c), first.get(id(c.function), len(first))),
@@ -187,7 +187,7 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     Parameters
     ----------
     rewrite : Rewrite
-        The network, as its passes left it; a seed of 0 stands in where it has none.
+        The network, after its passes. If it has no seed, 0 is used.
     dt_s : float
         The time step, in seconds.
     settings : BuildSettings
@@ -196,7 +196,7 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
     Raises
     ------
     RefusedError
-        If nengo-loihi's builder refuses the network for a reason `lint` does not know.
+        If nengo-loihi's builder refuses the network for a reason that `lint` does not know.
     """
     model, names = _built(rewrite, dt_s, settings), rewrite.names
     floats = FloatBlocks(
@@ -225,7 +225,7 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
     """Return nengo-loihi's model of a network, in floating point."""
     network = rewrite.network
     model = OrderedModel(rewrite, dt_s)
-    # Objects of the network that a pass replaced hand on their seeds: their parts draw as they did.
+    # Objects keep their seeds of the user's network, so that they draw the same random numbers.
     model.seeds.update({network: network.seed or 0, **rewrite.seeds})
     model.seeded[network] = True
     settings.set_on(model)
@@ -248,16 +248,16 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
                 remove_passthrough=settings.remove_passthrough,
                 discretize=False,
             )
-        except UsageError:  # of a file of events
+        except UsageError:  # an event file could not be read
             raise
-        except Exception as error:  # it refuses by errors of any kind, not only by its own
+        except Exception as error:  # the builder refuses by errors of any kind, not only its own
             raise refused_or_not_finite(model.building, error) from error
     return model
 
 
 @contextlib.contextmanager
 def _shared_filters_unsaid() -> Iterator[None]:
-    """Leave out nengo-loihi's warnings of filters that share compartments: rule SP409 has them."""
+    """Ignore nengo-loihi's warnings of filters that share compartments: rule SP409 reports them."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="tau_s is (already|currently)")
         yield
@@ -268,7 +268,7 @@ def _refusal(name: str, why: str) -> RefusedError:
 
 
 def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> None:
-    """Refuse probed nodes of a cluster of passthrough nodes that nengo-loihi forgets."""
+    """Refuse probed passthrough nodes whose inputs nengo-loihi removes."""
     removed, added = model.split.passthrough.to_remove, model.split.passthrough.to_add
     fed = {connection.post_obj for connection in {*network.all_connections, *added} - removed}
     lost = {connection.post_obj for connection in removed & {*network.all_connections}} - fed
@@ -282,7 +282,7 @@ def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> N
 
 
 def _check_order_of_reads(model: Model, names: Names) -> None:
-    """Refuse reads of split ensembles out of order, of which nengo-loihi mixes up the neurons."""
+    """Refuse probes that read a split ensemble out of order: nengo-loihi mixes up the neurons."""
     for probe in model.nengo_probes:
         if not isinstance(probe.obj, Neurons):
             continue
@@ -346,7 +346,7 @@ def _passages(model: OrderedModel) -> Iterator[Passage]:
 def _pieces(
     blocks: LoihiBlock | list[LoihiBlock], entry: BlockEntry
 ) -> Iterator[tuple[LoihiBlock, BlockEntry]]:
-    """Yield the blocks that an object was built in; nengo-loihi splits some into several."""
+    """Yield the blocks of an object; nengo-loihi splits some objects into several blocks."""
     if not isinstance(blocks, list) or len(blocks) == 1:
         yield first_of(blocks), entry
         return
@@ -359,9 +359,9 @@ def _input_entry(model: OrderedModel, source: LoihiInput) -> InputEntry:
     size = int(source.n_neurons)
     name = model.names[crossing]
     if crossing not in model.connection_decode_neurons:
-        return InputEntry(name, size, Encoding("spikes"))  # their filter is on the chip
+        return InputEntry(name, size, Encoding("spikes"))  # the chip filters spikes
     neurons = model.node_neurons
-    # Every pair of the host's has the same gain and bias: the first stands for all.
+    # Every pair of host neurons has the same gain and bias: the first pair stands for all.
     encoding = Encoding("on_off", float(neurons.gain[0]), float(neurons.bias[0]))
     return InputEntry(name, size, encoding, _filter(crossing.synapse))
 

@@ -17,7 +17,7 @@ BY_PASSES = (
     "decode_tau",
     "decode_neurons",
 )
-"""Settings whose defaults the passes that rewrite networks reckon with."""
+"""Settings for which the passes that rewrite networks assume the defaults."""
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class BuildSettings:
     pes_wgt_exp : int
         Exponent of the weights that learn: a larger one allows larger weights, in coarser steps.
     decode_tau : float
-        Filter behind decode neurons, in s.
+        Time constant of the filter behind decode neurons, in s.
     intercept_limit : float
-        Largest intercept; those above are set to it.
+        Largest intercept; larger intercepts are set to it.
     vth_nonspiking : float
         Threshold of compartments that are read out, in units of the decoded value.
     decode_neurons : DecodeNeurons or None
@@ -55,9 +55,9 @@ class BuildSettings:
     node_neurons: DecodeNeurons | None = None
 
     def __post_init__(self) -> None:
-        """Refuse numbers out of their bounds, and what an image has no place for."""
+        """Refuse numbers out of bounds, and node neurons that an image cannot describe."""
         check_fields(self, "")
-        # nengo-loihi takes other kinds, and fails while it builds them, or sends other spikes.
+        # nengo-loihi accepts other kinds, but fails while it builds them, or sends other spikes.
         pairs = getattr(self.node_neurons, "pairs_per_dim", 1)
         if self.node_neurons is not None and (
             type(self.node_neurons) is not OnOffDecodeNeurons or pairs != 1
@@ -67,7 +67,7 @@ class BuildSettings:
 
     @classmethod
     def of(cls, model: Model, remove_passthrough: bool = True) -> "BuildSettings":
-        """Return the settings that stand in one of nengo-loihi's models."""
+        """Return the settings of one of nengo-loihi's models."""
         values = {name: getattr(model, name) for name in _of_model()}
         return cls(remove_passthrough=remove_passthrough, **values)
 
@@ -78,7 +78,7 @@ class BuildSettings:
                 setattr(model, name, value)
 
     def check_written(self) -> None:
-        """Raise `ArgumentError` for a setting that passes which rewrite networks do not heed."""
+        """Raise `ArgumentError` for a setting that passes which rewrite networks do not respect."""
         for name in BY_PASSES:
             value = getattr(self, name)
             # A model of nengo-loihi has these decode neurons unless they are replaced.

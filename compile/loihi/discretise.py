@@ -1,10 +1,10 @@
-"""Float blocks -> integer blocks, with nengo-loihi's discretiser.
+"""The rounding of float blocks to integer blocks, with nengo-loihi's discretiser.
 
-Two things are mended around it. A group of weights whose exponent would lie below the chip's least
-is multiplied as if it did not, so that the chip would read it 2, 4 or more times too large: here it
-keeps the least exponent, and fewer bits. And a block whose largest weight is too small beside its
-thresholds is refused: here weights take fewer bits until the thresholds fit, and none at all where
-they are less than the chip's least, so that they are 0.
+Two of its faults are mended here. It scales a group of weights as if the chip had no least
+exponent, so that the chip would read weights that need a lower one 2, 4 or more times too large:
+here the group has the least exponent, and fewer bits. And it refuses a block whose largest weight
+is too small beside its thresholds: here weights take fewer bits until the thresholds fit, and none
+at all where they are below the chip's least weight, so that they are 0.
 """
 
 import contextlib
@@ -29,20 +29,20 @@ from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.own_neurons import discretise_own, own_blocks
 
 LEAST_EXPONENT = -6
-"""The least exponent of weights: 2^6 is the unit of what they add to a current."""
+"""The least exponent e of weights: a weight of m adds m 2^(6 + e) to a current."""
 MOST_HALVINGS = 64
-"""The most halvings of weights: nengo-loihi itself takes those of up to 1e-8 as zero."""
+"""The most halvings of weights: nengo-loihi itself takes weights of up to 1e-8 as zero."""
 TINY = 1e-16
-"""A largest weight below which nengo-loihi takes all as zero."""
+"""A largest weight of a group up to which nengo-loihi takes all of its weights as zero."""
 
 
 def discretise(floats: FloatBlocks) -> IntegerBlocks:
-    """Round every block, and scale every probe back.
+    """Round every block, and rescale the weights of every probe.
 
     Raises
     ------
     RefusedError
-        If a block holds numbers that are not finite, or no scale serves all of its numbers.
+        If a block holds numbers that are not finite, or no scale fits all of its numbers.
     """
     blocks = tuple(copied(block) for block in floats.blocks)
     probes = tuple(copied_probe(probe) for probe in floats.model.probes)
@@ -76,7 +76,7 @@ def _discretise(block: LoihiBlock, about: tuple[str, ...], own_dt_s: float | Non
 
 
 def _round(block: LoihiBlock) -> float:
-    """Round a block in place, and return the chip's units in a voltage of 1."""
+    """Round a block in place, and return the number of the chip's units in a voltage of 1."""
     largest = max((synapse.max_abs_weight() for synapse in block.synapses), default=0.0)
     block.compartment = _rounded(block.compartment, largest)
     info = block.discretize_info
@@ -89,7 +89,7 @@ def _round(block: LoihiBlock) -> float:
 
 @contextlib.contextmanager
 def _as_one_row(synapse: Synapse) -> Iterator[None]:
-    """Join the rows of a group of synapses: each weight is rounded by itself, and rows are many."""
+    """Join the many rows of a group of synapses in the context, to round their weights at once."""
     weights, indices = synapse.weights, synapse.indices
     synapse.weights = [np.concatenate([row.ravel() for row in weights])[np.newaxis]]
     synapse.indices = [np.concatenate([row.ravel() for row in indices])[np.newaxis]]
@@ -100,21 +100,21 @@ def _as_one_row(synapse: Synapse) -> Iterator[None]:
 
 
 def _rounded(compartment: Compartment, largest: float) -> Compartment:
-    """Return a rounded compartment; weights of at most ``largest`` take all bits that they can."""
+    """Return a rounded compartment that leaves weights of up to ``largest`` the most bits."""
     refusals: list[BuildError] = []
-    # A largest weight twice as large, by assumption, halves the scale: one bit less for weights.
+    # Assuming a largest weight twice as large halves the scale: weights have one bit less.
     for halvings in range(MOST_HALVINGS):
         # The discretiser rounds in place, and may have begun before it refuses.
         rounded = copy.deepcopy(compartment)
         try:
-            # By its module's name: `numpy1_semantics` stands another in its place there.
+            # Looked up in its module, where `numpy1_semantics` replaces it.
             discretize.discretize_compartment(rounded, largest * 2**halvings)
         except BuildError as error:
             refusals.append(error)
         except AssertionError:
             if not refusals:
                 raise
-            break  # thresholds and biases alone do not fit beside each other
+            break  # no scale fits all thresholds and biases
         else:
             return rounded
     raise refusals[0]
@@ -123,8 +123,8 @@ def _rounded(compartment: Compartment, largest: float) -> Compartment:
 def weight_exponent(block: LoihiBlock, k: np.ndarray) -> float:
     """Return the exponent of the largest weights, if compartments are scaled by 2^-k.
 
-    It is 0, or less where a threshold or a bias leaves weights fewer of their 8 bits, and minus
-    infinity where no scale serves all numbers.
+    It is 0, less if a threshold or a bias leaves the weights fewer than 8 bits, and minus infinity
+    if no scale fits all numbers.
     """
     factor = np.exp2(-k).astype(np.float32)
     compartment = copy.copy(block.compartment)
@@ -136,7 +136,7 @@ def weight_exponent(block: LoihiBlock, k: np.ndarray) -> float:
             info = _rounded(compartment, largest).discretize_info
     except (BuildError, AssertionError):
         return -np.inf
-    # A largest weight that was taken for a larger one has lost bits, too.
+    # A largest weight that was assumed to be larger has lost bits, too.
     exponent: float = info["w_exp"] - np.log2(info["w_max"] / largest) if largest else 0.0
     return exponent
 
@@ -145,12 +145,12 @@ def largest_weights(block: LoihiBlock) -> np.ndarray:
     """Return the largest absolute weight into each compartment, (n_compartments,)."""
     largest = np.zeros(block.n_neurons)
     for synapse in block.synapses:
-        # Axon by axon it would take five times as long.
+        # A loop over axons would take five times as long.
         weights, indices = (
             flat([one.ravel() for one in of_axons])
             for of_axons in (synapse.weights, synapse.indices)
         )
-        # NumPy would cast weights one by one.
+        # Without this cast, NumPy would cast weights one by one.
         np.maximum.at(largest, indices, np.abs(weights).astype(largest.dtype))
     return largest
 
@@ -164,5 +164,5 @@ def _scale(synapse: Synapse, info: Mapping[str, Any]) -> tuple[float, np.ndarray
         return whole
     if info["w_exp"] - int(np.floor(np.log2(info["w_max"] / largest))) >= LEAST_EXPONENT:
         return whole
-    # The same products of scale and exponent, at the least exponent.
+    # The product of scale and power of two stays the same, at the least exponent.
     return largest, info["w_scale"] * SynapseConfig.get_scale(info["w_exp"]), LEAST_EXPONENT

@@ -1,11 +1,11 @@
-"""Event files of cameras (DVS): their events as the spikes of an input, step by step.
+"""Event files of cameras (DVS), whose events become the spikes of an input, step by step.
 
     source = (y // pool_y) s_y + (x // pool_x) s_x + polarity s_p
     step = 1 + floor((t - t_start) / dt)
 
-The strides s are those of nengo-loihi's `DVSFileChipProcess`, whose formats these are. Its own
-reader neither limits nor checks what it reads; it needs NumPy 1, and sends all that happened before
-``t_start`` in the first step, which is left out here, as in float Nengo.
+The strides s and the file formats are those of nengo-loihi's `DVSFileChipProcess`. Its own reader
+neither limits nor checks its input, and needs NumPy 1. It sends all events before ``t_start`` in
+the first step; here they are left out, as in float Nengo.
 """
 
 import contextlib
@@ -25,11 +25,11 @@ from spikeport.reading.mismatch import MismatchError
 FILE_BYTES = 2**26
 """Largest file: 8 million events, some ten seconds of a busy camera; reading them takes 0.7 GB."""
 HEADER_BYTES = 2**16
-"""Longest header of an AEDAT file; those of cameras have a few lines of text."""
+"""Longest header of an AEDAT file; the headers of cameras have a few lines of text."""
 US_PER_S = 1e6
 FORMATS = ("aedat", "events")
 EVENTS = np.dtype([("y", "<u2"), ("x", "<u2"), ("t_us", "<u4")])
-"""An event in an ``.events`` file; y has the polarity in bit 1, and x begins at bit 1."""
+"""An event in an ``.events`` file: x begins at bit 1, y at bit 2; bit 1 of y is the polarity."""
 AEDAT = np.dtype([("address", ">u4"), ("t_us", ">u4")])
 """An event in an ``.aedat`` file of version 2.0. Source: inivation's documentation of AEDAT."""
 
@@ -44,7 +44,7 @@ class Events(NamedTuple):
     y, x : array
         The row and column of the pixel.
     polarity : array
-        1 where it became brighter, 0 where darker.
+        1 where the pixel became brighter, 0 where it became darker.
     """
 
     t_us: np.ndarray
@@ -60,7 +60,7 @@ class EventSteps(NamedTuple):
     source: np.ndarray
 
     def at(self, step: int) -> np.ndarray:
-        """Return the sources that spike in a step, as often as they have events in it."""
+        """Return the sources that spike in a step, each as often as it has events in the step."""
         first, end = np.searchsorted(self.step, (step, step + 1))
         return self.source[first:end]
 
@@ -99,19 +99,19 @@ def read_sources(process: DVSFileChipProcess) -> tuple[np.ndarray, np.ndarray]:
 
 @contextlib.contextmanager
 def read_here() -> Iterator[None]:
-    """Let float Nengo read the files of nengo-loihi's processes by `read_sources`."""
+    """Let float Nengo read the files of nengo-loihi's processes with `read_sources`."""
     with TURN, replaced(DVSFileChipProcess, "_read_events", read_sources):
         yield
 
 
 def _read(path: Path, kind: str | None, relative: bool | None) -> Events:
-    """Read a file of a kind, or of that of its suffix, with times from its first event or not."""
+    """Read a file; its suffix is the default ``kind``. Relative times start at the first event."""
     kind = kind or path.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         raise MismatchError(f"file_fmt or suffix {' or '.join(FORMATS)}", kind or "none")
     content = read_bytes(path, FILE_BYTES)
     events = _from_aedat(content) if kind == "aedat" else _from_events(content)
-    # Sorted, as `at` searches by bisection; stable, so that events of one moment keep their order.
+    # Sorted, as `at` searches by bisection; stable, so that simultaneous events keep their order.
     order = np.argsort(events.t_us, kind="stable")
     events = Events(*(array[order] for array in events))
     if len(events.t_us) and (kind == "aedat" if relative is None else relative):
@@ -122,7 +122,7 @@ def _read(path: Path, kind: str | None, relative: bool | None) -> Events:
 def _from_events(content: bytes) -> Events:
     table = _table(content, EVENTS)
     y, x = table["y"].astype(np.int64), table["x"].astype(np.int64)
-    # Bit 0 of x and of y is not of the event: see `EVENTS`.
+    # Bit 0 of x and of y is not part of the event: see `EVENTS`.
     return Events(table["t_us"].astype(np.int64), y >> 2, x >> 1, y >> 1 & 1)
 
 
@@ -135,7 +135,7 @@ def _from_aedat(content: bytes) -> Events:
 
 
 def _header_length(content: bytes) -> int:
-    """Return the bytes of the lines with # that an AEDAT file begins with."""
+    """Return the length of an AEDAT file's header, the lines with # at its start, in bytes."""
     first = content[:HEADER_BYTES].split(b"\n", 1)[0].strip()
     if first != b"#!AER-DAT2.0":
         raise MismatchError("#!AER-DAT2.0, the only version that is read", repr(first[:40]))

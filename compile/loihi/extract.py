@@ -1,4 +1,4 @@
-"""Integer blocks -> the tables of a chip image."""
+"""The tables of a chip image, from integer blocks."""
 
 from collections.abc import Iterable, Sequence
 from typing import TypedDict
@@ -124,7 +124,7 @@ def _axon_rows(synapse: Synapse) -> np.ndarray:
 
 def _axon_bases(synapse: Synapse) -> np.ndarray:
     bases = synapse.axon_compartment_bases
-    # nengo-loihi marks unused axons by any negative number; images have -1 alone.
+    # nengo-loihi marks unused axons by any negative number, images only by -1.
     return np.zeros(synapse.n_axons, int) if bases is None else np.maximum(np.asarray(bases), -1)
 
 
@@ -151,7 +151,7 @@ def _routes(model: Model) -> _RouteTables:
     synapses = (synapse for block in model.blocks for synapse in block.synapses)
     number = {synapse: i for i, synapse in enumerate(synapses)}
     sources = [(0, i, block) for i, block in enumerate(model.blocks)]
-    # Blocks first, then inputs, as sources are numbered.
+    # Sources are numbered in this order: blocks first, then inputs.
     sources += [(1, i, source) for i, source in enumerate(model.inputs)]
     routes = [(kind, i, source, axon) for kind, i, source in sources for axon in source.axons]
     return {
@@ -204,7 +204,7 @@ def _output_entry(named: OutputName, probe: LoihiProbe) -> OutputEntry:
         key=probe.key,
         weights="matrix" if probe.is_transformed else "scale" if matrix.size else "none",
         shape=matrix.shape,
-        # Kept because BLAS rounds a product by the order of its matrix in memory.
+        # Kept because BLAS rounds a product depending on the order of its matrix in memory.
         layout="C" if _in_c_order(probe) else "F",
         segments=tuple(len(_selected(*segment)) for segment in _segments(probe)),
         order=None if probe.reindexing is None else tuple(int(i) for i in probe.reindexing),
@@ -213,14 +213,14 @@ def _output_entry(named: OutputName, probe: LoihiProbe) -> OutputEntry:
 
 
 def _output_matrix(probe: LoihiProbe) -> np.ndarray:
-    """Return the weights of all segments below each other; () for none, (1,) for one factor."""
+    """Return the weights of all segments below each other; (0,) for none, (1,) for one factor."""
     if probe.is_transformed:
         return np.vstack(probe.weights)
     return np.zeros(0) if probe.weights[0] is None else np.asarray(probe.weights[0]).reshape(-1)
 
 
 def _in_c_order(probe: LoihiProbe) -> bool:
-    """Return how nengo-loihi holds the matrices, on which the rounding of a product depends."""
+    """Return whether nengo-loihi's matrices are in C order, on which rounding depends."""
     return all(w is None or w.flags.c_contiguous for w in probe.weights)
 
 

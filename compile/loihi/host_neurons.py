@@ -1,12 +1,12 @@
 """The host's neurons that send values to the chip as spikes, one pair a dimension.
 
-nengo-loihi's pairs share a spike in every step, whatever the value. Pairs here are at threshold at
-zero, and send a value's distance from it:
+nengo-loihi's pairs average one spike a step, whatever the value. Pairs here are at threshold at
+zero, and send a value's distance from zero:
 
     J_on = max(x, 0) / (w dt),   J_off = max(-x, 0) / (w dt)         (in Hz)
 
 with w the value that a spike in every step stands for. The chip weighs a spike w times as much, so
-that what arrives has the same mean.
+that the current has the same mean.
 """
 
 import contextlib
@@ -32,7 +32,7 @@ class SparseInputNeurons(OnOffDecodeNeurons):
 
     def __init__(self, dt: float, weight: float) -> None:
         super().__init__(dt=dt, rate=1 / (weight * dt), is_input=True)
-        self.gain = np.full(2, self.rate)  # of the neuron for on, and of that for off
+        self.gain = np.full(2, self.rate)  # of the on neuron and of the off neuron
         self.bias = np.zeros(2)
 
 

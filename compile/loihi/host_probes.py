@@ -1,6 +1,6 @@
-"""Probes of connections that Nengo computes on the host, as those of learned weights.
+"""Probes of connections that Nengo computes on the host, such as probes of learned weights.
 
-nengo-loihi places the probes of ensembles and nodes alone, and takes others for foreign objects.
+nengo-loihi places only probes of ensembles and nodes, and refuses others as not in the network.
 """
 
 import contextlib

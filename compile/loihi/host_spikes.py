@@ -13,7 +13,7 @@ from spikeport.compile.loihi.build import OrderedModel
 def host_spikes(model: OrderedModel) -> Counter[nengo.Ensemble]:
     """Return the largest number of spikes that ensembles on the host send to the chip in a step.
 
-    The values of one that pass through nodes on the host are counted where they enter the chip.
+    An ensemble's values that pass through nodes on the host are counted where they enter the chip.
     """
     followers: dict[Named, set[Named]] = defaultdict(set)
     for connection in model.toplevel.all_connections:
@@ -31,7 +31,7 @@ def host_spikes(model: OrderedModel) -> Counter[nengo.Ensemble]:
 
 
 def _through_nodes(ensemble: nengo.Ensemble, followers: Mapping[Named, set[Named]]) -> set[Named]:
-    """Return an ensemble and the passthrough nodes that it reaches through no other object."""
+    """Return an ensemble and the passthrough nodes that it reaches directly or through others."""
     reached: set[Named] = set()
     ahead: list[Named] = [ensemble]
     while ahead:

@@ -1,7 +1,7 @@
-"""Building of direct connections without ballast: no zero weights, one axon for equal weights.
+"""Direct connections without useless weights and axons: no zeros, one axon for equal weights.
 
-A weight of zero does nothing, and spikes on one axon add up, so neither changes what is computed.
-It is done while blocks are built, since nengo-loihi splits them at the end by what they then have.
+A weight of zero does nothing, and spikes on one axon add up, so results stay the same. This is done
+during the build, since nengo-loihi splits blocks at its end, by the axons and weights they have.
 """
 
 import contextlib
@@ -17,11 +17,11 @@ from spikeport.compile.loihi.solver import DENSE_FROM
 
 @contextlib.contextmanager
 def lean(model: Model, connection: nengo.Connection) -> Iterator[None]:
-    """Build a connection to neurons, from neurons or from the host."""
+    """Build a lean connection to neurons, from neurons or from the host, within the context."""
     target = model.objs[connection.post_obj]["in"]
     n_before = len(target.synapses)
     yield
-    # An object of the host has no entry, and an index would make one.
+    # An object on the host has no entry, and indexing would create one.
     source = model.objs.get(connection.pre_obj, {}).get("out")
     for synapse in target.synapses[n_before:]:
         _drop_zeros(synapse)
@@ -31,8 +31,8 @@ def lean(model: Model, connection: nengo.Connection) -> Iterator[None]:
 
 
 def _drop_zeros(synapse: Synapse) -> None:
-    # Few zeros are cheaper to keep: weights without gaps need no index each. If all are zero, they
-    # stay as well, since nengo-loihi's discretiser needs one.
+    # A few zeros are cheaper to keep: weights without gaps need no index each. If all weights are
+    # zero, they stay as well, since nengo-loihi's discretiser needs at least one.
     n_all = sum(weights.size for weights in synapse.weights)
     n_used = sum(map(np.count_nonzero, synapse.weights))
     if n_used == 0 or n_used > DENSE_FROM * n_all:

@@ -1,8 +1,8 @@
-"""Passthrough nodes that stay, on the host, since connections around them would not do the same.
+"""Passthrough nodes that stay on the host, since connections around them would not do the same.
 
 nengo-loihi replaces clusters of passthrough nodes by connections that do not learn, and then fails
-on the error's connection to a rule that is gone. It fails as well where an error passes a node that
-also feeds the chip. Rates of neurons on the host would be sent as spikes.
+on the error's connection to a learning rule that is gone. It also fails if an error passes a node
+that feeds the chip, too. It would send the rates of neurons on the host as spikes.
 """
 
 import contextlib
@@ -19,7 +19,7 @@ from spikeport.compile.loihi.replaced import replaced
 
 @contextlib.contextmanager
 def learned_targets_stay() -> Iterator[None]:
-    """Keep clusters that learned connections or rates enter, or errors leave, in the context."""
+    """Keep, in the context, clusters that learned connections or rates enter, or errors leave."""
     usual = PassthroughSplit._split_cluster
 
     def split(passthrough: PassthroughSplit, cluster: Cluster) -> None:

@@ -1,9 +1,9 @@
-"""Connections that replace passthrough nodes, with what nengo-loihi leaves out of them.
+"""Connections that replace passthrough nodes, without the faults of nengo-loihi's merging.
 
-It gives them the default solver. It pairs two lists of indices entry by entry, where every entry of
-one meets every entry of the other, and refuses a factor for each value. And it asks Nengo for
-matrices between ends of which one has an entry twice, which Nengo refuses; they become matrices
-between whole ends here,
+nengo-loihi gives them the default solver. It pairs two lists of indices entry by entry, where every
+entry of one list should meet every entry of the other. It refuses transforms with a factor for each
+value. And it asks Nengo for matrices at slices with an entry twice, which Nengo refuses; here they
+become matrices between whole ends,
 
     W' = S W R^T,   S[rows[i], i] += 1,   R[sources[j], j] += 1
 """
@@ -26,7 +26,7 @@ from spikeport.compile.loihi.replaced import replaced
 
 @contextlib.contextmanager
 def merged_in_full() -> Iterator[None]:
-    """Merge connections through passthrough nodes in full, within the context."""
+    """Let nengo-loihi merge connections through passthrough nodes correctly, within the context."""
     usual, merge = Cluster.generate_conns, Cluster.merge_transforms
 
     def generated(cluster: Cluster) -> Iterator[nengo.Connection]:
@@ -52,11 +52,11 @@ def merged_in_full() -> Iterator[None]:
 
 
 def _by_solver(cluster: Cluster) -> Iterator[tuple[nengo.solvers.Solver, Cluster]]:
-    """Yield each solver of connections into a cluster, and the cluster with these alone."""
+    """Yield each solver of connections into a cluster, and the cluster with only these."""
     solvers = {id(one.solver): one.solver for one in cluster.conns_in}
     into: dict[int, set[nengo.Connection]] = defaultdict(set)
     for one in cluster.conns_in:
-        # Functions and decoders are of the values in the slice.
+        # Functions and decoders apply to the values in the slice.
         of_slice = isinstance(one.pre_obj, nengo.Ensemble) or one.function is not None
         into[id(one.solver)].add(one if of_slice else _whole(one, source_rows(one)))
     conns_out = {_whole(one, target_rows(one)) for one in cluster.conns_out}
@@ -67,7 +67,7 @@ def _by_solver(cluster: Cluster) -> Iterator[tuple[nengo.solvers.Solver, Cluster
 
 
 def _whole(connection: nengo.Connection, entries: np.ndarray) -> nengo.Connection:
-    """Return a connection between whole ends, if one of them has some of its entries twice."""
+    """Return a connection between whole ends, if ``entries`` of its slice has an entry twice."""
     factors = _factors(connection.transform)
     if factors is None or len(np.unique(entries)) == len(entries):
         return connection
@@ -93,7 +93,7 @@ def _as_matrix(transform: nengo.transforms.Transform) -> nengo.transforms.Transf
 
 
 def _factors(transform: nengo.transforms.Transform) -> np.ndarray | None:
-    """Return a factor or matrix; None of a transform that nengo-loihi does not merge."""
+    """Return the factors or matrix of a transform; None if nengo-loihi does not merge it."""
     if isinstance(transform, nengo.transforms.NoTransform):
         return np.array(1.0)
     init = transform.init if isinstance(transform, nengo.Dense) else None

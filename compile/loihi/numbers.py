@@ -1,4 +1,4 @@
-"""The numbers of an image in floating point: as wanted, and as rounded.
+"""The numbers of an image in floating point, before and after rounding.
 
 Both are in the units of nengo-loihi's floating-point blocks, where a threshold is usually 1.
 """
@@ -19,7 +19,7 @@ class Numbers:
     """Weights (n_weights,) and the constants of neurons, each (n_compartments,), of all blocks.
 
     The order is that of the arrays of an image that no pass has changed. ``to_integers`` is the
-    number of the chip's units that make 1 of a voltage here.
+    number of the chip's units in a voltage of 1.
     """
 
     weights: np.ndarray
@@ -34,7 +34,7 @@ class Numbers:
     to_integers: np.ndarray
 
     def with_part(self, name: str, other: "Numbers", part: slice) -> "Numbers":
-        """Return these numbers, with a part of one array taken from another's."""
+        """Return these numbers, with a part of one array taken from ``other``."""
         mixed = getattr(self, name).copy()
         mixed[part] = getattr(other, name)[part]
         return replace(self, **{name: mixed})

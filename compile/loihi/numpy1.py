@@ -3,11 +3,11 @@
 Two of its habits changed meaning:
 
 - ``np.array(x, copy=False)`` asked for a copy only where one is needed; NumPy 2 raises instead.
-- the largest weight, bias and threshold of a block are float32 scalars; beside a Python number
-  NumPy 1 computed in float64 with them, NumPy 2 stays in float32 (NEP 50), and the scales derived
+- The largest weight, bias and threshold of a block are float32 scalars. Together with a Python
+  number, NumPy 1 computed in float64, but NumPy 2 stays in float32 (NEP 50). The scales derived
   from them differ in their last bits, so that a chip would be programmed differently.
 
-Inside `numpy1_semantics` both mean what they meant; outside nothing is changed. Threads take turns.
+Inside `numpy1_semantics` both have their old meaning; outside, nothing changes. Threads take turns.
 """
 
 import contextlib
@@ -30,12 +30,12 @@ _NUMPY_2 = int(np.__version__.split(".")[0]) >= 2
 def _array(
     value: ArrayLike, dtype: DTypeLike | None = None, copy: bool = True, ndmin: int = 0
 ) -> np.ndarray:
-    """Return an array, which ``copy=False`` copies where it must."""
+    """Return an array; with ``copy=False``, copy only where a copy is needed."""
     return np.array(value, dtype=dtype, copy=copy or None, ndmin=ndmin)
 
 
 class WideMax(np.ndarray):
-    """An array whose largest element is a Python float, hence wide beside Python numbers."""
+    """An array whose `max` is a Python float, so that arithmetic with it is in float64."""
 
     def max(self, *args: Any, **kwargs: Any) -> Any:  # noqa: D102
         return float(super().max(*args, **kwargs))
@@ -67,7 +67,7 @@ def numpy1_semantics() -> Iterator[None]:
 
 @contextlib.contextmanager
 def numpy1_semantics_without_turns() -> Iterator[None]:
-    """Do the same around a user's code, which may wait for threads that compile."""
+    """Do the same, but take no turns: a user's code may wait for threads that compile."""
     patches: list[tuple[object, str, object]] = [
         (nengo_loihi.block.Synapse, "max_abs_weight", _wide_max_abs_weight),
         (

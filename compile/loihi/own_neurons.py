@@ -1,8 +1,8 @@
-"""Building and rounding of `spikeport.neurons.IntegrateAndFire`, in units that the network chose.
+"""Building and rounding of `spikeport.neurons.IntegrateAndFire`, in the units of the network.
 
-nengo-loihi's builder would end voltages at zero, and set all currents of a block to one decay. Its
-discretiser never raises weights above 8 bits times 2^6, so that a large weight leaves little of the
-threshold: here each group of synapses has the exponent that its weights need, as on the chip.
+nengo-loihi's builder would clip voltages at zero, and give all currents of a block one decay. Its
+discretiser never scales weights above 8 bits times 2^6, so that a large weight leaves the threshold
+few bits: here each group of synapses has the exponent that its weights need, as on the chip.
 
     weight = m 2^(7 + e),   -127 <= m <= 127,   -1 <= e <= 7
 """
@@ -34,7 +34,7 @@ BIAS_MANTISSA, BIAS_EXPONENT = 2**12 - 1, 7
 
 
 class OwnFilter(Compartment):
-    """Compartments whose neurons filter their current: connections bring no filter."""
+    """Compartments that keep the filter of their neurons: connections do not set it."""
 
     def configure_filter(self, tau_s: float, dt: float = 0.001) -> None:
         """Keep the filter."""
@@ -47,7 +47,7 @@ class OwnFilter(Compartment):
 def build_integrate_and_fire(
     model: Model, kind: IntegrateAndFire, neurons: Neurons, block: LoihiBlock
 ) -> None:
-    """Configure a block; spikes are 1/dt high, hence all but decays is in units of 1/dt."""
+    """Configure a block; spikes are 1/dt high, so all values but decays are in units of 1/dt."""
     state = OwnFilter(block.n_neurons, label=block.compartment.label)
     state.decay_u[:], state.decay_v[:] = kind.current_decay, kind.voltage_decay
     state.vth[:] = kind.threshold / model.dt
@@ -58,7 +58,7 @@ def build_integrate_and_fire(
 
 
 def own_blocks(model: Model) -> set[LoihiBlock]:
-    """Return the blocks of our own neurons, of which nengo-loihi may have made several of one."""
+    """Return the blocks of our own neurons; nengo-loihi may split an ensemble into several."""
     found: set[LoihiBlock] = set()
     for obj, parts in model.objs.items():
         if isinstance(obj, nengo.Ensemble) and type(obj.neuron_type) in OWN_TYPES:
@@ -68,7 +68,7 @@ def own_blocks(model: Model) -> set[LoihiBlock]:
 
 
 def discretise_own(block: LoihiBlock, label: str, dt_s: float) -> float:
-    """Round a block of our own neurons in place, and return the units in a float block's 1.
+    """Round a block of our own neurons in place; return the chip's units in a voltage of 1.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def _rounded_biases(values: np.ndarray, label: str) -> np.ndarray:
     largest = np.abs(values).max()
     if largest > BIAS_MANTISSA << BIAS_EXPONENT:
         raise _beyond(label, "leak", largest, BIAS_MANTISSA << BIAS_EXPONENT)
-    # The least power of two with which the mantissa holds the value; 1 for small ones.
+    # The least power of two with which the mantissa holds the value; 1 for small values.
     step = np.exp2(np.ceil(np.log2(np.maximum(np.abs(values) / BIAS_MANTISSA, 1))))
     rounded: np.ndarray = np.round(values / step) * step
     return rounded

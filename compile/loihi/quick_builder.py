@@ -1,7 +1,7 @@
-r"""Parts of nengo-loihi's builder: seeds and LIF rates in less time, rates of `RegularSpiking`.
+r"""Parts of nengo-loihi's builder, replaced: faster seeds and LIF rates, regular spiking rates.
 
 A builder has several generators of random numbers for each ensemble and connection, and NumPy
-collects entropy for each before it is seeded.
+collects entropy for each of them before it is seeded.
 
 Decoders are solved for the rates of neurons at thousands of values,
 
@@ -11,11 +11,11 @@ Decoders are solved for the rates of neurons at thousands of values,
     n = \left\lceil \frac{\tau_{ref} + \tau_{rc} \log(1 + 1 / j)}{dt} \right\rceil, \quad
     j = g x + b - 1 > 0
 
-Since ``n`` is a whole number, a logarithm of single precision, which takes a fifth of the time,
-settles it wherever the period is not close to a whole step. Seeds and these have the same bits.
+Since ``n`` is a whole number, a logarithm in single precision, which takes a fifth of the time, is
+enough unless the period is close to a whole step. Seeds and LIF rates keep nengo-loihi's bits.
 
-nengo-loihi's rates have the height of a spike as a factor, and so have Nengo's, but for those of
-`nengo.RegularSpiking`: decoded values are then higher by that factor, and on the chip, too.
+nengo-loihi's rates have the height of a spike as a factor. So have Nengo's, except for the rates of
+`nengo.RegularSpiking`: its decoded values are larger by that factor, and here on the chip, too.
 
 Source: nengo-loihi's ``loihi_lif_rates``, ``loihi_regularspiking_rates``.
 """
@@ -41,27 +41,27 @@ from spikeport.arrays import Floats
 from spikeport.compile.loihi.replaced import StandIn, replaced
 
 STRETCH = 2**15
-"""Values that are reckoned together, so that all that is between stays in a core's cache."""
+"""Values that are computed together, so that intermediate results stay in a core's cache."""
 LEAST = 1e-20
-"""A j below all that are above 0: these are the differences of a current and 1."""
+"""A number below every positive j, which is the difference of a current and 1."""
 CLOSE = 1e-5
-"""A period this close to a whole step, as a share of itself and the membrane's time constant, is
-reckoned in double precision: over a hundred roundings of single precision."""
+"""A period this close to a whole step, as a share of the period plus the membrane's time constant,
+is computed in double precision; this is over a hundred roundings of single precision."""
 
 
 class _NoEntropy(ISeedSequence):
-    """The seed of a generator that is seeded anew at once."""
+    """A dummy seed for a generator that is seeded again at once."""
 
     def generate_state(self, n_words: int, _dtype: DTypeLike = np.uint32) -> Any:
-        # No array: words are read one by one, which takes eight times as long from one.
+        # A list: words are read one by one, which takes eight times as long from an array.
         return [0] * n_words
 
 
-_NO_ENTROPY: Any = _NoEntropy()  # of a kind that NumPy takes, and its annotations leave out
+_NO_ENTROPY: Any = _NoEntropy()  # NumPy accepts this kind, but its annotations do not
 
 
 def random_state(seed: int) -> np.random.RandomState:
-    """Return ``numpy.random.RandomState(seed)``, in a twentieth of its time."""
+    """Return ``numpy.random.RandomState(seed)``, in a twentieth of the time."""
     state = np.random.RandomState(np.random.MT19937(_NO_ENTROPY))
     state.seed(seed)
     return state
@@ -77,7 +77,7 @@ def lif_rates(
 ) -> Floats:
     """Replace values (n_points, n) by the rates in Hz of LIF neurons on the chip; return them.
 
-    The builder needs the values no more, and new memory takes longer to get than rates to reckon.
+    The builder needs the values no longer, and new memory would take more time than the rates.
 
     Parameters
     ----------
@@ -99,14 +99,14 @@ def lif_rates(
     for first in range(0, len(x), height):
         part = slice(first, first + height)
         j = neuron_type.current(x[part], gain, bias) - 1
-        # Reckoned for neurons at rest, too: masks that pick values take longer than they spare.
+        # Computed for neurons at rest, too: masking them takes longer than it saves.
         steps = _steps(np.fmax(j, LEAST), tau_ref_s, tau_rc_s, dt)
         np.multiply((amplitude / dt) / steps, j > 0, out=x[part])
     return x
 
 
 def _steps(j: Floats, tau_ref_s: float, tau_rc_s: float, dt: float) -> Floats:
-    """Return the whole steps from spike to spike for j of any shape, above 0."""
+    """Return the whole steps from spike to spike, for positive j of any shape."""
     inverse = 1.0 / j
     with np.errstate(invalid="ignore"):  # the discretised time constant may be infinite
         rough = np.log(np.float32(1) + inverse.astype(np.float32))
@@ -121,14 +121,14 @@ def _steps(j: Floats, tau_ref_s: float, tau_rc_s: float, dt: float) -> Floats:
 def regular_rates(
     neuron_type: RegularSpiking, x: Floats, gain: Floats, bias: Floats, dt: float
 ) -> Floats:
-    """Return the rates in Hz of `nengo.RegularSpiking` on the chip, whatever its spikes' height."""
+    """Return the rates in Hz of `nengo.RegularSpiking` on the chip, without its spikes' height."""
     plain = RegularSpiking(neuron_type.base_type)
     rates: Floats = loihi_regularspiking_rates(plain, x, gain, bias, dt)
     return rates
 
 
 def height_in_rates(kind: NeuronType) -> float:
-    """Return the factor that a type's rates have for the height of its spikes."""
+    """Return the factor in a type's rates that is the height of its spikes."""
     return 1.0 if isinstance(kind, RegularSpiking) else getattr(kind, "amplitude", 1.0)
 
 
@@ -142,7 +142,7 @@ _RATES = {
 
 @contextlib.contextmanager
 def quick_builder() -> Iterator[None]:
-    """Let nengo-loihi's builder use these parts; the context holds `refusal.TURN`."""
+    """Let nengo-loihi's builder use these parts in the context; the caller holds `refusal.TURN`."""
     with (
         replaced(ensemble, "np", _NUMPY),
         replaced(connection, "np", _NUMPY),

@@ -1,7 +1,7 @@
 """The scale of decoded values on their way from the chip to the host.
 
-A read-out on the chip is a compartment that does not spike as long as what it decodes in one step
-stays below a threshold; beyond it the value is lost, silently.
+A read-out on the chip is a compartment that does not spike as long as the value that it decodes in
+one step stays below a threshold. A value beyond it is lost, without a warning.
 """
 
 import nengo
@@ -9,7 +9,7 @@ import numpy as np
 from nengo_loihi.builder import Model
 
 MARGIN = 1.05
-"""A factor above what rounding of the weights may add to them."""
+"""A factor above the growth of weights by rounding."""
 
 
 def readout_scale(decoders: np.ndarray, ensemble: nengo.Ensemble, dt_s: float) -> np.ndarray:
@@ -17,13 +17,13 @@ def readout_scale(decoders: np.ndarray, ensemble: nengo.Ensemble, dt_s: float) -
 
     .. math:: s_r = c \max_n |D_{rn}|
 
-    So all rows make the same use of the weights' bits; c is the least for which no threshold is
-    reached even if all neurons spike at once.
+    Every row thus makes the same use of the weights' bits; c is the least factor for which no
+    threshold is reached even if all neurons spike at once.
 
     Parameters
     ----------
     decoders : (d, n) array
-        Decoders of values that are not zero throughout.
+        Decoders; no row is zero throughout.
     ensemble : nengo.Ensemble
         The ensemble that is decoded.
     dt_s : float
@@ -34,7 +34,7 @@ def readout_scale(decoders: np.ndarray, ensemble: nengo.Ensemble, dt_s: float) -
     scale : (d,) array
     """
     largest = np.abs(decoders).max(axis=1)
-    # The worst step: all neurons that raise a value spike, and none that lower it, or reversed.
+    # In the worst step all neurons that raise a value spike, and none that lower it, or vice versa.
     peak = np.maximum(decoders.clip(min=0).sum(axis=1), (-decoders).clip(min=0).sum(axis=1))
     amplitude = getattr(ensemble.neuron_type, "amplitude", 1.0)
     threshold = Model().vth_nonspiking * ensemble.radius * dt_s / amplitude

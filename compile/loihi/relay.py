@@ -1,16 +1,16 @@
-"""Decode neurons, connection by connection: nengo-loihi has one kind of them for a whole model.
+"""Decode neurons of a kind for each connection: nengo-loihi has one kind for a whole model.
 
-Decode neurons stand between a decoded connection and its target. The weights from them into a
-target depend on their kind, so a target has one group of such synapses for every kind in use.
+Decode neurons stand between a decoded connection and its target. Their weights into a target depend
+on their kind, so a target has one group of such synapses for every kind in use.
 
 nengo-loihi filters twice: by a connection's synapse on the way into decode neurons, and for 5 ms
-behind them. If the filter of the target's compartments is stated, both and the step between them
-have the synapse's delay in sum, as long as no less than 5 ms of it is left before decode neurons,
-which spikes that are not filtered would drive beyond their range.
+behind them. If the filter of the target's compartments is set, the two filters and the step between
+them add up to the synapse's delay, as long as this leaves 5 ms for the filter before decode
+neurons: unfiltered spikes would drive them beyond their range.
 
-Decode neurons stand for values up to the target's radius. The weights of many neurons that decode a
-small value behind a slow filter are less than the chip's least: nengo-loihi's discretiser finds no
-exponent. There decode neurons stand for the values that occur, and their spikes count for less.
+Decode neurons represent values up to the target's radius. If many neurons decode a small value
+behind a slow filter, their weights are below the chip's least, and nengo-loihi's discretiser finds
+no exponent. Decode neurons then represent the values that occur, and their spikes count for less.
 """
 
 import contextlib
@@ -34,7 +34,7 @@ ENCODERS = "decode_neuron_encoders"
 """nengo-loihi's name for the synapses from decode neurons."""
 
 HEADROOM = 1.25
-"""A factor of the largest decoded value, for noise of what is decoded."""
+"""A factor on the largest decoded value, as room for its noise."""
 
 
 @contextlib.contextmanager
@@ -52,10 +52,10 @@ def relayed(
     path : str
         The kind, ``"onoff"`` or ``"preset10"``.
     target_s : float, optional
-        The time constant of the target's compartments; by default as nengo-loihi filters.
+        The time constant of the target's compartments, in seconds; by default nengo-loihi's.
     """
     # The builder puts all synapses from decode neurons under one name, and adds to a group that it
-    # finds there: only the group of this kind may bear the name while it builds.
+    # finds there: only the group of this kind may have the name while it builds.
     usual = model.decode_neurons, model.decode_tau
     block = model.objs[connection.post_obj].get("in")
     named = block.named_synapses if isinstance(block, LoihiBlock) else {}
@@ -65,14 +65,14 @@ def relayed(
     model.decode_neurons = RELAYS[path](dt=model.dt)
     if target_s is not None:
         own_s = time_constant_s(connection)
-        model.decode_tau = min(target_s, max(own_s, DECODE_TAU_S))  # it slows nothing down
+        model.decode_tau = min(target_s, max(own_s, DECODE_TAU_S))  # no slower than needed
     try:
         yield
         if target_s is not None:
             _set_filter(model, connection, target_s)
     finally:
         model.decode_neurons, model.decode_tau = usual
-        # Back under a name of its own, which the next connection of this kind looks for.
+        # Put the group back under its own name, where the next connection of this kind finds it.
         if ENCODERS in named:
             named[f"{ENCODERS} {path}"] = named.pop(ENCODERS)
         if others is not None:
@@ -80,9 +80,9 @@ def relayed(
 
 
 def _set_filter(model: Model, connection: nengo.Connection, target_s: float) -> None:
-    """Let decode neurons filter for what their target's filter leaves of a connection's synapse."""
+    """Let decode neurons filter for the rest that the target leaves of a connection's synapse."""
     compartment = model.objs[connection]["decoded"].compartment
-    compartment.tau_s = None  # which nengo-loihi would not lower
+    compartment.tau_s = None  # nengo-loihi would not lower it
     compartment.configure_filter(relay_filter_s(connection, target_s, model.dt), dt=model.dt)
 
 
@@ -96,7 +96,7 @@ def relay_filter_s(connection: nengo.Connection, target_s: float, dt_s: float) -
 
 
 def fit_range(model: Model, connection: nengo.Connection) -> None:
-    """Let decode neurons stand for the values that occur, where their weights are too small."""
+    """Let decode neurons represent only the values that occur, if their weights are too small."""
     parts = model.objs.get(connection, {})
     if "mid_axon" not in parts or connection.learning_rule_type is not None:
         return
@@ -125,7 +125,7 @@ def _largest_value(model: Model, connection: nengo.Connection) -> float:
     points = built.eval_points @ built.encoders.T / ensemble.radius
     kind = ensemble.neuron_type
     rates = loihi_rates(kind, points, built.gain, built.bias, model.dt)
-    # A connection from neurons may take some of them alone.
+    # A connection from neurons may read only some of them.
     spikes = rates[:, connection.pre_slice] if connection.pre_obj is not ensemble else rates
     weights = model.params[connection].weights * model.dt / height_in_rates(kind)
     return float(np.abs(spikes @ weights.T).max() / connection.post_obj.radius)

@@ -1,4 +1,4 @@
-"""Parts of nengo-loihi that are replaced while it works for us."""
+"""Temporary replacements for parts of nengo-loihi."""
 
 import contextlib
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ from types import ModuleType
 def replaced(owner: object, name: str, new: object) -> Iterator[None]:
     """Replace an attribute of a class or a module within the context.
 
-    Every thread sees it: whoever replaces a part that others use holds `refusal.TURN`.
+    Every thread sees the replacement: hold `refusal.TURN` to replace a part that others use.
     """
     usual = getattr(owner, name)
     setattr(owner, name, new)
@@ -20,14 +20,14 @@ def replaced(owner: object, name: str, new: object) -> Iterator[None]:
 
 
 class StandIn:
-    """A module, but for some of its names.
+    """A module with some of its names replaced.
 
     Parameters
     ----------
     module : module
         The module that it stands in for.
     **instead
-        The names that are others, and what they are.
+        The replaced names, and their new values.
     """
 
     def __init__(self, module: ModuleType, **instead: object) -> None:
@@ -36,5 +36,5 @@ class StandIn:
 
     def __getattr__(self, name: str) -> object:
         found = getattr(self._module, name)
-        setattr(self, name, found)  # builders ask thousands of times
+        setattr(self, name, found)  # builders look a name up thousands of times
         return found

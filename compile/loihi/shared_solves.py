@@ -1,8 +1,8 @@
-"""Decoders that are solved once where several connections ask for the same.
+"""Decoders that are solved once where several connections need the same decoders.
 
-Each connection of an ensemble has decoders of its own, which nengo-loihi solves one by one: those
-into the 40 ensembles of a circular convolution are the same 40 times. Regularised least squares by
-Cholesky's method draw no random numbers, so that equal values have equal decoders, to the bit.
+nengo-loihi solves the decoders of each connection separately: the connections into the 40 ensembles
+of a circular convolution have the same decoders 40 times. Regularised least squares by Cholesky's
+method draw no random numbers, so that equal values have equal decoders, to the bit.
 """
 
 import contextlib
@@ -20,7 +20,7 @@ from nengo.utils.least_squares_solvers import Cholesky
 from spikeport.compile.loihi.replaced import replaced
 
 MOST_KEPT = 4
-"""Ensembles whose last decoders are kept: connections come sorted by the name of their source."""
+"""Ensembles whose last decoders are kept: connections are sorted by the name of their source."""
 
 Solve = Callable[..., tuple[np.ndarray, dict[str, Any]]]
 """nengo-loihi's ``solve_for_decoders``."""
@@ -35,7 +35,7 @@ class _Solved(NamedTuple):
 
 
 class _Solves:
-    """Solutions of the last ensembles, by ensemble, solver and its neurons' constants."""
+    """Solutions for the last ensembles, by ensemble, solver and time step."""
 
     def __init__(self, solve: Solve) -> None:
         self._solve = solve
@@ -51,7 +51,7 @@ class _Solves:
         rng: np.random.RandomState,
         dt: float,
     ) -> tuple[np.ndarray, dict[str, Any]]:
-        """Return decoders (n_neurons, n_values) of values ``x``, and how they were found."""
+        """Return decoders (n_neurons, n_values) of values ``x``, and the solver's information."""
         if not _draws_nothing(conn.solver):
             return self._solve(conn, gain, bias, x, targets, rng, dt)
         key = (conn.pre_obj, conn.solver, dt)
@@ -85,7 +85,7 @@ def _digest(*arrays: np.ndarray) -> bytes:
 
 @contextlib.contextmanager
 def shared_solves() -> Iterator[None]:
-    """Let connections that are built share equal decoders."""
+    """Let connections share equal decoders while they are built, within the context."""
     solves = _Solves(connections.solve_for_decoders)
     with replaced(connections, "solve_for_decoders", solves.solve):
         yield

@@ -1,7 +1,7 @@
 """Gains, encoders and decoders of a builder, before there are any blocks.
 
 nengo-loihi solves decoders for the chip's own firing rates, and limits intercepts. The passes that
-rewrite a network with explicit matrices take these from here, from its very builder.
+rewrite a network with explicit matrices get these parameters here, from nengo-loihi's own builder.
 """
 
 import collections
@@ -28,7 +28,7 @@ from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.quick_builder import quick_builder, random_state
 
 DENSE_FROM = 0.5
-"""Share of non-zero weights from which indices cost more than zeros."""
+"""Share of non-zero weights above which their indices cost more than the zeros between them."""
 AnyModel: TypeAlias = Model | nengo.builder.Model
 Result = TypeVar("Result")
 
@@ -52,7 +52,7 @@ class Builder(NamedTuple):
 
 
 class ParameterSolver:
-    """A solver of a network's ensembles and connections, each when first asked for.
+    """A solver of a network's ensembles and connections, each solved on first use.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ class ParameterSolver:
 
         .. math:: W = T D
 
-        with decoders D where ``pre_obj`` is an ensemble, and a selection where it is sliced.
+        where D has the decoders if ``pre_obj`` is an ensemble, else selects the slice.
 
         Returns
         -------
@@ -159,7 +159,7 @@ class ParameterSolver:
         with numpy1_semantics(), quick_builder(), warnings_about(self._names.known(obj)):
             try:
                 return build(self._model, obj)
-            except Exception as error:  # it refuses by errors of any kind, not only by its own
+            except Exception as error:  # the builder refuses by errors of any kind
                 raise refused_or_not_finite(self._names.with_ends(obj), error) from error
 
 
@@ -178,7 +178,7 @@ def _new_chip_model(dt_s: float, seeds: Seeds) -> Model:
 
 
 def _build_chip_decoders(model: Model, connection: nengo.Connection) -> BuiltConnection:
-    # The transform comes first, and the solver goes on with the same random numbers.
+    # The transform comes first, and the solver goes on with the same random generator.
     rng = random_state(model.seeds[connection])
     transform = sample_transform(connection, rng)
     points, decoders, info = model.build(connection.solver, connection, rng, transform)
@@ -193,7 +193,7 @@ CHIP = Builder(_new_chip_model, build_ensemble, _build_chip_decoders)
 def _new_float_model(dt_s: float, seeds: Seeds) -> nengo.builder.Model:
     model = nengo.builder.Model(dt=dt_s)
     model.seeds = seeds
-    # Nengo caches decoders of objects that have a seed of their own: of none, here.
+    # Nengo caches decoders of objects that have their own seed. Here no object counts as such.
     model.seeded = collections.defaultdict(bool)
     return model
 
@@ -201,7 +201,7 @@ def _new_float_model(dt_s: float, seeds: Seeds) -> nengo.builder.Model:
 def _build_float_decoders(
     model: nengo.builder.Model, connection: nengo.Connection
 ) -> BuiltConnection:
-    # Here the solver comes first, and the transform has random numbers of its own.
+    # Here the solver comes first, and the transform has its own random generator.
     rng = random_state(model.seeds[connection])
     points, decoders, info = model.build(connection.solver, connection, rng)
     transform = _sampled_transform(connection, model.seeds)
@@ -214,7 +214,7 @@ FLOAT = Builder(_new_float_model, nengo.builder.Model.build, _build_float_decode
 
 
 def nengo_transform(matrix: sparse.csr_array) -> np.ndarray | nengo.Sparse:
-    """Return a matrix as a Nengo transform: without its zeros, where indices cost less."""
+    """Return a matrix as a Nengo transform, a sparse one where indices cost less than zeros."""
     # nengo-loihi has no bits for the indices of a matrix without entries.
     if not matrix.nnz or matrix.nnz > DENSE_FROM * np.prod(matrix.shape):
         return matrix.toarray()

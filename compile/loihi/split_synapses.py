@@ -1,8 +1,8 @@
-"""nengo-loihi's split of a group of synapses over blocks, by tables in place of sets.
+"""nengo-loihi's split of a group of synapses over blocks, with arrays in place of sets.
 
-nengo-loihi looks every target of every axon up in a set for every block; here targets that several
-axons have in common, which is most, are looked up once, in an array. Groups, order and bits are
-the same, except that what nengo-loihi checks on the way is taken for granted.
+nengo-loihi looks up every target of every axon in a set for every block. Here targets that several
+axons share, as most do, are looked up once, in an array. Groups, order and bits are the same, but
+nengo-loihi's checks are left out.
 """
 
 import contextlib
@@ -17,7 +17,7 @@ from nengo_loihi.block import LoihiBlock, Synapse
 from spikeport.compile.loihi.replaced import replaced
 
 MOST_BASES = 256
-"""A base of an axon's targets is less than this on the chip."""
+"""A bound on the base of an axon's targets on the chip, which is less."""
 
 
 class _Axon(NamedTuple):
@@ -30,7 +30,7 @@ class _Axon(NamedTuple):
 class _Cut(NamedTuple):
     """The part of some targets that lies in a block.
 
-    ``kept`` selects it among the targets; ``base`` and ``offset`` are its compartments there.
+    ``kept`` selects it among the targets; ``base`` + ``offset`` are its compartments in the block.
     """
 
     kept: np.ndarray
@@ -89,7 +89,7 @@ def _axons(old: Synapse) -> tuple[dict[int, _Axon], dict[bytes, np.ndarray]]:
 def _cuts(
     old: Synapse, n: int, compartments: list[int], targets: Mapping[bytes, np.ndarray]
 ) -> dict[bytes, _Cut]:
-    """Return what of each of some targets lies among some of n compartments, if anything does."""
+    """Return the part of each set of targets that lies among some of n compartments, if any."""
     place = np.full(n, -1)
     place[compartments] = np.arange(len(compartments))
     cuts = {}
@@ -99,15 +99,15 @@ def _cuts(
         if kept.any():
             new = new[kept]
             shared = old.axon_to_weight_map is not None
-            # The place of the lowest old target, as nengo-loihi takes it, whatever its order in the
-            # block.
+            # The place of the lowest old target, as in nengo-loihi, even if it is not the lowest in
+            # the new block.
             base = int(new[np.argmin(reached[kept])]) % MOST_BASES if shared else 0
             cuts[key] = _Cut(kept, base, new - base)
     return cuts
 
 
 def _part(old: Synapse, axons: list[_Axon], cuts: Mapping[bytes, _Cut]) -> Synapse:
-    """Return the part of a group that some axons read, equal rows once."""
+    """Return the part of a group that some axons read, with equal rows stored once."""
     rows: list[tuple[np.ndarray, np.ndarray]] = []
     number: dict[tuple[bytes, bytes], int] = {}
     of_axon = []
@@ -135,6 +135,6 @@ def _part(old: Synapse, axons: list[_Axon], cuts: Mapping[bytes, _Cut]) -> Synap
 
 @contextlib.contextmanager
 def split_by_tables() -> Iterator[None]:
-    """Let nengo-loihi's builder split groups of synapses by `split_synapse`."""
+    """Let nengo-loihi's builder split groups of synapses with `split_synapse`."""
     with replaced(split_blocks, "split_synapse", split_synapse):
         yield

@@ -1,7 +1,7 @@
-"""Connections that learn, torn: nengo-loihi splits blocks that are too large for a core.
+"""Learning connections that are torn: nengo-loihi splits blocks that are too large for a core.
 
-No part of a group of synapses that it splits learns any more, and the error that the host sends has
-no group to go to.
+The parts of a group of synapses that it splits do not learn any more, and the error that the host
+sends has no group to go to.
 """
 
 from collections.abc import Iterator
