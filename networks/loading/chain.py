@@ -1,9 +1,9 @@
-"""A chain of dense layers, put together from the operations of a file, one by one.
+"""A chain of dense layers, built from the operations of a file one by one.
 
     y = M h + c
 
-h are the values after the last activation, at first the observation. Normalisation, bias, scale and
-products of matrices all change M and c alone; an activation ends a layer.
+h are the values after the last activation; before the first one, h is the observation.
+Normalisation, bias, scale and matrix products change only M and c; an activation ends a layer.
 """
 
 import math
@@ -21,10 +21,11 @@ from spikeport.reading.mismatch import MismatchError
 CHAIN = "a chain of dense layers and activations"
 
 WORK = 2 * 10**9
-"""Multiplications while constants are folded, a second: those of two 1,200 x 1,200 matrices."""
+"""The most multiplications while constants are folded: about a second, or one product of two
+1,200 x 1,200 matrices."""
 
 MADE = 4 * NUMBERS
-"""Numbers in all constants of a file together: each operation of a layer makes its weights anew."""
+"""The most numbers in all constants of a file: each operation of a layer makes new weights."""
 
 Operations = Mapping[str, Callable[..., object]]
 """Operations of a format on chains, arrays and plain values, by name."""
@@ -32,18 +33,18 @@ Operations = Mapping[str, Callable[..., object]]
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """The observation after some operations; arithmetic with arrays goes on with it.
+    """The observation after some operations; arithmetic with arrays adds operations to it.
 
     Attributes
     ----------
     matrix : ndarray
-        M, ``(n, m)``; before the first matrix its diagonal, ``(m,)``, or a factor of all, ``()``.
+        M, ``(n, m)``; before the first matrix only its diagonal, ``(m,)``, or one factor, ``()``.
     constant : ndarray
         c, ``(n,)`` or ``()``.
     layers : tuple of Layer
         The layers that ended in an activation.
     activations : tuple of str
-        Theirs.
+        The activations of these layers.
     """
 
     matrix: np.ndarray = field(default_factory=lambda: np.array(1.0))
@@ -51,7 +52,7 @@ class Chain:
     layers: tuple[Layer, ...] = ()
     activations: tuple[str, ...] = ()
 
-    __array_ufunc__ = None  # arrays leave arithmetic with a chain to the chain
+    __array_ufunc__ = None  # NumPy then leaves arithmetic with a chain to the chain
 
     def dense(self, weights: np.ndarray, bias: np.ndarray | None = None) -> "Chain":
         """Multiply by ``weights`` (n_out, n_in), and add ``bias``."""
@@ -133,9 +134,9 @@ def _vector(value: ArrayLike) -> np.ndarray:
 
 
 class BoundedEvaluation:
-    """Operations of a file, applied one by one as long as they are little work.
+    """Evaluator of a file's operations, one by one, up to a limit of work.
 
-    Constants are folded while a file is read, and a short one may ask for endless products.
+    Constants are folded while a file is read, and a short file may ask for endless products.
     """
 
     def __init__(self, operations: Operations) -> None:
@@ -147,21 +148,21 @@ class BoundedEvaluation:
         Raises
         ------
         MismatchError
-            It is not known, joins what is no chain, or is too much work.
+            The operation is unknown, is not one of a chain of layers, or is too much work.
         """
         if kind not in self._operations:
             raise MismatchError(CHAIN, f"operation {kind}")
         values = (*inputs, *options.values())
         self._spend([x.shape for x in values if isinstance(x, np.ndarray | Chain)])
         try:
-            with np.errstate(all="ignore"):  # what is not finite is refused in the end
+            with np.errstate(all="ignore"):  # numbers that are not finite are refused in the end
                 made = self._operations[kind](*inputs, **options)
         except (TypeError, ValueError, AttributeError, OverflowError):
             raise MismatchError(CHAIN, f"operation {kind} of other values") from None
         return self.keep(made)
 
     def keep(self, made: object) -> object:
-        """Return what is a value from now on, with its numbers counted."""
+        """Return a new value, after its numbers are counted."""
         if isinstance(made, np.ndarray):
             self._count(made.size)
         if isinstance(made, Chain):
@@ -174,7 +175,7 @@ class BoundedEvaluation:
         self._work += _work(shapes)
         if self._work > WORK:
             raise MismatchError(f"at most {WORK:,} multiplications of constants", "more")
-        # Before the operation allocates them; `keep` counts the numbers that it has made.
+        # Checked before the operation allocates them; `keep` counts the numbers that it makes.
         self._count(_size(shapes), kept=False)
 
     def _count(self, numbers: int, kept: bool = True) -> None:
@@ -185,7 +186,7 @@ class BoundedEvaluation:
 
 def _work(shapes: list[tuple[int, ...]]) -> int:
     """Return how many multiplications an operation of such arrays takes at most."""
-    if _matrices(shapes) > 1:  # a product of them, perhaps
+    if _matrices(shapes) > 1:  # perhaps a matrix product
         return max(map(math.prod, shapes)) * max(n for shape in shapes for n in shape)
     return _size(shapes)
 
@@ -194,7 +195,7 @@ def _size(shapes: list[tuple[int, ...]]) -> int:
     """Return how many numbers an operation of such arrays makes at most."""
     try:
         return math.prod(np.broadcast_shapes(*shapes))
-    except ValueError:  # then it is a product, if anything
+    except ValueError:  # then it is a matrix product, or an error
         lengths = sorted((n for shape in shapes for n in shape), reverse=True)
         largest = max(map(math.prod, shapes))
         return math.prod(lengths[:2]) if _matrices(shapes) > 1 else largest
@@ -205,7 +206,7 @@ def _matrices(shapes: list[tuple[int, ...]]) -> int:
 
 
 def only(outputs: list[object]) -> Chain:
-    """Return the one output of a file; raises `MismatchError` where that is no chain."""
+    """Return the one output of a file; raise `MismatchError` if it is not a chain."""
     match outputs:
         case [Chain() as chain]:
             return chain
@@ -213,7 +214,7 @@ def only(outputs: list[object]) -> Chain:
 
 
 def gelu(x: Chain, approximate: object) -> Chain:
-    """Return GELU of a chain; approximations are other functions than the exact one."""
+    """Return GELU of a chain; an approximation is another function than the exact GELU."""
     if not isinstance(approximate, str):
         raise TypeError(type(approximate).__name__)
     return x.activated("gelu" if approximate == "none" else f"gelu ({approximate})")
@@ -227,6 +228,6 @@ def batch_normalised(
     variance: np.ndarray,
     epsilon: float,
 ) -> Chain:
-    """Return a chain normalised with the mean and variance that training has left."""
+    """Return a chain normalised with the mean and variance from training."""
     scale = (1.0 if weight is None else weight) / np.sqrt(variance + epsilon)
     return (x - mean) * scale + (0.0 if bias is None else bias)

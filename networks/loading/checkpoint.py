@@ -23,20 +23,20 @@ from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 EPSILON = 0.01
-"""rsl-rl's, added to the standard deviation."""
+"""The number that rsl-rl adds to the standard deviation."""
 
 NUMBER = "(?:0|[1-9][0-9]{0,3})"
 """The number of a layer, as torch writes it."""
 
 PICKLE = b"\x80"
-"""The first byte of a file from before zip archives."""
+"""The first byte of a file from before torch used zip archives."""
 
 NORMALIZER_APART = "obs_norm_state_dict"
 """The key under which rsl-rl 2 kept the normalisation."""
 
 
 class CheckpointLayout(NamedTuple):
-    """The places of the actor in versions of rsl-rl: names, prefixes, and patterns of names."""
+    """The place of the actor in a version of rsl-rl: names, prefixes, and patterns of names."""
 
     state: str
     actor: str
@@ -44,7 +44,7 @@ class CheckpointLayout(NamedTuple):
     deviation: str
     """The key of a Gaussian action's deviation; other distributions read the output differently."""
     others: str
-    """Keys that do not bear on the action."""
+    """Keys that do not affect the action."""
 
 
 LAYOUTS = (
@@ -69,13 +69,13 @@ OPERATIONS: Operations = {"normalisation": _normalised, "dense": Chain.dense}
 
 
 def read(path: Path, activation: str) -> Mlp:
-    """Return the actor of a checkpoint, with this activation."""
+    """Return the actor of a checkpoint, with an activation."""
     content = _content(read_bytes(path))
     layout = _layout(content)
     state = _tensors(layout.state, content[layout.state])
     _refuse_others(layout, state)
     normalizer = _tensors(NORMALIZER_APART, content.get(NORMALIZER_APART, {}))
-    # rsl-rl 2 kept the normalisation beside the model, later versions in it: here it goes there.
+    # rsl-rl 2 kept the normalisation beside the model, later versions within it, as here.
     state |= {layout.normalizer + name: value for name, value in normalizer.items()}
     moments = _normalisation(layout, state)
     mlp = _chain(layout, state, moments, activation).mlp()
@@ -83,7 +83,7 @@ def read(path: Path, activation: str) -> Mlp:
 
 
 def _normalisation(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> list[Tensor]:
-    """Return mean and standard deviation of the observations; none if they are as they are."""
+    """Return mean and standard deviation of the observations; none without normalisation."""
     found = [name for name in state if name.startswith(layout.normalizer)]
     names = [layout.normalizer + name for name in ("_mean", "_std")]
     if found and not state.keys() >= set(names):
@@ -112,7 +112,7 @@ def _chain(
 
 
 def _moments(tensors: Sequence[Tensor], n_inputs: int) -> Moments:
-    """Return the moments of the inputs; raises MismatchError if they are those of none."""
+    """Return the moments of the inputs; raise MismatchError if no inputs can have them."""
     mean, std = (np.broadcast_to(one.array().ravel().astype(float), n_inputs) for one in tensors)
     if not (np.isfinite(std).all() and (std >= 0).all()):
         raise MismatchError("finite standard deviations from 0 on in the normalisation", "others")

@@ -26,18 +26,18 @@ HEAD = 12
 
 @dataclass(frozen=True, eq=False)
 class Description:
-    """Joints, and what holds of each of them by name.
+    """A robot's joints, their properties by name, and the time between actions.
 
     Attributes
     ----------
     joints : tuple of str
-        In the order of observations and actions.
+        The joints in the order of observations and actions.
     pose_rad : mapping
-        The pose that the zero action asks for, and that observed angles count from.
+        The target pose of the zero action; observed angles are relative to it.
     gains : mapping
         The gains of the position control: (kp, kd) in N m/rad and N m s/rad.
     action_scale_rad : mapping
-        Change of a joint's target for an action of one.
+        Change of a joint's target for an action of 1.
     control_dt_s : float
         Time from one action to the next.
     observation_scale : ndarray, (12 + 3 joints,) or ()
@@ -53,12 +53,12 @@ class Description:
 
 
 def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolicy:
-    """Return the policy for our robot, of a perceptron made for theirs.
+    """Return the policy for our robot from a perceptron made for another robot ("theirs").
 
     Parameters
     ----------
     mlp : Mlp
-        Observations and actions in their order of joints.
+        The perceptron, with observations and actions in their order of joints.
     theirs, ours : Description
         Their robot, which `check_robot` passed, and ours, which has one action scale for all
         joints.
@@ -66,7 +66,7 @@ def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolic
     Raises
     ------
     MismatchError
-        It is of another shape or activation.
+        The perceptron has another shape or activation.
     """
     _check_shape(mlp, len(ours.joints))
     (p, s), (p_ours, s_ours) = (_pose_and_scale(one, ours.joints) for one in (theirs, ours))
@@ -95,7 +95,7 @@ def _pose_and_scale(robot: Description, joints: Sequence[str]) -> Iterator[np.nd
 
 
 def _parts(weights: np.ndarray, order: list[int]) -> list[np.ndarray]:
-    """Return columns of head, angles, velocities and last action, the joints' in another order."""
+    """Return columns of head, angles, velocities and last action, with the joints reordered."""
     n = len(order)
     head, *parts = np.split(weights, [HEAD, HEAD + n, HEAD + 2 * n], axis=1)
     return [head, *(part[:, order] for part in parts)]
@@ -111,12 +111,12 @@ def _check_shape(mlp: Mlp, n_joints: int) -> None:
 
 
 def check_robot(theirs: Description, ours: Description) -> None:
-    """Refuse a robot that differs from ours in what no weights make up for.
+    """Refuse a robot that differs from ours in a way that weights cannot make up for.
 
     Raises
     ------
     MismatchError
-        Joints, gains or the time between actions differ, or a pose or scale is no finite number.
+        Joints, gains or the time between actions differ, or a pose or scale is not a finite number.
     """
     if sorted(theirs.joints) != sorted(ours.joints):
         foreign = [joint for joint in theirs.joints if joint not in ours.joints]

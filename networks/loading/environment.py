@@ -1,6 +1,6 @@
 """The parts that are read of an environment description of Isaac Lab (``env.yaml``).
 
-Values for joints stand in tables from regular expressions of names to numbers, or are one number.
+Values for joints are a table from regular expressions of names to numbers, or one number.
 """
 
 from pathlib import Path
@@ -50,13 +50,13 @@ class Robot(BaseModel):
 
 
 class Scene(BaseModel):
-    """The part of a description that says what is simulated."""
+    """The simulated objects in a description."""
 
     robot: Robot
 
 
 class Physics(BaseModel):
-    """The simulation, of which the step, in s, is read."""
+    """The physics simulation; only its time step, in s, is read."""
 
     dt: float
 
@@ -108,7 +108,7 @@ def read(path: Path) -> tuple[Environment, dict[str, ObservationTerm]]:
     Raises
     ------
     MismatchError
-        It is no YAML, lacks a part, or is too long or too deep.
+        The file is not YAML, lacks a part, or is too long or too deep.
     MissingExtraError
         The package that reads YAML is absent.
     """
@@ -121,13 +121,13 @@ def read(path: Path) -> tuple[Environment, dict[str, ObservationTerm]]:
     except ValidationError as error:
         raise _mismatch(error.errors(include_url=False, include_context=False)[0]) from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
-        # a number or a date that is none is a ValueError of Python's
+        # Python raises ValueError for an invalid number or date
         reason = (str(error) or type(error).__name__).splitlines()[0]
         raise MismatchError("YAML", reason) from error
 
 
 def _loader(yaml: ModuleType) -> "type[SafeLoader]":
-    """Return a loader that makes plain values alone, and of nothing more than lies in the text."""
+    """Return a loader that makes only plain values, no more of them than the text contains."""
     Safe: Any = yaml.SafeLoader
 
     class Loader(Safe):
@@ -144,15 +144,15 @@ def _loader(yaml: ModuleType) -> "type[SafeLoader]":
         def construct_object(self, node: "Node", deep: bool = False) -> object:
             try:
                 return super().construct_object(node, deep)
-            except (AttributeError, LookupError):  # PyYAML's, of a text that its tag does not fit
+            except (AttributeError, LookupError):  # PyYAML's, where a tag does not fit its text
                 raise MismatchError(f"YAML with a value of {node.tag}", f"'{node.value}'") from None
 
         def flatten_mapping(self, node: "MappingNode") -> None:
-            """Refuse merge keys: merges of merges may make of a line a thousand million items."""
+            """Refuse merge keys: merges of merges may expand a line to a thousand million items."""
             if any(key.tag == MERGE for key, _ in node.value):
                 raise MismatchError("YAML without merge keys", "<<")
 
-    # Python's tuples, slices and functions become plain values, and never objects.
+    # Tags of Python's tuples, slices and functions make plain values, never objects.
     Loader.add_multi_constructor("", _plain)
     return Loader
 
@@ -164,7 +164,7 @@ def _mismatch(first: ErrorDetails) -> MismatchError:
 
 
 def _short(value: object) -> str:
-    """Return a value in words; a list may hold itself, a number be longer than can be printed."""
+    """Return a value in words; a list may contain itself, and a number be too long to print."""
     if isinstance(value, dict | list | tuple | set):
         return type(value).__name__
     if isinstance(value, int) and abs(value) >= 2**64:

@@ -1,8 +1,8 @@
-"""Reads a file of a policy, in any of the known formats, found by its content.
+"""Reader of policy files in any of the known formats, which it detects from the content.
 
-| format | what it is |
+| format | content |
 |---|---|
-| npz | ours, see `spikeport.networks.walking_policy` |
+| npz | our own files, see `spikeport.networks.walking_policy` |
 | TorchScript | a scripted or traced module, as Isaac Lab exports it (NVIDIA's H1 policies) |
 | checkpoint | rsl-rl's, of any version with numbered dense layers |
 | ONNX | a graph of dense layers |
@@ -20,7 +20,7 @@ from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 ACTIVATION = "elu"
-"""The activation of checkpoints, which do not name theirs, where none is asked for."""
+"""The default activation of checkpoints, which do not contain the name of theirs."""
 
 ZIP = b"PK"
 ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}
@@ -35,13 +35,13 @@ def load_mlp(path: Path, activation: str | None = None) -> Mlp:
     path : Path
         A file of any of the formats.
     activation : str, optional
-        The function of a checkpoint's actor, `ACTIVATION` if none is asked for. Other files have it
-        in them: if one is asked for, it must be that of the file.
+        The activation of a checkpoint's actor, by default `ACTIVATION`. Other files contain their
+        activation: if this argument is passed, it must equal the file's.
 
     Raises
     ------
     UsageError
-        It is no perceptron of one kind of activation; the message says what was found instead.
+        The file is not a perceptron with one kind of activation; the message says what was found.
     MissingExtraError
         The package that reads the format is absent.
     """
@@ -59,7 +59,7 @@ def load_mlp(path: Path, activation: str | None = None) -> Mlp:
 
 
 def file_format(path: Path) -> str:
-    """Return which of the formats a file has; raises UsageError if it has none."""
+    """Return the name of a file's format; raise UsageError if it is unknown."""
     with refusing(path):
         content = read_bytes(path)
         if content.startswith(ZIP):
@@ -72,12 +72,12 @@ def file_format(path: Path) -> str:
 
 
 def files_of(path: Path) -> list[Path]:
-    """Return a policy's file, and those beside it that have some of its numbers.
+    """Return a policy's file, and the files beside it that hold some of its numbers.
 
     Raises
     ------
     UsageError
-        Its format is none that is known, or it is damaged.
+        The file's format is unknown, or it is damaged.
     """
     with refusing(path):
         return [path, *(onnx_file.beside(path) if file_format(path) == "ONNX" else ())]

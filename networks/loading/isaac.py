@@ -1,7 +1,7 @@
-"""Environment descriptions of Isaac Lab's H1 (``env.yaml``), as NVIDIA's H1 policies come with.
+"""Environment descriptions of Isaac Lab's H1 (``env.yaml``), which come with NVIDIA's H1 policies.
 
-They name joints by regular expressions. The order of observations and actions is the articulation's
-there: breadth-first, level by level away from the pelvis.
+They name joints by regular expressions. Observations and actions have the order of Isaac Lab's
+articulation: breadth-first, level by level away from the pelvis.
 """
 
 import re
@@ -15,7 +15,7 @@ from spikeport.networks.loading.description import Description
 from spikeport.networks.loading.environment import Action, Actuator, ByName, ObservationTerm
 from spikeport.reading.mismatch import MismatchError
 
-# Isaac Sim numbers joints breadth first from the pelvis; the torso is the one without a twin.
+# Isaac Sim numbers joints breadth first from the pelvis; only the torso has no twin.
 _LEVELS = (
     ("hip_yaw", "torso"),
     ("hip_roll", "shoulder_pitch"),
@@ -43,7 +43,7 @@ TERMS = {
     "joint_vel_rel": len(JOINTS),
     "last_action": len(JOINTS),
 }
-"""Functions of the observation's terms in their order, and the sizes of these."""
+"""Functions of the observation's terms in their order, and the terms' sizes."""
 
 ACTION = "JointPositionAction"
 
@@ -51,10 +51,10 @@ MAX_ITEMS = 100
 """The most items of a table, of a list of expressions, and of groups: there are 19 joints."""
 
 MOST = {"*+?": 2, "(": 2, "|": 10}
-"""The most of these letters in an expression: each multiplies the ways to match it."""
+"""The most of these characters in an expression: each one multiplies the ways to match it."""
 
 SIMPLE = re.compile(r"(?:[\w.|(\[\]^$-]|\\[.wd]|\)(?![*+?])|(?<!\()[*+?]){1,100}")
-"""Expressions of names as Isaac Lab has them; repeats of repeated groups could take for ever."""
+"""Expressions for names as in Isaac Lab; repeated groups with repeats could take for ever."""
 
 
 def described(path: Path) -> Description:
@@ -78,7 +78,7 @@ def described(path: Path) -> Description:
 
 
 def _action(actions: Mapping[str, Action]) -> Action:
-    # `module:Name`: the module is another one in each major version of Isaac Lab.
+    # `module:Name`: the module differs between major versions of Isaac Lab.
     kinds = [action.class_type.rpartition(":")[2] for action in actions.values()]
     if kinds != [ACTION]:
         raise MismatchError(f"one action, a {ACTION}", ", ".join(kinds) or "none")
@@ -131,17 +131,17 @@ def _value(where: str, joint: str, table: ByName, default: float) -> float:
 
 
 def _matching(where: str, expressions: list[str]) -> list[str]:
-    """Return the joints that expressions match; each has to match one."""
+    """Return the joints that expressions match; each expression has to match a joint."""
     _few(where, expressions)
     for expression in expressions:
-        # As in Isaac Lab: an expression that no joint matches is a name that is misspelt.
+        # As in Isaac Lab: an expression that no joint matches is a misspelt name.
         if not any(_matches(expression, joint) for joint in JOINTS):
             raise MismatchError(f"joints of the H1 in {where}", expression)
     return [j for j in JOINTS if any(_matches(e, j) for e in expressions)]
 
 
 def _matches(expression: str, joint: str) -> bool:
-    """Return whether a joint's name matches; MismatchError if that may take for ever."""
+    """Return whether a joint's name matches; raise MismatchError if matching may not end."""
     many = any(sum(map(expression.count, letters)) > most for letters, most in MOST.items())
     if many or not SIMPLE.fullmatch(expression):
         raise MismatchError("names of joints as simple expressions", expression)

@@ -1,4 +1,4 @@
-"""A multilayer perceptron: what every file of a policy comes down to."""
+"""A multilayer perceptron: the common form of all policy files."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -29,7 +29,7 @@ class Mlp:
     activation : str
         The function of the hidden layers, one of `spikeport.networks.activations.ACTIVATIONS`.
     trained_on : Moments, optional
-        The moments of the inputs that it was trained on, where its file has them.
+        The moments of the inputs in training, if the file has them.
     """
 
     layers: tuple[Layer, ...]
@@ -43,7 +43,7 @@ class Mlp:
 
 
 def check_activation(name: str) -> None:
-    """Refuse the name of an activation that is not known; raises MismatchError."""
+    """Raise MismatchError for an unknown activation."""
     if name not in ACTIVATIONS:
         raise MismatchError(f"activation {' or '.join(ACTIVATIONS)}", name)
 
@@ -54,7 +54,8 @@ def checked(layers: tuple[Layer, ...], activations: tuple[str, ...]) -> Mlp:
     Raises
     ------
     MismatchError
-        It has no hidden layer, mixes activations, does not fit together, is empty, or not finite.
+        There is no hidden layer, activations differ, shapes do not fit each other, a layer is
+        empty, or a number is not finite.
     """
     if not activations:
         raise MismatchError("at least one hidden layer", "none")

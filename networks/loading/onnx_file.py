@@ -1,7 +1,7 @@
 """ONNX files of dense layers: Gemm, MatMul, arithmetic with constants, and activations.
 
-Their fields are read here, so that a file is data all the way: onnx and protobuf make an object of
-each message before one can be refused.
+This module reads their fields itself, so that a file is only data: onnx and protobuf make an object
+of each message before any message can be refused.
 """
 
 import contextlib
@@ -36,14 +36,14 @@ OF, MADE, KIND, OPTION, DOMAIN = 1, 2, 4, 5, 7
 """Fields of a node: names of inputs and outputs, operation, attributes, the operation's domain."""
 
 NAME, REAL, WHOLE, TEXT, TENSOR, REALS, WHOLES, TYPE, REFERENCE = 1, 2, 3, 4, 5, 7, 8, 20, 21
-"""Fields of an attribute; others have a name in the same place."""
+"""Fields of an attribute; other messages have their name in field `NAME`, too."""
 
 CONSTANTS = ("value", "value_float", "value_int", "value_floats", "value_ints")
-"""Attributes of which a constant has one."""
+"""The attributes of a constant, which has exactly one of them."""
 
 FUNCTION_DOMAIN = 10
 STANDARD = ("", "ai.onnx")
-"""Names of the domain of ONNX's own operations."""
+"""Names of the domain of ONNX's standard operations."""
 
 
 def _gemm(
@@ -112,9 +112,9 @@ def read(path: Path) -> Mlp:
 
 
 def beside(path: Path) -> list[Path]:
-    """Return the files beside a model that it has numbers in, each once.
+    """Return the files beside a model that hold some of its numbers, each once.
 
-    Places elsewhere are left out: a tensor that is used must not lie there.
+    Paths elsewhere are left out: a tensor that is used must not be there.
     """
     with _whole():
         graphs = list(Message(read_bytes(path)).messages(GRAPH))
@@ -132,7 +132,7 @@ def beside(path: Path) -> list[Path]:
 
 @contextlib.contextmanager
 def _whole() -> Iterator[None]:
-    """Refuse bytes that are no such messages as a damaged model."""
+    """Refuse bytes that are not protobuf messages as a damaged model."""
     try:
         yield
     except WireError as error:
@@ -157,7 +157,7 @@ def _constant(options: Mapping[str, object]) -> np.ndarray:
 
 
 class _Graph:
-    """The values of a graph by name, as far as they are made."""
+    """The values of a graph by name, as far as they are computed."""
 
     def __init__(self, path: Path, own: set[str]) -> None:
         self._path, self._own = path, own
@@ -166,7 +166,7 @@ class _Graph:
         self._stored: dict[str, Message] = {}
 
     def chain(self, graph: Message) -> Chain:
-        """Return what its nodes make of the observation."""
+        """Return the graph's output for the observation, as a chain."""
         self._stored = {t.text(onnx_tensor.NAME): t for t in graph.messages(INITIALIZER)}
         named = [x.text(NAME) for x in graph.messages(INPUT)]
         # Early versions of ONNX list stored tensors among the inputs as well.
@@ -181,7 +181,7 @@ class _Graph:
         return only([self._value(outputs[0])])
 
     def _make(self, node: Message) -> None:
-        # A value has one node, as ONNX asks: no later one replaces it.
+        # As in ONNX, one node makes a value, and no later node replaces it.
         made = [name for name in node.texts(MADE) if name]
         if len(made) != 1 or made[0] in self._values or made[0] in self._stored:
             raise MismatchError("operations that make one new value", ", ".join(made) or "none")

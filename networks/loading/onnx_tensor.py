@@ -36,10 +36,10 @@ TYPES = {
     13: "<u8",
     BFLOAT16: "<u2",
 }
-"""ONNX's numbers of types in NumPy's words; those of bfloat16 are halves of float32."""
+"""NumPy's types by ONNX's numbers of types; a bfloat16 is the upper half of a float32."""
 
 INTEGERS = (2, 3, 4, 5, 6, 9)
-"""Types whose numbers may lie in a field for integers of 32 bits."""
+"""Types whose numbers may be in a field for integers of 32 bits."""
 
 
 def array(tensor: Message, path: Path) -> Floats:
@@ -48,7 +48,8 @@ def array(tensor: Message, path: Path) -> Floats:
     Raises
     ------
     MismatchError
-        They are no numbers, not as many as its shape says, or lie elsewhere than beside the model.
+        The values are not numbers, do not fit the shape, or are in a file that is not beside the
+        model.
     """
     name, kind = tensor.text(NAME), tensor.number(TYPE)
     shape = tensor.numbers(DIMS)
@@ -69,7 +70,7 @@ def _values(tensor: Message, kind: int, path: Path, count: int) -> np.ndarray:
     if SEGMENT in tensor:
         raise MismatchError("a whole tensor", f"a segment of {tensor.text(NAME)}")
     if tensor.number(LOCATION) or EXTERNAL in tensor:
-        # A file beside the model may be of any length: no more is read than the shape asks for.
+        # A file beside the model may have any length: only the bytes of the shape are read.
         size = count * np.dtype(TYPES[kind]).itemsize
         return _numbers(_beside(tensor, path, size), kind)
     if kind == FLOAT and FLOATS in tensor:
@@ -86,15 +87,15 @@ def _values(tensor: Message, kind: int, path: Path, count: int) -> np.ndarray:
 
 
 def in_field(message: Message, field: int, kind: int) -> np.ndarray:
-    """Return numbers of a type that lie in a field of their own.
+    """Return the numbers in a field for one type.
 
-    Packed or one by one, they are the same bytes, the low one first.
+    Packed or one by one, the numbers are the same bytes, with the low byte first.
     """
     return _numbers(b"".join(message.contents(field)), kind)
 
 
 def _of_halves(tensor: Message, kind: int) -> np.ndarray:
-    """Return numbers of 16 bits, each of which lies in a whole number."""
+    """Return numbers of 16 bits, each stored as a whole number."""
     bits = tensor.numbers(INTS)
     if any(not 0 <= one < 2**16 for one in bits):
         raise MismatchError(f"numbers of 16 bits in {tensor.text(NAME)}", "larger ones")
@@ -125,12 +126,12 @@ def _entries(tensor: Message) -> dict[str, str]:
 
 
 def _beside(tensor: Message, path: Path, size: int) -> bytes:
-    """Return the bytes of a tensor that lie in another file, which may only be a neighbour."""
+    """Return the bytes of a tensor from another file, which must be beside the model."""
     entries = _entries(tensor)
     location, start = entries.get("location", ""), entries.get("offset", "0")
     if not is_neighbour(location):
         raise MismatchError("numbers in a file beside the model", f"'{location}'")
-    # `int` alone would accept signs, blanks and underscores, and more than a file can be long.
+    # `int` alone would accept signs, blanks, underscores, and offsets beyond any file.
     if not re.fullmatch("[0-9]{1,15}", start):
         raise MismatchError(f"a place in {location}", start)
     try:
@@ -148,5 +149,5 @@ def _read(path: Path, start: int, size: int) -> bytes:
 
 
 def _no_link(path: str, flags: int) -> int:
-    """Open a file that is none elsewhere, and do not wait for a pipe."""
+    """Open a file unless it is a link, and do not wait for a pipe."""
     return os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK)

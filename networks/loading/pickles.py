@@ -1,7 +1,7 @@
-"""Pickles as data: a reader that makes plain values, and calls nothing but a list of known names.
+"""Pickles as data: a reader that makes plain values, and calls only functions with known names.
 
-Python's own unpickler looks names up and calls them, and five bytes may ask it for 16 GB. So the
-instructions are carried out here. A name in a file is one of the known names, or refused.
+Python's own unpickler looks names up and calls them, and five bytes may make it allocate 16 GB. So
+this module executes the instructions itself. A name in a file that is not known is refused.
 """
 
 import pickletools
@@ -16,7 +16,7 @@ from spikeport.reading.mismatch import MismatchError
 INSTRUCTIONS = 500_000
 """The most instructions of a pickle: a checkpoint of a hundred layers has a tenth.
 
-An attribute that is copied to a module counts as one: many modules may have one dictionary.
+An attribute that is copied to a module counts as one: many modules may share one dictionary.
 """
 
 PLAIN = "tensors and plain values"
@@ -27,7 +27,7 @@ Persistent = Callable[[object], object]
 
 @dataclass(frozen=True)
 class Known:
-    """A name that a pickle may hold, and what is made where it calls it."""
+    """A name that a pickle may contain, with the function that replaces a call of it."""
 
     make: Callable[..., object]
 
@@ -50,17 +50,17 @@ class ModuleClass:
 Names = Callable[[str], object]
 """A function that resolves a dotted name to something `Known`, a `ModuleClass`, or a plain value.
 
-Raises `MismatchError` if it is none of them.
+It raises `MismatchError` for any other name.
 """
 
 
 def load(stream: BinaryIO, names: Names, persistent: Persistent) -> object:
-    """Return the value of a pickle, and leave the stream behind its end.
+    """Return the value of a pickle, and leave the stream at the pickle's end.
 
     Raises
     ------
     MismatchError
-        It is damaged, too long, or holds anything but plain values and what `names` knows.
+        The pickle is damaged, too long, or has values that are neither plain nor known to `names`.
     """
     machine = _Machine(names, persistent)
     try:
@@ -76,7 +76,7 @@ def load(stream: BinaryIO, names: Names, persistent: Persistent) -> object:
 
 
 class _Machine:
-    """The stack of a pickle; what stands under a mark waits in `below`."""
+    """The stack machine of a pickle; `_below` keeps the values under each mark."""
 
     def __init__(self, names: Names, persistent: Persistent) -> None:
         self.stack: list[object] = []
@@ -123,7 +123,7 @@ class _Machine:
         return values
 
     def tuple_to_mark(self, _: object) -> None:
-        values = tuple(self.to_mark())  # before the stack is asked for: it is another one then
+        values = tuple(self.to_mark())  # first, since it replaces the stack
         self.stack.append(values)
 
     def named(self, name: object) -> None:
@@ -131,7 +131,7 @@ class _Machine:
 
     def named_on_stack(self, _: object) -> None:
         match self.taken(2):
-            # what else lies there may be too deep to be printed, or a text without end
+            # other values are not printed: they may be nested too deeply, or endless texts
             case (str(module), str(name)):
                 self.named(f"{module} {name}")
             case _:
@@ -156,10 +156,10 @@ class _Machine:
         (state,) = self.taken(1)
         match self.stack[-1], state:
             case Module() as module, dict():
-                # One instruction copies the whole dictionary, so it counts as many.
+                # One instruction copies the whole dictionary, so each item counts as one.
                 self.spend(len(state))
                 module.attributes.update({str(name): value for name, value in state.items()})
-            case dict(), _:  # attributes of an ordered dictionary: torch's versions of modules
+            case dict(), _:  # an ordered dictionary's attributes: versions of torch modules
                 pass
             case Module() as module, _:
                 found = f"{module.kind}, whose own code reads what is stored of it"
@@ -190,7 +190,7 @@ class _Machine:
         if not isinstance(target, dict):
             raise TypeError("items are set of what is no dictionary")
         for key, value in zip(values[::2], values[1::2], strict=True):
-            # hashing a deep tuple ends Python, and a number of any length cannot be printed
+            # hashing a deep tuple crashes Python, and a very long number cannot be printed
             if not isinstance(key, str | int | float | None) or _is_long(key):
                 raise MismatchError("keys that are plain values", type(key).__name__)
             target[key] = value

@@ -1,4 +1,4 @@
-"""The refusal of a policy's file or its description: expected, found, and what helps."""
+"""The error for a policy's file or its description: expected, found, and a cure."""
 
 import contextlib
 from collections.abc import Iterator
@@ -19,7 +19,7 @@ SAVE = "save the policy by torch.jit.trace(policy, observations).save(FILE), or 
 
 @contextlib.contextmanager
 def refusing(path: Path, cure: str = CURE, kind: str = "policy file") -> Iterator[None]:
-    """Refuse the file at ``path``, of this kind, for what does not match while it is read."""
+    """Refuse the file at ``path`` for any mismatch that is found while it is read."""
     try:
         yield
     except MismatchError as error:
@@ -32,7 +32,7 @@ def extra(module: str) -> ModuleType:
     Raises
     ------
     MissingExtraError
-        Its package is absent.
+        The package of the module is absent.
     """
     try:
         return import_module(module)

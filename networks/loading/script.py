@@ -1,8 +1,8 @@
-"""The text of a TorchScript archive, carried out for one value alone: the observation as a chain.
+"""An interpreter of a TorchScript archive's text for a single value: the observation as a chain.
 
-torch.jit.load runs what a file says is to be done on loading, and that may write files. Here the
-text is parsed, as it has Python's grammar, and what `forward` does is followed statement by
-statement. Steps that a chain of layers does not take are refused; no other method matters.
+torch.jit.load runs code of the file on loading, and that code may write files. Here the text is
+parsed, as it has Python's grammar, and `forward` is followed statement by statement. Steps that a
+chain of layers does not take are refused; methods that `forward` does not call do not matter.
 """
 
 import ast
@@ -17,18 +17,21 @@ from spikeport.networks.loading.tensors import Tensor
 from spikeport.reading.mismatch import MismatchError
 
 STEPS = 20_000
-"""Statements and expressions that are followed: a policy of a hundred layers takes a tenth."""
+"""The most statements and expressions that are followed: a hundred layers take a tenth of it."""
 
 ON_LOADING = "__setstate__"
 HOOKS = ("__forward_hooks__", "__forward_pre_hooks__")
 NAMESPACES = ("__torch__", "torch", "ops", "CONSTANTS")
 
 Text = Callable[[str], str]
-"""The text of a file of the archive, by its dotted name; `MismatchError` if there is none."""
+"""A function that returns the text of a file of the archive, by its dotted name.
+
+It raises `MismatchError` if there is no such file.
+"""
 
 
 class DottedName(NamedTuple):
-    """A dotted name that is no value yet: an operation, a function, a constant of the archive."""
+    """A dotted name not yet resolved: an operation, a function, a constant of the archive."""
 
     name: str
 
@@ -52,7 +55,7 @@ class Program:
         return found
 
     def method(self, module: Module, name: str) -> ast.FunctionDef:
-        """Return a method of a module's class, which has to be one whose attributes are its own."""
+        """Return a method of a module's class, which must pass the checks of `class_of`."""
         parts = self.class_of(module)
         methods = {part.name: part for part in parts if isinstance(part, ast.FunctionDef)}
         if name not in methods:
@@ -60,7 +63,7 @@ class Program:
         return methods[name]
 
     def class_of(self, module: Module) -> list[ast.stmt]:
-        """Return the statements of a module's class; MismatchError if it runs code of its own."""
+        """Return the statements of a module's class; MismatchError if it has code of its own."""
         found = self._definition(module.kind)
         if not isinstance(found, ast.ClassDef):
             raise MismatchError(f"a class {module.kind}", "a function")
@@ -92,19 +95,19 @@ def _hooks(part: ast.Assign) -> bool:
 
 def _parsed(name: str, text: str) -> list[ast.stmt]:
     try:
-        with warnings.catch_warnings(action="ignore"):  # Python's, of the text
+        with warnings.catch_warnings(action="ignore"):  # from Python, about the text
             return ast.parse(text).body
-    # Deep nesting ends Python's parser with the last two.
+    # Python's parser raises the last two for deep nesting.
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         reason = str(error) or type(error).__name__
         raise MismatchError(f"TorchScript in {name}", f"another text ({reason})") from None
 
 
 class Interpreter:
-    """Reader that follows functions of a program, with operations on chains and constants.
+    """Interpreter that follows functions of a program, with operations on chains and constants.
 
-    An operation that changes its operand in place leaves a value that the text may still use under
-    its old name; such a text is refused.
+    A chain never changes. So a text that uses an operand, under any name, after an operation has
+    changed it in place is refused.
     """
 
     def __init__(
@@ -116,7 +119,7 @@ class Interpreter:
         self._steps = 0
 
     def forward(self, module: Module) -> object:
-        """Return what the module's ``forward`` makes of an observation."""
+        """Return the output of the module's ``forward`` for an observation."""
         function = self._program.method(module, "forward")
         if len(function.args.args) != 2:
             found = f"{len(function.args.args) - 1} inputs"
@@ -126,7 +129,7 @@ class Interpreter:
     def _call(
         self, function: ast.FunctionDef, values: list[object], named: Mapping[str, object]
     ) -> object:
-        """Return what a function returns for these arguments."""
+        """Return a function's return value for these arguments."""
         if not _is_plain(function.args):
             raise MismatchError("functions of plain arguments", f"{function.name} of others")
         names = [argument.arg for argument in function.args.args]
@@ -165,7 +168,7 @@ class Interpreter:
 
     def _decided(self, test: ast.expr, variables: dict[str, object]) -> bool:
         value = self._value(test, variables)
-        # A branch that the observation decides would be another network for each observation.
+        # A branch that depends on the observation would make another network for each one.
         if not isinstance(value, bool):
             raise MismatchError(CHAIN, f"a choice by {type(value).__name__}")
         return value
@@ -214,17 +217,17 @@ class Interpreter:
         raise MismatchError("an attribute of a module", f"{name} of {type(owner).__name__}")
 
     def _of_module(self, module: Module, name: str) -> object:
-        # For its refusals: attributes of a class with code of its own may not be what is stored.
+        # For its checks: in a class with code of its own, attributes may differ from the stored.
         self._program.class_of(module)
         if name not in module.attributes:
             raise MismatchError(f"an attribute {name} of {module.kind}", "none")
         if name == "training":
-            return False  # a policy that is used is not trained: as after `eval`
+            return False  # as after `eval`: the policy is used, not trained
         return self._stored(module.attributes[name])
 
     def _constant(self, name: str) -> object:
         number = name.removeprefix("c")
-        # Six digits at most: `int` refuses a text of thousands with an error of its own.
+        # At most six digits: `int` raises ValueError for thousands of digits.
         if not number.isdecimal() or len(number) > 6 or int(number) >= len(self._constants):
             raise MismatchError(f"constants of the archive, {len(self._constants)}", name)
         return self._stored(self._constants[int(number)])
@@ -266,7 +269,7 @@ class Interpreter:
     def _built_in(
         self, name: str, arguments: list[ast.expr], variables: dict[str, object]
     ) -> object:
-        """Return an attribute whose name is no word, or a value behind the name of its type."""
+        """Return the value of `getattr` (for names that are not identifiers), or of a type cast."""
         match name, arguments:
             case "getattr", [owner, ast.Constant(str(attribute))]:
                 return self._attribute(self._value(owner, variables), attribute)
@@ -277,7 +280,7 @@ class Interpreter:
     def _operation(
         self, reference: str, values: list[object], named: Mapping[str, object]
     ) -> object:
-        """Return the value of an operation: aten's are printed as torch's, others as of ops."""
+        """Return the value of an operation; aten's are called `torch.NAME`, others `ops.NAME`."""
         name = reference.removeprefix("torch.").removeprefix("ops.").replace(".", "::")
         kind = f"aten::{name}" if reference.startswith("torch.") else name
         operands = [self._unchanged(value) for value in values]
@@ -287,12 +290,12 @@ class Interpreter:
         if not operands or not isinstance(operands[0], Chain):
             raise MismatchError(CHAIN, f"operation {kind} of other values")
         made = self._evaluation.apply(kind.removesuffix("_"), *operands, **named)
-        # A chain never changes: other names still hold it as it was, without this operation.
+        # A chain never changes: under other names it is still without this operation.
         self._changed.append(operands[0])
         return made
 
     def _unchanged(self, value: object) -> object:
-        # By identity, as `Chain` has no equality: two names of one value count as one.
+        # By identity, since `Chain` has no equality, and several names may have one value.
         if any(value is changed for changed in self._changed):
             raise MismatchError(CHAIN, "a value that is used after it was changed in place")
         return value
@@ -304,7 +307,7 @@ class Interpreter:
 
 
 def _is_plain(arguments: ast.arguments) -> bool:
-    """Return whether all arguments may be passed by place and by name."""
+    """Return whether all arguments may be passed by position and by name."""
     others = (arguments.posonlyargs, arguments.vararg, arguments.kwonlyargs, arguments.kwarg)
     return not any(others)
 

@@ -1,6 +1,6 @@
-"""Tensors of torch's files as arrays: storages of numbers, and views of them that pickles describe.
+"""Tensors of torch's files as arrays: storages of numbers, and views of storages in pickles.
 
-Numbers are read when they are asked for: an optimizer's state costs nothing.
+Numbers are read only when they are used: an optimizer's state costs nothing.
 """
 
 import math
@@ -30,28 +30,28 @@ TYPES = {
     "ByteStorage": "u1",
     "BoolStorage": "?",
 }
-"""NumPy's types of the numbers of a storage; those of bfloat16 are halves of float32."""
+"""NumPy's types of the numbers of a storage; a bfloat16 is the upper half of a float32."""
 
 Order = Literal["<", ">"]
-"""The byte of a number that comes first: the low one, or the high one."""
+"""The order of a number's bytes: the low byte first, or the high byte first."""
 
 MAX_SIZE = 2**63 - 1
 """The largest size of an axis, as in torch."""
 
 Bytes = Callable[[str, int], bytes | memoryview]
-"""The content of a storage, by its key; no longer than so many bytes."""
+"""A function that returns the content of a storage, by its key, up to a number of bytes."""
 
 
 @dataclass(frozen=True)
 class StorageType:
-    """The name of a storage's type, which nothing calls."""
+    """The name of a storage's type, which a pickle cannot call."""
 
     kind: str
 
 
 @dataclass(frozen=True)
 class Storage:
-    """Numbers that lie in a file: their type, the key of their place, how many there are."""
+    """Numbers in a file: their type, the key of their place, and their count."""
 
     kind: str
     key: str
@@ -65,7 +65,7 @@ class Storage:
         return np.dtype(TYPES[self.kind]).newbyteorder(self.order)
 
     def numbers(self) -> np.ndarray:
-        """Return the numbers as they lie in the file, read anew; `values` makes floats of them."""
+        """Return the numbers as in the file, read anew; `values` converts them to floats."""
         if self.count > NUMBERS:
             most = f"at most {NUMBERS:,} numbers in storage {self.key}"
             raise MismatchError(most, f"{self.count:,}")
@@ -84,7 +84,7 @@ class Storage:
 
 @dataclass(frozen=True)
 class Tensor:
-    """A tensor that lies in a file, as a view of a storage."""
+    """A tensor in a file, as a view of a storage."""
 
     storage: Storage
     offset: int
@@ -92,16 +92,16 @@ class Tensor:
     strides: tuple[int, ...]
 
     def array(self) -> Floats:
-        """Return its values; MismatchError if it is no view of its storage."""
+        """Return the tensor's values; raise MismatchError if it is not a view of its storage."""
         sizes = (self.offset, *self.shape, *self.strides)
         if not all(type(n) is int and 0 <= n <= MAX_SIZE for n in sizes):
             raise MismatchError("a tensor", "sizes that are none")
         if len(self.shape) != len(self.strides) or len(self.shape) > MAX_AXES:
             found = f"{len(self.shape)} and {len(self.strides)}"
             raise MismatchError(f"a tensor of as many sizes as strides, at most {MAX_AXES}", found)
-        if max(self.shape, default=0) > NUMBERS:  # also beside an axis of none: a bias has as many
+        if max(self.shape, default=0) > NUMBERS:  # even if empty: a bias may have this size
             raise MismatchError(f"axes of at most {NUMBERS:,}", f"shape {self.shape}")
-        # Python's integers: NumPy's product of such sizes would wrap.
+        # With Python's integers: NumPy's product of such sizes would wrap around.
         count = math.prod(self.shape)
         if count > min(self.storage.count, NUMBERS):
             most = f"a tensor of at most {min(self.storage.count, NUMBERS):,} numbers"
@@ -119,7 +119,7 @@ class Tensor:
 
 
 def tensor(storage: object, offset: int, shape: object, strides: object, *_: object) -> Tensor:
-    """Return the tensor that torch would rebuild of these arguments."""
+    """Return the tensor that torch would rebuild from these arguments."""
     match storage, shape, strides:
         case Storage(), tuple(), tuple():
             return Tensor(storage, offset, shape, strides)
@@ -127,11 +127,11 @@ def tensor(storage: object, offset: int, shape: object, strides: object, *_: obj
 
 
 def storages(content: Bytes, order: Order = "<") -> Callable[[object], Storage]:
-    """Return what makes storages of a pickle's persistent identifiers."""
+    """Return a function that makes storages from a pickle's persistent identifiers."""
 
     def storage(identifier: object) -> Storage:
         match identifier:
-            # The fourth item is the device, which numbers in a file do not depend on.
+            # The fourth item is the device, which does not matter for numbers in a file.
             case ("storage", StorageType(kind), str(key), str(), int(count), *_) if (
                 0 <= count <= MAX_SIZE
             ):
@@ -142,7 +142,7 @@ def storages(content: Bytes, order: Order = "<") -> Callable[[object], Storage]:
 
 
 def _size(sizes: object) -> tuple[object, ...]:
-    """Return the sizes of axes; a text of millions of letters has none."""
+    """Return the sizes of axes as a tuple; refuse other values, such as a long text."""
     match sizes:
         case tuple() | list() if len(sizes) <= MAX_AXES:
             return tuple(sizes)
@@ -150,7 +150,7 @@ def _size(sizes: object) -> tuple[object, ...]:
 
 
 def empty() -> dict[object, object]:
-    """Return an ordered dictionary before its items are set; one with arguments is refused."""
+    """Return an empty ordered dictionary; a call with arguments is refused."""
     return {}
 
 
@@ -164,7 +164,7 @@ KNOWN: Mapping[str, Known] = {
 
 
 def plain_name(name: str) -> object:
-    """Return what a name of a checkpoint's pickle stands for."""
+    """Return the meaning of a name in a checkpoint's pickle."""
     kind = name.removeprefix("torch.")
     if kind in TYPES:
         return StorageType(kind)

@@ -1,4 +1,4 @@
-"""Files of torch, from the time of zip archives and from before: where pickles and numbers lie."""
+"""The places of pickles and numbers in torch's files, which may be zip archives or older."""
 
 import io
 from collections.abc import Mapping
@@ -16,14 +16,14 @@ ORDERS: Mapping[bytes, Order] = {b"little": "<", b"big": ">"}
 DATA = "data.pkl"
 
 MAGIC = 0x1950A86A20F9469CFC6C
-"""The number that a file of torch from before zip archives begins with, as a pickle."""
+"""The number, as a pickle, at the start of a torch file from before zip archives."""
 
 COUNT_BYTES = 8
-"""Before the numbers of a storage in such a file: how many there are."""
+"""Bytes of the count before the numbers of a storage in such a file."""
 
 
 def folder_of(archive: Archive, kind: str) -> str:
-    """Return the folder that all of an archive lies in, with a stroke at its end."""
+    """Return the folder that contains all of an archive, with a slash at its end."""
     found = [name.removesuffix(DATA) for name in archive.names if name.endswith(f"/{DATA}")]
     if len(found) != 1 or found[0].count("/") != 1:
         raise MismatchError(kind, f"an archive with {len(found)} {DATA} in a folder")
@@ -31,7 +31,7 @@ def folder_of(archive: Archive, kind: str) -> str:
 
 
 def pickled(archive: Archive, folder: str, name: str, names: Names = plain_name) -> object:
-    """Return the value of a pickle whose storages lie in the folder of its name."""
+    """Return the value of a pickle whose storages are in the folder of its name."""
 
     def content(key: str, size: int) -> bytes:
         return archive.read(f"{folder}{name}/{key}", size)
@@ -41,7 +41,7 @@ def pickled(archive: Archive, folder: str, name: str, names: Names = plain_name)
 
 
 def _order(archive: Archive, folder: str) -> Order:
-    """Return NumPy's letter for the order of bytes; files of old versions do not say theirs."""
+    """Return NumPy's character for the byte order; old files do not state it, and are little."""
     name = f"{folder}byteorder"
     written = archive.read(name, 16) if name in archive.names else b"little"
     if written not in ORDERS:
@@ -53,7 +53,7 @@ def pickled_in_a_row(written: bytes) -> object:
     """Return the content of a file from before zip archives.
 
     Pickles follow each other: a magic number, a version, the writer's system, the content, and the
-    keys of its storages. Behind them these lie in the order of their keys.
+    keys of its storages. The storages come last, in the order of the keys.
     """
     stream, by_key = io.BytesIO(written), dict[str, Storage]()
     places: dict[str, int] = {}
@@ -81,7 +81,7 @@ def pickled_in_a_row(written: bytes) -> object:
 
 
 def _places(keys: list[object], storages: Mapping[str, Storage], start: int) -> dict[str, int]:
-    """Return where the numbers of every storage begin."""
+    """Return the offset of the numbers of every storage."""
     places = {}
     for key in keys:
         if not isinstance(key, str) or key not in storages:

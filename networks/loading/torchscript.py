@@ -30,14 +30,14 @@ from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 TEXT_BYTES = 2**18
-"""The size of all text that is parsed: that of a policy takes some ten thousand."""
+"""The most bytes of text that are parsed: a policy has some ten thousand."""
 
 LISTS = "torch.jit._pickle.build_"
 TAGGED = "torch.jit._pickle.restore_type_tag"
 
 
 def _number(value: object) -> Any:
-    """Return a chain or an array; a text, or a whole number of any length, is no operand."""
+    """Return an operand as a chain or an array; refuse texts, and integers beyond a float."""
     match value:
         case Chain():
             return value
@@ -51,12 +51,12 @@ def _arithmetic(operation: Callable[..., object]) -> Callable[..., object]:
 
 
 def _scaled(operation: Callable[..., object]) -> Callable[..., object]:
-    """Return an operation that multiplies what it adds by ``alpha``."""
+    """Return an operation whose second operand is multiplied by ``alpha``."""
     return lambda a, b, alpha=1: operation(_number(a), _number(alpha) * _number(b))
 
 
 def _comparison(operation: Callable[..., bool]) -> Callable[..., bool]:
-    """Return a comparison of plain numbers alone: one of observations has many answers."""
+    """Return a comparison of plain numbers only: its result must not depend on the observation."""
 
     def compare(a: object, b: object) -> bool:
         if not (isinstance(a, int | float) and isinstance(b, int | float)):
@@ -77,7 +77,7 @@ def _addmm(bias: object, x: object, W: object, beta: object = 1.0, alpha: object
 
 
 def _evaluated(training: object) -> None:
-    # A script reads `training` of its module, which is False here; a trace has what it was.
+    # A script reads `training` of its module, which is False here; a trace has a constant.
     if training is not False:
         found = "dropout or batch normalisation of one in training"
         raise MismatchError("a policy in use", found, cure="call eval() before the trace")
@@ -104,7 +104,7 @@ def _batch_norm(
 
 
 def _ones(sizes: list[int], **_: object) -> np.ndarray:
-    # The file chooses the sizes: they are bounded before an array is made.
+    # The file chooses the sizes, so they are checked before an array is made.
     if (
         any(type(size) is not int or size < 0 for size in sizes)
         or np.prod(sizes, dtype=float) > 1e6
@@ -141,14 +141,14 @@ OPERATIONS: Operations = {
     "aten::zeros": lambda sizes, **options: 0.0 * _ones(sizes, **options),
     "aten::dropout": _dropout,
     "aten::batch_norm": _batch_norm,
-    # A script checks these before it normalises or drops out: observations are rows of a batch.
+    # A script checks the axes before batch norm and dropout: observations are rows of a batch.
     "aten::dim": lambda x: 2 if isinstance(x, Chain) else _array(x).ndim,
     "aten::lt": _comparison(operator.lt),
     "aten::gt": _comparison(operator.gt),
     "aten::ne": _comparison(operator.ne),
-    # Gradients, copies and devices do not bear on values.
+    # Gradients, copies and devices do not change values.
     "aten::detach": lambda x: x,
-    # Another object, which may be used after its original was changed in place.
+    # A new object, which may be used after the original was changed in place.
     "aten::clone": lambda x: replace(x) if isinstance(x, Chain) else x,
     "aten::device": lambda _: None,
 }
@@ -170,7 +170,7 @@ def read(path: Path) -> Mlp:
 
 
 def _name(name: str) -> object:
-    """Return what a name of such a pickle stands for."""
+    """Return the meaning of a name in a pickle of TorchScript."""
     if name.startswith("__torch__."):
         return ModuleClass(name)
     if name.startswith(LISTS):
@@ -184,13 +184,13 @@ def _plain(values: object, *_: object) -> object:
 
 
 class _Texts:
-    """The text of an archive's files, as long as it is little."""
+    """The text of an archive's files, up to a total size."""
 
     def __init__(self, archive: Archive, folder: str) -> None:
         self._archive, self._folder, self._left = archive, folder, TEXT_BYTES
 
     def text(self, name: str) -> str:
-        """Return that of a file, by the dotted name of its package."""
+        """Return the text of a file, by the dotted name of its package."""
         content = self._archive.read(f"{self._folder}{name.replace('.', '/')}.py", self._left)
         self._left -= len(content)
         try:

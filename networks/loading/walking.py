@@ -14,7 +14,7 @@ from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.reading.mismatch import MismatchError
 
 DESCRIBE = "--description env.yaml"
-"""The option of ``spikeport convert`` that gives a description."""
+"""The option of ``spikeport convert`` for a description."""
 
 
 def load_walking(
@@ -31,18 +31,18 @@ def load_walking(
     path : Path
         A file of any format that `load_mlp` reads.
     robot : Description
-        The robot that the policy is to be for.
+        Our robot.
     description : Path, optional
-        The environment description of Isaac Lab that belongs to it; our own files need none.
+        Isaac Lab's environment description of the policy; our own files need none.
     activation : str, optional
         The activation, as `load_mlp` takes it.
     describe : str
-        The option that whoever asks gives a description with.
+        The caller's option for a description, for the error message.
 
     Raises
     ------
     UsageError
-        It is no policy of such a robot; the message says what was expected and what was found.
+        The policy does not fit the robot; the message says what was expected and what was found.
     MissingExtraError
         The package that reads the format is absent.
     """
@@ -62,7 +62,7 @@ def load_walking(
 
 
 def _ours(path: Path, mlp: Mlp, robot: Description) -> WalkingPolicy:
-    """Read the rest of our file: joints, pose, action scale and gains of the follower are in it."""
+    """Read the rest of our file: joints, pose, action scale and the follower's gains."""
     policy = walking_policy.load(path)
     theirs = replace(
         robot,

@@ -1,13 +1,13 @@
-"""Protocol buffers as they lie in a file: fields with numbers, of four kinds.
+"""The encoding of Protocol Buffers: fields with numbers, of four kinds.
 
-Only what is asked for becomes a value: a message of millions of empty messages stays bytes.
+Fields become values only when they are read: a message of millions of empty messages stays bytes.
 """
 
 import struct
 from collections.abc import Iterator
 
 FIELDS = 100_000
-"""The most fields of a file; a policy's graph has some hundreds, its weights being one each."""
+"""The most fields of a file; a policy's graph has some hundreds, with one for each weight array."""
 
 # 3 and 4 began and ended groups, which Protocol Buffers deprecated and ONNX never had.
 VARINT, LONG, BYTES, SHORT = 0, 1, 2, 5
@@ -17,7 +17,7 @@ Value = int | memoryview
 
 
 class WireError(ValueError):
-    """Error for bytes that are no such message."""
+    """Error for bytes that are not a message of Protocol Buffers."""
 
 
 class FieldBudget:
@@ -34,12 +34,12 @@ class FieldBudget:
 
 
 class Message:
-    """A message: its fields by number, in the order in which they lie.
+    """A message: its fields by number, in their order in the file.
 
     Raises
     ------
     WireError
-        It ends within a field, a field is of another kind, or the file holds too many.
+        The message ends within a field, a field has another kind, or the file has too many fields.
     """
 
     def __init__(self, content: bytes | memoryview, budget: FieldBudget | None = None) -> None:
@@ -53,15 +53,15 @@ class Message:
         return number in self._fields
 
     def number(self, field: int, default: int = 0) -> int:
-        """Return a whole number; of several the last one counts, as everywhere."""
+        """Return a whole number; the last one counts, as in other parsers."""
         value = self._fields.get(field, [default])[-1]
         if not isinstance(value, int):
             raise WireError("bytes for a number")
-        # Negative numbers lie as their two's complement of 64 bits.
+        # Negative numbers are stored as their two's complement of 64 bits.
         return value if value < 2**63 else value - 2**64
 
     def numbers(self, field: int) -> list[int]:
-        """Return whole numbers, whether they lie one by one or packed."""
+        """Return whole numbers, stored one by one or packed."""
         found: list[int] = []
         for value in self._fields.get(field, []):
             found += [value] if isinstance(value, int) else self._packed(value)
@@ -93,7 +93,7 @@ class Message:
         return [value for value in values if isinstance(value, memoryview)]
 
     def content(self, field: int) -> memoryview:
-        """Return the bytes of a field; none if it is not there."""
+        """Return the bytes of a field, or no bytes if it is absent."""
         return (self.contents(field) or [memoryview(b"")])[-1]
 
     def texts(self, field: int) -> list[str]:
@@ -104,7 +104,7 @@ class Message:
             raise WireError("bytes for a text") from None
 
     def text(self, field: int) -> str:
-        """Return a text; an empty one if it is not there."""
+        """Return a text, or an empty one if it is absent."""
         return (self.texts(field) or [""])[-1]
 
     def messages(self, field: int) -> Iterator["Message"]:
@@ -133,9 +133,9 @@ def _fields(content: memoryview) -> Iterator[tuple[int, int | memoryview]]:
 
 
 def _varint(content: memoryview, place: int) -> tuple[int, int]:
-    """Return a number in groups of seven bits, and where it ends."""
+    """Return a number that is stored in groups of seven bits, and the place after it."""
     value = 0
-    # 64 bits take ten groups; parsers of Protocol Buffers drop what the tenth has beyond them.
+    # 64 bits take ten groups; parsers of Protocol Buffers drop any further bits of the tenth.
     for shift in range(0, 70, 7):
         if place >= len(content):
             break
