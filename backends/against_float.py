@@ -1,9 +1,10 @@
-"""The distance of a compiled network's probes from those of the network as written, in float.
+"""The error of a compiled network's probes against the network as written, run in float Nengo.
 
     error = rms(filtered(recorded) - filtered(recorded in float)) / rms(filtered(recorded in float))
 
-over the decoded values and node outputs that are probed. Both run in closed loop with their hosts:
-it holds the cost of passes, of nengo-loihi's filters and relays, and of rounding.
+over the decoded values and node outputs that are probed. Both networks run in closed loop with
+their hosts: the error includes the effects of passes, of nengo-loihi's filters and relays, and of
+rounding.
 """
 
 import nengo
@@ -20,7 +21,7 @@ from spikeport.compile.ground.quantisation import relative_rms
 from spikeport.compile.ground.rewrite import Rewrite
 
 NOISE = (nengo.processes.WhiteNoise, nengo.processes.FilteredNoise, nengo.processes.WhiteSignal)
-"""Processes of which two runs draw different values, unless they have a seed."""
+"""Processes that draw different values in every run, unless they have a seed."""
 
 
 def error_against_float(
@@ -33,16 +34,16 @@ def error_against_float(
     network : nengo.Network
         The network as the user wrote it.
     copy : nengo.Network
-        A copy of it from before the run (`spikeport.fresh_copy`), which runs in float Nengo.
+        A copy of the network from before the run (`spikeport.fresh_copy`), to run in float Nengo.
     loop : HostLoop
-        The network as it was compiled, after the run.
+        The compiled network, after its run.
     n_steps, seed : int
-        The length of that run, and the seed of its host.
+        The length of the compiled network's run, and the seed of its host.
 
     Returns
     -------
     error : float or None
-        None where no value is probed, or none was sampled in so few steps, or input is random and
+        None if no value is probed, if the run was too short for a sample, or if a random input
         differs from run to run.
 
     Raises
@@ -50,7 +51,7 @@ def error_against_float(
     BackendError
         If a function of the network fails.
     """
-    # Copies of probes by probes, in the order in which both were made.
+    # Maps each probe to its copy: both networks list their probes in the same order.
     probes = {
         probe: twin
         for probe, twin in zip(network.all_probes, copy.all_probes, strict=True)
@@ -77,7 +78,7 @@ def _is_random(node: nengo.Node) -> bool:
 def _float_run(
     network: nengo.Network, n_steps: int, dt_s: float, seed: int
 ) -> dict[nengo.Probe, np.ndarray]:
-    # With the seeds of the compile: gains, encoders and decoded functions are the same.
+    # With the seeds of the compile, so that gains, encoders and decoded functions are the same.
     rewrite = Rewrite(network, Names(network))
     simulator = attempt("float Nengo", lambda: float_simulator(rewrite, dt_s, seed, optimize=True))
     with simulator:
@@ -87,6 +88,6 @@ def _float_run(
 
 
 def _joined(recorded: list[np.ndarray], steps_s: list[float]) -> np.ndarray:
-    """Return what probes recorded, filtered, one after the other."""
+    """Return the filtered recordings of all probes in one array."""
     pairs = zip(recorded, steps_s, strict=True)
     return np.concatenate([low_pass(values, step_s).ravel() for values, step_s in pairs])

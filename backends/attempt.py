@@ -1,4 +1,4 @@
-"""The errors of a network's functions, named where a run calls them."""
+"""Errors of a network's own functions, with the place in the run where they occurred."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -9,7 +9,7 @@ T = TypeVar("T")
 
 
 def attempt(where: str, call: Callable[[], T]) -> T:
-    """Return what a call of a network's functions returns.
+    """Call a network's functions, and return the result.
 
     Parameters
     ----------
@@ -21,9 +21,9 @@ def attempt(where: str, call: Callable[[], T]) -> T:
     Raises
     ------
     BackendError
-        If a function of the network raises an error; it names the place.
+        If a function of the network raises an error; the message names the place.
     """
-    # No context manager: contextlib takes our error from a StopIteration for one of its own.
+    # Not a context manager: contextlib mistakes an error raised from a StopIteration for its own.
     try:
         return call()
     except SpikeportError:

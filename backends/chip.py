@@ -16,7 +16,7 @@ class Chip(Protocol):
 
     @property
     def link(self) -> dict[str, object] | None:
-        """The figures of the link to a board, for JSON; None where there is none."""
+        """The figures of the link to a board, for JSON; None without a link."""
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step.
@@ -24,38 +24,38 @@ class Chip(Protocol):
         Parameters
         ----------
         spikes : (n,) int array
-            The sources that spike on the host in this step, counted through all inputs of the
-            image, one after the other; one that is there twice spikes twice. They reach the chip's
-            synapses in the next step.
+            The sources that spike on the host in this step, numbered through all inputs of the
+            image, one after the other; a source listed twice spikes twice. The spikes reach the
+            chip's synapses in the next step.
         errors : mapping of int to (d,) float array
-            Learning errors by number of synapse group, in effect from this step on.
+            Learning errors by the number of a synapse group, in effect from this step on.
 
         Returns
         -------
         outputs : list of (n,) arrays
-            For each output of the image, what its compartments hold after the step, in the chip's
-            integers (a spike as 1), before decoding weights; valid until the next step.
+            For each output of the image, the state of its compartments after the step, in the
+            chip's integers (a spike is 1), before decoding weights; valid until the next step.
         """
 
     def activity(self) -> Activity:
         """Return exact counts of all steps so far."""
 
     def close(self) -> None:
-        """Free what the chip holds; it cannot step any more."""
+        """Free the chip's resources; it cannot step any more."""
 
 
 class Decoding(NamedTuple):
-    """Tables of how values are decoded from what all outputs of an image hold, end to end."""
+    """Tables that decode values from the states of all outputs of an image, laid end to end."""
 
     start: np.ndarray
-    """Start of each value among the entries, (n_values + 1,); none where sums are too long."""
+    """Start of each value's entries, (n_values + 1,); only a 0 where sums have too many terms."""
     held: np.ndarray
-    """Number of each entry among the values that are held."""
+    """Index of each entry in the states of all outputs."""
     weights: np.ndarray
 
 
 Joined: TypeAlias = Callable[[], tuple[list[np.ndarray], bool]]
-"""A step of a chip on its host's memory; it returns the outputs, and whether all are decoded."""
+"""A step of a chip on its host's memory: returns the outputs, and True if all are decoded."""
 
 
 @runtime_checkable
@@ -63,12 +63,12 @@ class Joinable(Protocol):
     """A chip that takes its host's spikes from memory and decodes its outputs, in one call."""
 
     def join(self, sources: np.ndarray, decoding: Decoding, inbox: np.ndarray) -> Joined | None:
-        """Return such a step; None where the chip learns, and needs errors.
+        """Return a step on the host's memory, or None, as for a chip that learns and needs errors.
 
         Parameters
         ----------
         sources : (n_inputs,) float array
-            The host's sources: those that are not 0 spike.
+            The host's sources; a source spikes if its value is not 0.
         decoding : Decoding
             The decoding of the outputs.
         inbox : (n_values,) float array

@@ -19,7 +19,7 @@ class Counter:
     source_core : (n_compartments,) int array
         The core of each compartment.
     fanout : Fanout
-        Costs of a spike, for compartments first and inputs after them.
+        Costs of a spike of each source: compartments first, then inputs.
     options : LogOptions
         See `StepLog`.
     """
@@ -54,7 +54,7 @@ class Counter:
         delivered : (n,) int array
             Sources whose spikes arrive at synapses in this step.
         spiked, active : (n_compartments,) bool array
-            Compartments that spike, and whose state is not at rest, in this step.
+            Masks of the compartments that spike in this step, and that are not at rest.
         learning_updates : (n_cores,) int array, optional
             Weights changed by learning in this step.
         from_host : int
@@ -88,5 +88,5 @@ class Counter:
         return MessageCounts(between, per_source[compartments:].sum(axis=0))
 
     def close(self) -> None:
-        """Write what the log still holds."""
+        """Write the counts that the log still holds."""
         self.log.close()

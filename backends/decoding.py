@@ -1,9 +1,9 @@
 """Decoding of an image's outputs, from the state of compartments to values.
 
 nengo-loihi decodes with NumPy's matrix product, whose rounding depends on how the machine orders
-the sum. A sum with at most one term that is not zero is rounded the same in any order, and nearly
-all read-outs are such: of an on/off pair one compartment is at zero. Such sums are compiled
-code; in a step where one is not such, NumPy's product is taken as nengo-loihi takes it.
+the sum. A sum with at most one nonzero term is rounded the same in any order. Nearly all read-outs
+are of this kind, since one compartment of an on/off pair is at zero. Compiled code computes these
+sums; in a step where any sum has more nonzero terms, NumPy computes the products of nengo-loihi.
 """
 
 import itertools
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 Filter: TypeAlias = Callable[[float, np.ndarray], np.ndarray]
 MAX_TERMS = 2
-"""Terms of a sum that is worth trying in compiled code."""
+"""Most terms of a sum that is worth trying in compiled code."""
 
 
 class Output:
-    """A decoder of one output of an image: weights, then order."""
+    """A decoder of one output of an image: it applies weights, then reorders the values."""
 
     def __init__(self, image: ChipImage, i: int) -> None:
         entry = image.manifest.outputs[i]
@@ -46,7 +46,7 @@ class Output:
     def decode(self, raw: np.ndarray) -> np.ndarray:
         """Return the value of the output, (size,)."""
         if self._matrix is not None:
-            # Segment by segment, as matrices of one row: nengo-loihi's calls, hence its rounding.
+            # The calls of nengo-loihi, hence its rounding: a matrix of one row for each segment.
             rows = raw.reshape(1, -1)
             parts = zip(self._segments, self._parts, strict=True)
             result: np.ndarray = sum(rows[:, s].dot(matrix) for s, matrix in parts)[0]
@@ -55,7 +55,7 @@ class Output:
         return value if self._order is None else value[self._order]
 
     def terms(self) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Return the entries of the output that each value weighs, and their weights."""
+        """Return, for each value, the entries of the output that it sums, and their weights."""
         if self._matrix is not None:
             return [(np.flatnonzero(column), column[column != 0]) for column in self._matrix.T]
         order = np.arange(self.size) if self._order is None else self._order
@@ -71,16 +71,16 @@ class Decoder:
     image : ChipImage
         The image.
     numbers : sequence of int
-        Its outputs to decode.
+        The numbers of the outputs to decode.
 
     Attributes
     ----------
     size : int
         Length of the array.
     parts : list of slice
-        The part of each output in it.
+        The part of the array that each output fills.
     table : Decoding
-        The decoding of the outputs in compiled code.
+        The tables of the outputs for compiled code.
     """
 
     def __init__(self, image: ChipImage, numbers: Sequence[int]) -> None:
@@ -90,13 +90,13 @@ class Decoder:
         self.parts = [slice(a, b) for a, b in itertools.pairwise(ends)]
         self.size = ends[-1]
         self.table = self._tabulate(image)
-        # Compiled here, for the first step not to wait for it.
+        # Compiled here, so that the first step does not wait for it.
         make_ready(decode, np.zeros(0, dtype=np.int32), *self.table, np.zeros(0))
 
     def _tabulate(self, image: ChipImage) -> Decoding:
         terms = [term for output in self._outputs for term in output.terms()]
-        # On/off pairs have two terms, of which one is nearly always zero; longer sums seldom are so
-        # sparse, and trying them first would cost more than it saves.
+        # On/off pairs have two terms, one of them nearly always zero. Longer sums are seldom so
+        # sparse: trying them first would cost more than it saves.
         if any(len(entries) > MAX_TERMS for entries, _ in terms):
             terms = []
         firsts = np.repeat(image.outputs.start[self._numbers], [o.size for o in self._outputs])
@@ -107,10 +107,10 @@ class Decoder:
         )
 
     def decode(self, held: Sequence[np.ndarray], values: np.ndarray) -> None:
-        """Write the values of all outputs, from the values that every output of the image holds."""
+        """Write the decoded values, from the states of every output of the image."""
         if not self._numbers:
             return
-        # `decode` returns False where a sum had several terms, whose rounding depends on their
+        # `decode` returns False if a sum had several nonzero terms: its rounding depends on their
         # order.
         if len(self.table.start) > 1 and decode(np.concatenate(held), *self.table, values):
             return
@@ -119,16 +119,16 @@ class Decoder:
 
 
 class OutputRecording:
-    """The recording of an output by a probe, decoded and filtered when it is asked for.
+    """The recording of an output by a probe, decoded and filtered when its data is read.
 
     Parameters
     ----------
     image : ChipImage
         The image.
     number : int
-        Its output that is recorded.
+        The number of the recorded output.
     probe : nengo.Probe
-        The probe, with its filter and how often it samples.
+        The probe, with its filter and its sampling interval.
     """
 
     def __init__(self, image: ChipImage, number: int, probe: "nengo.Probe") -> None:
@@ -143,8 +143,8 @@ class OutputRecording:
         self._cleared = 0
 
     def _make_filter(self, synapse: "nengo.synapses.Synapse | None") -> Filter:
-        # Filtered in float32, as nengo-loihi filters its probes. Kept in float64: it keeps decoded
-        # values so, but cuts voltages and currents to integers.
+        # Filtered in float32, as nengo-loihi filters its probes. Kept in float64: nengo-loihi
+        # does so with decoded values, but cuts voltages and currents to integers.
         if synapse is None:
             return lambda _t, x: x
         shape = (self._output.size,)
@@ -153,8 +153,8 @@ class OutputRecording:
         return step
 
     def append(self, held: Sequence[np.ndarray]) -> None:
-        """Record a step, from the values that every output of the image holds."""
-        # Steps are cheap if values are copied only: decoding waits until data is asked for.
+        """Record a step, from the states of every output of the image."""
+        # A copy keeps steps cheap: decoding waits until the data is read.
         self._raw.append(held[self._number].copy())
 
     def data(self) -> np.ndarray:
@@ -167,7 +167,7 @@ class OutputRecording:
         return result
 
     def clear(self) -> None:
-        """Forget what was recorded; the filter keeps its state."""
+        """Forget the recorded values; the filter keeps its state."""
         self._digest()
         self._cleared += len(self._values)
         self._values.clear()
@@ -175,6 +175,6 @@ class OutputRecording:
     def _digest(self) -> None:
         for raw in self._raw:
             value = self._output.decode(raw)
-            filtered = self._filter(0.0, value)  # in an array that it uses again
+            filtered = self._filter(0.0, value)  # in an array that the filter reuses
             self._values.append(np.array(filtered, dtype=float if self._filtered else None))
         self._raw.clear()

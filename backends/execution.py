@@ -1,4 +1,4 @@
-"""The narrow protocol of a network in progress, whatever it runs on."""
+"""The narrow protocol of a running network, for any backend."""
 
 from typing import Protocol
 
@@ -16,11 +16,11 @@ class Execution(Protocol):
 
     @property
     def compilation(self) -> Compilation | None:
-        """The compiled network; None where no chip is involved."""
+        """The compiled network; None if the backend uses no chip."""
 
     @property
     def link(self) -> dict[str, object] | None:
-        """The figures of the link to a board, for JSON; None where there is none."""
+        """The figures of the link to a board, for JSON; None without a link."""
 
     def step(self) -> None:
         """Advance by one time step."""
@@ -44,4 +44,4 @@ class Execution(Protocol):
         """Return exact counts of all steps so far."""
 
     def close(self) -> None:
-        """Free what the execution holds; it cannot step any more."""
+        """Free the execution's resources; it cannot step any more."""

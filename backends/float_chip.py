@@ -1,9 +1,9 @@
-"""Blocks in floating point, as nengo-loihi's emulator computes where nothing is rounded.
+"""Blocks in floating point, as nengo-loihi's emulator computes them when nothing is rounded.
 
     I <- (1 - d_u) I + s_u q,   v <- clip((1 - d_v) v + s_v (I + b), vmin, vmax)
 
-where q is the sum of weights that spikes of the step before read, and s is d where a block scales
-its input, and 1 where it does not. A neuron above threshold spikes, is set to 0 and rests.
+where q is the sum of the weights that spikes of the previous step read, and s is d if a block
+scales its input, else 1. A neuron above threshold spikes, and stays at 0 while it is refractory.
 
 Source: nengo-loihi 1.1.0, emulator/interface.py, at floating-point blocks.
 """
@@ -24,7 +24,7 @@ class FloatChip:
     Parameters
     ----------
     image : ChipImage
-        The wiring, without learning and noise, as no pass has changed it.
+        The wiring before any pass changed it, without learning and noise.
     """
 
     def __init__(self, image: ChipImage) -> None:
@@ -41,14 +41,14 @@ class FloatChip:
     def run(
         self, numbers: Numbers, spikes: Sequence[np.ndarray]
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield the states of steps from rest.
+        """Yield the state after each step of a run that starts at rest.
 
         Parameters
         ----------
         numbers : Numbers
             Weights and neurons.
         spikes : sequence of (n,) int array
-            For each step, the sources that spike on the host; they arrive one later.
+            For each step, the sources that spike on the host; the spikes arrive one step later.
 
         Yields
         ------

@@ -19,8 +19,8 @@ def float_simulator(rewrite: Rewrite, dt_s: float, seed: int, optimize: bool) ->
     seed : int
         Seed of processes and noise.
     optimize : bool
-        Merge operators, for steps in a fraction of the time. The order differs from run to run, and
-        with it the rounding of sums: without it a run depends on its seeds alone.
+        Merge operators, so that a step takes a fraction of the time. Their order differs from run
+        to run, and with it the rounding of sums; if False, a run depends on its seeds alone.
 
     Raises
     ------

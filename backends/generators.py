@@ -1,6 +1,7 @@
-"""The generators of random numbers of Nengo's neurons, which a built model keeps.
+"""The random number generators of Nengo's neurons, which a built model keeps.
 
-Nengo builds them once, and each simulator of a model draws on: a second run would not be the first.
+Nengo builds them once for all simulators of a model: without copies, a second run would draw other
+numbers than the first.
 """
 
 import contextlib
@@ -13,10 +14,10 @@ from nengo.builder.neurons import SimNeurons
 
 @contextlib.contextmanager
 def own_generators(model: Model) -> Iterator[None]:
-    """Let steps that are made of a model draw from copies of its generators, as they were built."""
+    """Let simulators made in this context draw from copies of the model's generators, as built."""
     neurons = [op for op in model.operators if isinstance(op, SimNeurons)]
     built = [op.state_extra for op in neurons]
-    shared: dict[int, object] = {}  # one copy of a generator, however many operators have it
+    shared: dict[int, object] = {}  # one copy of a generator, even if several operators share it
     for op in neurons:
         op.state_extra = copy.deepcopy(op.state_extra, shared)
     try:

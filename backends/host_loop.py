@@ -1,8 +1,8 @@
 """Nengo's host side in lock-step with a chip.
 
-One step, in nengo-loihi's order: the host computes its step from what the chip put out in the
-previous one; its on/off neurons' spikes go to the chip, arriving there one step later; the chip
-steps; what its outputs hold is decoded and waits for the host's next step.
+A step follows nengo-loihi's order. The host computes its step from the chip's outputs of the
+previous step. The spikes of its on/off neurons go to the chip, where they arrive one step later.
+The chip steps. Its outputs are decoded, and wait for the host's next step.
 """
 
 import functools
@@ -61,7 +61,7 @@ class HostLoop:
                 model=program.model,
                 seed=seed,
                 progress_bar=False,
-                # The optimiser merges signals, which would then be no arrays of the pool.
+                # The optimiser merges signals, which would then lie outside the pool.
                 optimize=False,
             )
             self._flatten(program)
@@ -78,7 +78,7 @@ class HostLoop:
         return self._chip.join(self._sources, self._decoder.table, self._inbox)
 
     def _flatten(self, program: HostProgram) -> None:
-        """Turn the host into a function, with a place in memory for all that crosses its edge."""
+        """Turn the host into a function, and allocate the values it exchanges with the chip."""
         image = self.compilation.image
         errors = sum(port.size for port in program.error_senders)
         size = image.n_inputs + errors + self._decoder.size
@@ -112,12 +112,12 @@ class HostLoop:
             recording.append(held)
 
     def _probe(self) -> None:
-        """Probe the host's own values, before the chip steps: as Nengo at the end of its step."""
+        """Sample the host's probes before the chip steps, as Nengo does at the end of its step."""
         self._host.signals[self._host.model.step][()] = self._n_steps  # which samples are due
         self._host._probe()
 
     def _exchange(self) -> list[np.ndarray]:
-        """Step the chip by what the host sends, decode what it holds, and return that."""
+        """Step the chip with the host's spikes and errors; decode and return its outputs' state."""
         decoded = False
         if self._joined is None:
             held = self._chip.step(self._spikes(), self._sum_errors())
@@ -128,7 +128,7 @@ class HostLoop:
         return held
 
     def _spikes(self) -> np.ndarray:
-        """Return the sources that spike in this step, those of files once for each event."""
+        """Return the sources that spike in this step; sources in event files, once per event."""
         spikes = self._sources.nonzero()[0]
         if not self._events:
             return spikes
@@ -169,13 +169,13 @@ class HostLoop:
     def _built_ensemble(self, ensemble: nengo.Ensemble) -> BuiltEnsemble:
         for params in (self.compilation.built, self._params):
             if ensemble in params:
-                # nengo-loihi leaves the radius out of the encoders that it scales.
+                # nengo-loihi does not divide its scaled encoders by the radius, as Nengo does.
                 found = params[ensemble]
                 return found._replace(scaled_encoders=found.scaled_encoders / ensemble.radius)
         return self._host.model.params[ensemble]
 
     def _built_full(self, connection: nengo.Connection) -> BuiltConnection:
-        """Return a connection whose weights have the encoders of its target, as in Nengo."""
+        """Return a connection with the target's encoders included in its weights, as in Nengo."""
         found, model = self.compilation.built.get(connection), self.compilation.model
         target = base(connection.post_obj)
         if found is not None:  # passes took encoders and decoders apart
@@ -183,16 +183,16 @@ class HostLoop:
             return found._replace(weights=encoders[:, target_rows(connection)] @ found.weights)
         if connection not in model.params:
             return self._either(connection)
-        # nengo-loihi has a unit of its own for spikes, and leaves the radius out.
+        # nengo-loihi uses its own unit for spikes, and does not divide by the radius.
         spike = getattr(connection.pre_obj.neuron_type, "amplitude", 1) / model.dt
         full = model.params[connection]
         return full._replace(weights=full.weights / spike / target.radius)
 
     @functools.cached_property
     def _solvers(self) -> dict[bool, ParameterSolver]:
-        """Solvers of connections from the host, and from the chip, in Nengo's units.
+        """Solvers in Nengo's units of connections from the chip (True) and the host (False).
 
-        nengo-loihi keeps connections in units of its own, and not all of them.
+        nengo-loihi keeps connections in units of its own, and does not keep all of them.
         """
         model = self.compilation.model
         rewrite = Rewrite(model.toplevel, Names(model.toplevel), seeds=model.seeds)

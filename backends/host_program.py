@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 
 
 class HostPort(NamedTuple):
-    """A process that sends values to the chip: their number, and the input or learning group.
+    """A process that sends ``size`` values to the chip: to an input or to a learning group.
 
-    Inputs are counted through the image, those too that read a file, which have no process here.
-    Learning groups are counted by themselves: passes keep their order, not that of all groups.
+    ``target`` is the number of the input or group. Inputs are numbered through the image, including
+    inputs that read a file, which have no process here. Learning groups are numbered among
+    themselves: passes keep their order, but not the order of all groups.
     """
 
     process: nengo.Process
@@ -37,8 +38,8 @@ class HostProgram:
     ``model`` is Nengo's built model. ``senders`` collect the spikes of each input,
     ``error_senders`` the errors of groups that learn; ``receivers`` pairs outputs, by number,
     with the processes that take their values; ``probes`` maps probes of on-chip objects to the
-    output they record, ``params`` objects of the network to what Nengo built of them; ``events``
-    has the spikes of inputs that are read from files, by number.
+    output they record, and ``params`` maps objects of the network to their built parameters;
+    ``events`` maps the numbers of inputs that are read from files to their spikes.
     """
 
     model: nengo.builder.Model

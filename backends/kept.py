@@ -1,7 +1,7 @@
 """Compiles that are kept from run to run: the image, the report, and the host's part.
 
-A network is compiled again if anything that decides the result is another: see
-`spikeport.compile.ground.identity` for the network, `spikeport.cache` for all else.
+A network is compiled again if anything that decides the result has changed: see
+`spikeport.compile.ground.identity` for the network, `spikeport.cache` for everything else.
 """
 
 import functools
@@ -37,7 +37,7 @@ from spikeport.hardware_models.chip import ChipModel
 from spikeport.reading.mismatch import MismatchError
 
 HEADER, IMAGE = "header", "image/"
-"""The name of the image's header, and what the names of its arrays begin with."""
+"""The name of the image's header, and the prefix of the names of its arrays."""
 MOST_BYTES = 256 << 20
 """The largest entry: a larger one takes about as long to read as it saves."""
 DAMAGES = (
@@ -52,14 +52,14 @@ DAMAGES = (
     ImageError,
     NengoException,
 )
-"""Errors of reading an entry that is whole, but was not written here."""
+"""Errors of reading an entry that is intact, but was not written by this module."""
 
 Compile = Callable[[], Compilation]
 
 
 @dataclass(frozen=True)
 class KeptCompilation(Compilation):
-    """A compiled network that was kept, with its host; the blocks are compiled when asked for."""
+    """A compiled network from a cache, with its host; its blocks are compiled at first use."""
 
     program: HostProgram | None = None
 
@@ -72,9 +72,10 @@ def program_of(compilation: Compilation) -> HostProgram:
 
 
 class BuiltParameters(Mapping[NengoObject, Built]):
-    """Nengo's built parameters of a network: compiled again when they are first asked for.
+    """Nengo's built parameters of a network, which are compiled again at first use.
 
-    It has the points that decoders are solved at, which can take a hundred times what runs.
+    They include the points that decoders are solved at, whose size can be a hundred times that of
+    everything that runs.
     """
 
     def __init__(self, compile_it: Compile, users: UsersObjects) -> None:
@@ -96,7 +97,7 @@ class BuiltParameters(Mapping[NengoObject, Built]):
 
 
 class Asked(NamedTuple):
-    """A network to compile, and all else that decides the result."""
+    """A network to compile, and everything else that decides the result."""
 
     network: nengo.Network
     chip: ChipModel
@@ -107,10 +108,10 @@ class Asked(NamedTuple):
 
 
 def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
-    """Return the compilation that is kept, else compile and keep it.
+    """Return the compilation from the cache; if there is none, compile the network and keep it.
 
-    A network that has no identity, or whose host has no form that can be kept, is compiled each
-    time; a warning says why.
+    A network that has no identity, or whose host has no form in a cache, is compiled each time; a
+    warning says why.
     """
     if isinstance(kept, Nothing):
         return compile_it()
@@ -124,7 +125,7 @@ def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
         arrays = kept.kept("compile", inputs, lambda: arrays_of(once(), asked.network))
     except NotKeptError as error:
         return _each_time(error, once)
-    # A compile that was just made is returned itself: it has its blocks, an entry has none.
+    # Return a fresh compile itself: it has its blocks, which an entry of the cache lacks.
     return once() if once.cache_info().currsize else _found(arrays, asked, compile_it)
 
 
@@ -135,7 +136,7 @@ def _found(arrays: Arrays, asked: Asked, compile_it: Compile) -> Compilation:
     except MismatchError as error:
         warnings.warn(f"cache: {error}; the network is compiled again", stacklevel=3)
         return compile_it()
-    # Kept or not, a compile warns of the same.
+    # A kept compile gives the same warnings as a fresh one.
     for notice in found.report.warnings:
         warnings.warn(notice, stacklevel=3)
     return found
@@ -152,13 +153,13 @@ def arrays_of(compilation: Compilation, network: nengo.Network) -> Arrays:
     Raises
     ------
     NotKeptError
-        If a part of it has no form that can be kept.
+        If a part of it has no form in a cache.
     """
     users, program = UsersObjects(network), host_program(compilation)
     if program.events:
         raise NotKeptError("inputs that read events from files have no form in a cache")
     host = HostWriter(users, program)
-    chip: Any = None  # it is in the key
+    chip: Any = None  # not kept: it is in the key
     report = replace(compilation.report, chip=chip)
     tree = {
         "host": host.program(compilation.stand_ins, users),
@@ -177,7 +178,7 @@ def read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
     Raises
     ------
     MismatchError
-        If they hold none, or that of another network.
+        If they hold no compilation, or that of another network.
     """
     try:
         return _read(arrays, asked, compile_it)
@@ -198,7 +199,7 @@ def _read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
     host = HostReader(reader, reader.tree["host"], users)
     report: Report = reader.read(reader.tree["report"])
     program = host.program()
-    # Blocks and Nengo's parameters are of one compile, whichever is asked for first.
+    # One compile gives both the blocks and Nengo's parameters, whichever is used first.
     again = functools.cache(compile_it)
     program = replace(program, params=BuiltParameters(again, users))
     return KeptCompilation(

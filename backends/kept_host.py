@@ -1,9 +1,8 @@
 """The host's part of a compiled network as plain data and arrays, and back.
 
-Nengo's operators are kept by their signals and constants; functions and processes of the user's
-nodes and connections are not kept, but taken from the network that is compiled again, by number. So
-are its probes. An operator of any other kind is no part of what is kept: such a network is compiled
-each time.
+Nengo's operators are kept by their signals and constants. Functions and processes of the user's
+nodes and connections, and probes, are not kept: they are taken, by number, from the network of the
+new run. A network with an operator that is not in `OPERATORS` is not kept, but compiled each time.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -40,9 +39,9 @@ OPERATORS: dict[str, type[operators.Operator]] = {
 
 
 class Edge(nengo.Process):
-    """A place where values cross the edge of the host: a backend puts memory there.
+    """A process where values enter or leave the host: a backend replaces it by memory.
 
-    It stands for nengo-loihi's own, and computes nothing.
+    It stands for nengo-loihi's own process, and computes nothing.
     """
 
     def make_step(self, shape_in, shape_out, dt, rng, state):  # type: ignore[no-untyped-def]
@@ -51,25 +50,25 @@ class Edge(nengo.Process):
 
 
 class UsersObjects:
-    """The objects and functions of a network, by number, the same for equal networks."""
+    """The objects and functions of a network, by number; equal networks have equal numbers."""
 
     def __init__(self, network: nengo.Network) -> None:
         self.objects: list[NengoObject] = list(network.all_objects)
         self.called = [*_called(network)]
 
     def references(self) -> dict[int, Tree]:
-        """Return what stands for each of them, by ``id``."""
+        """Return the references that stand for the objects and functions, by ``id``."""
         objects = {id(obj): ["object", n] for n, obj in enumerate(self.objects)}
         return {**{id(one): ["called", n] for n, one in enumerate(self.called)}, **objects}
 
     def find(self, reference: Tree) -> object:
-        """Return what a reference stands for."""
+        """Return the object or function that a reference stands for."""
         kind, number = reference
         return {"object": self.objects, "called": self.called}[kind][number]
 
 
 def _called(network: nengo.Network) -> Iterator[object]:
-    """Yield what is called while a network runs."""
+    """Yield the functions and processes that are called while a network runs."""
     for node in network.all_nodes:
         if callable(node.output) or isinstance(node.output, nengo.Process):
             yield node.output
@@ -97,7 +96,7 @@ class HostWriter:
         recorded, on_host = [], []
         for probe in probes:
             now = stand_ins.get(probe, probe)
-            # A pass may record by another probe; one that filters otherwise would change the data.
+            # A pass may replace a probe; a replacement with another filter would change the data.
             if (now.synapse, now.sample_every) != (probe.synapse, probe.sample_every):
                 raise NotKeptError(f"{probe}: it is recorded by another probe than itself")
             if now in program.probes:
@@ -121,8 +120,7 @@ class HostWriter:
 
     def _operator(self, op: operators.Operator) -> Tree:
         name = type(op).__name__
-        # By class, not by name alone: an operator of the user's may have the name of one of
-        # Nengo's.
+        # Compare classes, not names alone: a user's operator may have the name of one of Nengo's.
         if OPERATORS.get(name) is not type(op):
             raise NotKeptError(f"the host computes {name}, which has no form in a cache")
         state = {}
@@ -149,7 +147,7 @@ class HostWriter:
             raise NotKeptError("the host has a sparse matrix, which has no form in a cache")
         base = self._signal(signal.base) if signal.is_view else None
         self._signals[id(signal)] = number = len(self._bases)
-        # Held, since a number stands for an `id`, which a freed signal would hand on.
+        # Keep the signal alive: another object could get the `id` of a freed one.
         self._kept.append(signal)
         about = [signal._name, signal.readonly, base, signal.offset]
         if base is None:
@@ -174,7 +172,7 @@ def _port(port: HostPort) -> Tree:
 
 
 class HostReader:
-    """Reader of what a `HostWriter` wrote, for a network that is equal to the one of then."""
+    """Reader of the trees of a `HostWriter`, for a network equal to the one that was kept."""
 
     def __init__(self, reader: Reader, tree: Tree, users: UsersObjects) -> None:
         self._reader, self._tree, self._users = reader, tree, users
@@ -209,7 +207,7 @@ class HostReader:
         return HostProgram(model, senders, errors, receivers, probes)
 
     def _operator(self, name: str, state: dict[str, Tree]) -> operators.Operator:
-        # Past the constructor: some check or compute anew what is restored here.
+        # Skip the constructor: some constructors check or compute what is restored here.
         made: operators.Operator = object.__new__(OPERATORS[name])
         for key, value in state.items():
             found = (
@@ -228,9 +226,9 @@ class HostReader:
         shape: Sequence[int],
         strides: Sequence[int],
     ) -> Signal:
-        """Return a signal; one that is a view shares the memory of its base."""
+        """Return a signal; a view shares the memory of its base."""
         if base is None:
-            # Equal arrays are kept once: signals that a run writes to must not share them.
+            # An array of several signals is kept once, but a run must not write to shared memory.
             return Signal(self._reader.read(values).copy(), name=name, readonly=readonly)
         whole = self._signals[base]
         view: np.ndarray = np.ndarray(
@@ -244,7 +242,7 @@ class HostReader:
 def built_parameters(
     compilation: Compilation, program: HostProgram, users: UsersObjects
 ) -> dict[NengoObject, Built]:
-    """Return what Nengo built of the user's ensembles and connections."""
+    """Return the built parameters of the user's ensembles and connections."""
     found = {}
     for obj in users.objects:
         for some in (compilation.built, compilation.model.params, program.model.params):

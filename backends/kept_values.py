@@ -1,7 +1,7 @@
-"""Values of a compile as plain data and arrays, and back: what a cache keeps of them.
+"""Values of a compile as plain data and arrays for a cache, and back.
 
-Only values that are known here are written, each by a rule of its own; only those are read. So an
-entry of a cache can make no object but these, and calls nothing.
+Only the kinds of values below are written and read, each by its own rule. A cache entry can
+therefore create no other objects, and call no functions.
 
     plain data     JSON
     arrays         end to end in one array of bytes, by number
@@ -29,7 +29,7 @@ TUPLES = ("spikeport.compile.", "spikeport.hardware_models.")
 FROZEN = ("nengo.synapses", "nengo.neurons", "nengo.dists")
 ALIGNMENT = 64
 KINDS = "biufc"
-"""Types of arrays, by NumPy's letters: numbers, which any bytes are a value of."""
+"""Kinds of arrays, by NumPy's letters: only numbers, for which any bytes are a valid value."""
 
 
 class NotKeptError(TypeError):
@@ -37,7 +37,7 @@ class NotKeptError(TypeError):
 
 
 class Writer:
-    """Writer of values as trees; arrays that occur again are written once.
+    """Writer of values as trees; an array that occurs several times is written once.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ class Writer:
         return self._numbers[id(array)]
 
     def arrays(self, tree: Tree) -> dict[str, np.ndarray]:
-        """Return a tree, and all arrays that were written, as a few arrays."""
+        """Return a tree and all written arrays as two arrays: JSON, and a pool of bytes."""
         table: list[tuple[str, list[int], str, int]] = []
         start = 0
         for array in self._arrays:
@@ -113,7 +113,7 @@ class Writer:
 
 
 class Reader:
-    """Reader of what a `Writer` wrote.
+    """Reader of the trees and arrays of a `Writer`.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ class Reader:
     Attributes
     ----------
     reference : callable
-        The object that the tree of a reference stands for.
+        Returns the object that the tree of a reference stands for.
     """
 
     reference: Callable[[Tree], object]
@@ -134,12 +134,12 @@ class Reader:
         self._read: dict[int, np.ndarray] = {}
 
     def read(self, tree: Tree) -> Any:
-        """Return the value that a tree was written of.
+        """Return the value that was written as a tree.
 
         Raises
         ------
         MismatchError
-            If it is of no form that is known.
+            If the tree has no known form.
         """
         if not isinstance(tree, list):
             return tree
@@ -211,10 +211,10 @@ def _among(module: str, known: Sequence[str]) -> bool:
 
 
 def _class(kind: Sequence[str], known: Sequence[str], allowed: Callable[[type], bool]) -> type:
-    """Return a class that one of the known modules defines, of a kind that is allowed."""
+    """Return a class of an allowed kind that one of the known modules defines."""
     module, name = kind
     found = getattr(import_module(module), name, None) if _among(module, known) else None
-    # A module's names have those that it imports among them.
+    # A module also has names that it imports: refuse classes that it does not define itself.
     if not (isinstance(found, type) and found.__module__ == module and allowed(found)):
         raise MismatchError("a class that a compile keeps", f"{module}.{name}")
     return found

@@ -1,4 +1,4 @@
-"""A check of the errors of learning that a host sends with a step."""
+"""A check of the learning errors that a host sends with a step."""
 
 from collections.abc import Mapping
 

@@ -1,8 +1,8 @@
 """Measurement of the loss to rounding: see `spikeport.compile.report.loss`.
 
 The network runs once on its image, in closed loop with its host. The host's spikes are then sent
-again to the blocks in floating point: with all numbers as wanted, and with one part of them rounded
-at a time.
+again to the blocks in floating point: first with no number rounded, then with one part of the
+numbers rounded at a time.
 """
 
 import contextlib
@@ -35,8 +35,8 @@ from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress
 
 WINDOW = 100
-"""Steps in a row in which a source spikes, if its input is saturated: above 0.98 of the radius."""
-# A change far below any rounding: the error that it makes is the floor of what can be measured.
+"""Steps in a row in which a source spikes if its input is saturated, above 0.98 of the radius."""
+# A relative change far below any rounding: its error is the floor of the measurement.
 LAST_BIT = 1 + 2.0**-40
 NEURONS = {
     "bias": "bias",
@@ -55,7 +55,7 @@ class MeasuredLoss(NamedTuple):
 
 
 class Cause(NamedTuple):
-    """A part of an array of `Numbers`, which the discretiser rounded."""
+    """A part of an array of `Numbers` that the discretiser rounded."""
 
     object: str
     what: str
@@ -75,7 +75,7 @@ def measure(
     seed: int,
     progress: Progress,
 ) -> MeasuredLoss:
-    """Run a compiled network on its image, and its blocks in floating point.
+    """Measure the loss of a compiled network: run its image, and its blocks in floating point.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def measure(
 
 
 def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:
-    """Return the counts of a run on the spikes that the host sent before."""
+    """Return the counts of an image that runs again on the recorded spikes of its host."""
     chip = NativeChip(image, seed=0)
     for step in spikes:
         chip.step(step, {})
@@ -183,7 +183,7 @@ def _parts(
         progress("rounding one part at a time", i / len(found))
         mixed = exact.with_part(cause.array, rounded, cause.part)
         errors.append(relative_rms(rerun.floats(mixed), baseline))
-    # Independent errors add in squares, and so do their shares.
+    # The squares of independent errors add up, so shares are of the sum of squares.
     squares = sum(one**2 for one in errors) or 1.0
     parts = [
         LossPart(cause.object, cause.what, cause.rounding(exact, rounded), one, one**2 / squares)
@@ -193,7 +193,7 @@ def _parts(
 
 
 def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, float]:
-    """Return the share of windows in which the busiest source of a value spiked in every step."""
+    """Return, by input, the share of windows in which its busiest source spiked in every step."""
     ends = offsets(image.inputs.size)
     n_windows = len(spikes) // WINDOW
     table = np.zeros((n_windows * WINDOW, ends[-1]))
@@ -204,7 +204,7 @@ def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, floa
     return {
         _input_name(image, i): float(shares[a:b].max(initial=0.0))
         for i, (a, b) in enumerate(itertools.pairwise(ends))
-        if image.manifest.inputs[i].encoding.kind != "spikes"  # which stand for no value
+        if image.manifest.inputs[i].encoding.kind != "spikes"  # spikes stand for no value
     }
 
 

@@ -1,7 +1,7 @@
 """nengo-loihi's emulator, loaded from a chip image.
 
-The emulator is used as it is; what it runs on is rebuilt from the image alone, so that whatever an
-image does not hold cannot be relied on.
+The emulator is used unchanged. Its blocks and inputs are rebuilt from the image alone, so that a
+run cannot depend on anything that the image does not hold.
 """
 
 import itertools
@@ -53,7 +53,7 @@ class NengoLoihiChip:
             dt=image.manifest.dt_s,
             pes_error_scale=image.manifest.pes_error_scale,
         )
-        with np.errstate(invalid="ignore"):  # it fills integer arrays with NaN before the values
+        with np.errstate(invalid="ignore"):  # the emulator fills integer arrays with NaN at first
             self._emulator = EmulatorInterface(model, seed=seed)
         self._outputs = [
             (output.key, image.reads.compartment[part(image.outputs.start, i)])
@@ -101,7 +101,7 @@ class NengoLoihiChip:
 
     @property
     def log(self) -> StepLog:
-        """The counts of its steps."""
+        """The counts of the chip's steps."""
         return self._counter.log
 
     def activity(self) -> Activity:
@@ -115,7 +115,7 @@ class NengoLoihiChip:
 
 
 def by_input(image: ChipImage, spikes: np.ndarray) -> list[np.ndarray]:
-    """Return the spikes of each input, counted from 0 in each."""
+    """Return the sources that spike in each input, numbered from 0 within the input."""
     ends = itertools.pairwise(offsets(image.inputs.size))
     return [spikes[(spikes >= a) & (spikes < b)] - a for a, b in ends]
 
@@ -149,7 +149,7 @@ def _block(image: ChipImage, b: int) -> LoihiBlock:
     state.enable_noise = image.compartments.enable_noise[mine].astype(bool)
     for name in ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane"):
         setattr(state, name, int(getattr(image.blocks, name)[b]))
-    # As nengo-loihi's discretiser leaves them: weights and thresholds have the decay's factor.
+    # As after nengo-loihi's discretiser: the decay's factor is in the weights and thresholds.
     state.scale_u = state.scale_v = False
     return block
 

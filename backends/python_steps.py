@@ -1,8 +1,8 @@
-"""Nengo's operators that stay Python, with less around them.
+"""Steps of Nengo's operators that stay in Python, with less overhead.
 
-These are users' functions, and products whose rounding depends on how NumPy orders their sums.
-Nengo checks and copies with several NumPy calls, each of which costs more than a small node's own
-function. These do the same with fewer, and hand everything odd to Nengo's own step.
+These operators are users' functions, and products whose rounding depends on how NumPy orders their
+sums. Nengo checks and copies with several NumPy calls, each of which costs more than a small node's
+own function. The steps here use fewer calls, and leave every unusual value to Nengo's own step.
 """
 
 from collections.abc import Callable
@@ -19,7 +19,7 @@ from spikeport.node_functions import Skippable
 def product_step(
     matrix: np.ndarray, vector: np.ndarray, target: np.ndarray, kept: np.ndarray
 ) -> Callable[[], None]:
-    """Add a constant matrix times a vector, and keep the product."""
+    """Return a step that adds a constant matrix times a vector, and keeps the product."""
 
     def add() -> None:
         kept[...] = np.dot(matrix, vector)
@@ -31,7 +31,7 @@ def product_step(
 def waiting_step(
     call: Callable[[], None], function: Skippable, left: np.ndarray
 ) -> Callable[[], None]:
-    """Call a function, and keep in ``left`` (1,) for how many steps its value stays."""
+    """Return a step that calls a function, and stores the number of steps to skip in ``left``."""
 
     def wait() -> None:
         call()
@@ -42,7 +42,7 @@ def waiting_step(
 
 
 def function_step(op: SimPyFunc, signals: SignalDict) -> Callable[[], None]:
-    """Call a user's function, and keep the finite numbers it returns."""
+    """Return a step that calls a user's function, and stores the finite numbers it returns."""
     function, arguments = op.fn, _arguments(op, signals)
     output = None if op.output is None else signals[op.output]
 
@@ -57,7 +57,7 @@ def function_step(op: SimPyFunc, signals: SignalDict) -> Callable[[], None]:
 
 
 def _kept(value: object, output: np.ndarray) -> bool:
-    """Return whether the value was an array of finite numbers that fits, and copy it if so."""
+    """Store a value if it is an array of finite numbers that fits; return whether it was."""
     if type(value) is not np.ndarray:
         return False
     try:
@@ -79,7 +79,7 @@ def _arguments(op: SimPyFunc, signals: SignalDict) -> Callable[[], tuple[object,
 
 
 def _nengo_keeps(op: SimPyFunc, signals: SignalDict) -> Callable[[object], None]:
-    """Return Nengo's step of an operator, with a value in place of its function's return value."""
+    """Return a function that runs Nengo's step of an operator on a value in place of its call."""
 
     def keep(value: object) -> None:
         stand_in = SimPyFunc(op.output, lambda: value, None, None)

@@ -1,4 +1,4 @@
-"""A chip that notes the spikes of its host."""
+"""A chip that records the spikes of its host."""
 
 from collections.abc import Mapping
 
@@ -9,7 +9,7 @@ from spikeport.hardware_models.activity import Activity
 
 
 class Recorder:
-    """A recorder of spikes before a chip. Implements `spikeport.backends.chip.Chip`.
+    """A recorder between host and chip. Implements `spikeport.backends.chip.Chip`.
 
     ``spikes`` holds the spikes of every step.
     """
@@ -20,7 +20,7 @@ class Recorder:
 
     @property
     def link(self) -> dict[str, object] | None:
-        """The chip's figures of its link; see `spikeport.backends.chip.Chip.link`."""
+        """The figures of the chip's link; see `spikeport.backends.chip.Chip.link`."""
         return self._chip.link
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:

@@ -1,8 +1,8 @@
-"""Totals of a recorded session that has none where they are asked for, counted anew.
+"""Totals of a recorded session at a step for which the record has none.
 
-A host asks for totals at its end, which a session that is broken off does not reach. The record has
-all that the board got, so that the native chip, at the same steps, counts what the board counted,
-as long as its answers are the board's as well.
+A host asks for totals at its end, which an interrupted session does not reach. The record has
+everything that the board received. So the native chip can repeat the steps, and it counts what the
+board counted if its answers equal the board's.
 """
 
 from collections.abc import Iterator
@@ -21,7 +21,7 @@ from spikeport.errors import BackendError
 
 
 class _BoardStep(NamedTuple):
-    """A step of the board: what it got of the host, and its answer."""
+    """A step of the board: the message that it received from the host, and its answer."""
 
     number: int
     sent: bytes
@@ -39,12 +39,12 @@ def recounted(image: ChipImage, path: Path, n_steps: int) -> Totals:
     path : Path
         The record.
     n_steps : int
-        Steps of the host; the record has as many.
+        Number of steps of the host; the record has at least as many.
 
     Raises
     ------
     BackendError
-        If the native chip answers otherwise than the board did, so that it counts something else.
+        If the native chip's answers differ from the board's, so that its counts would differ, too.
     """
     from spikeport.backends.native.chip import NativeChip  # loads numba: not before use
 
@@ -70,7 +70,7 @@ def recounted(image: ChipImage, path: Path, n_steps: int) -> Totals:
 
 
 def _board_steps(steps: Iterator[RecordedStep]) -> Iterator[_BoardStep]:
-    """Yield the steps that the board answered: it never got what was sent while it was late."""
+    """Yield the steps that the board answered: it received no spikes of steps while it was late."""
     opened: RecordedStep | None = None
     for number, step in enumerate(steps, start=1):
         opened = opened or step

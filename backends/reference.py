@@ -1,12 +1,12 @@
 """Float Nengo: the computation of a network before any chip rounds it.
 
-If a compile would fuse its small ensembles, float Nengo runs the fused network: the same one
-to rounding, in far fewer operators.
+If a compile would fuse its small ensembles, float Nengo runs the fused network, which is the same
+up to rounding, and has far fewer operators.
 
-The counts are those of the network wired directly: every ensemble is a core of its own, a spike
-costs one message to each ensemble its neurons connect to, and one synaptic operation for each of
-that ensemble's neurons. Relays, splits and read-outs of a chip are not in them, nor is what
-reaches an ensemble through a node.
+The counts are those of a network wired neuron to neuron: every ensemble is a core of its own, a
+spike costs one message to each ensemble that its neuron connects to, and one synaptic operation for
+each of that ensemble's neurons. Relays, splits and read-outs of a chip are not counted, nor are
+signals that reach an ensemble through a node.
 """
 
 import nengo
@@ -37,8 +37,8 @@ class Reference:
     Parameters
     ----------
     rewrite : Rewrite
-        The network, and what became of what the user wrote, see `fused`; a seed of 0 stands in
-        where it has none.
+        The network, and how the user's objects were replaced in it, see `fused`; a network without
+        a seed gets seed 0.
     dt_s : float
         The time step, in seconds.
     seed : int

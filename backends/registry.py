@@ -28,7 +28,7 @@ from spikeport.progress import Progress, silent
 
 
 class Source(NamedTuple):
-    """A network, the arguments of `spikeport.compile.pipeline.compile_network`, and of its run.
+    """A network, with the arguments of its compile (`compile_network`) and of its run.
 
     ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`;
     ``link`` is the way to a board; compiles are kept in ``cache``.
@@ -46,7 +46,7 @@ class Source(NamedTuple):
     cache: Cache = NOTHING
 
     def compiled(self) -> Compilation:
-        """Return the compile that is kept, else compile the network."""
+        """Return the compile from the cache; if there is none, compile the network."""
         chip = chips.get(str(self.chip))
         pipeline = resolved(self.pipeline, chip)
         asked = Asked(self.network, chip, self.dt_s, pipeline, self.settings, self.offload)
@@ -65,7 +65,7 @@ class Source(NamedTuple):
 
 
 LOADING = "loading kernels (compiled when first used)"
-"""The stage after a compile."""
+"""The name of the stage after a compile, for progress."""
 
 Open = Callable[[Source, int, Compilation | None], Execution]
 """A function that opens a network, with a seed and, if it was opened before, its compilation."""
@@ -83,7 +83,7 @@ class Backend:
 def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open:
     """Return a function that compiles a network, and loads its image; the rest is on the host.
 
-    A network with nothing for the chip is all host, and that is float Nengo.
+    A network with nothing for the chip runs on the host alone, in float Nengo.
     """
 
     def open_source(source: Source, seed: int, compilation: Compilation | None) -> Execution:
@@ -100,7 +100,7 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
         try:
             return HostLoop(found, chip, seed)
         except BaseException:
-            chip.close()  # a board would wait for its host
+            chip.close()  # otherwise a board would wait for its host
             raise
 
     return open_source
@@ -170,7 +170,7 @@ def get(name: str) -> Backend:
     Raises
     ------
     UsageError
-        If there is none; lists those there are.
+        If there is no such backend; the message lists the backends.
     """
     name = str(name).replace("_", "-")  # nengo_loihi, as the package is imported
     if name == FLOAT_EMULATION:

@@ -1,4 +1,4 @@
-"""`ReplayChip`: a recorded session of a board, played back to a host that sends the same."""
+"""`ReplayChip`: a recorded session of a board, for a host that sends the same spikes again."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,8 +17,8 @@ from spikeport.hardware_models.activity import Activity
 class ReplayChip:
     """A record in place of a board. Implements `spikeport.backends.chip.Chip`.
 
-    Counts of a session that was broken off, and of the beginning of a longer one, are those of
-    `spikeport.backends.recount`.
+    If a session was interrupted, or only its beginning is played back, `spikeport.backends.recount`
+    computes the counts.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ class ReplayChip:
     Raises
     ------
     UsageError
-        If the file is missing or no record.
+        If the file is missing or is not a record.
     BackendError
-        If it is one of another image or seed.
+        If it is a record of another image or seed.
     """
 
     def __init__(
@@ -77,19 +77,19 @@ class ReplayChip:
             )
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
-        """Return what the host got in this step; see `spikeport.backends.chip.Chip.step`.
+        """Return the recorded outputs of this step; see `spikeport.backends.chip.Chip.step`.
 
         Raises
         ------
         BackendError
-            If the record ends here, or the host does not send what it sent then.
+            If the record ends here, or the host does not send what was recorded.
         """
         recorded = self._next
         if recorded is None:
             raise self._ended()
         self._number += 1
         self._compare(recorded, spikes, errors)
-        if self._open_spikes is None:  # else the board was still behind, and got none of these
+        if self._open_spikes is None:  # else the board was late, and these were not sent to it
             self._open_spikes = len(spikes)
         if recorded.answer is not None:
             try:
@@ -104,7 +104,7 @@ class ReplayChip:
         return self._held
 
     def _ended(self) -> BackendError:
-        """Return the error of a host that goes on where the record does not."""
+        """Return the error of a host that runs beyond the end of the record."""
         reason = "ends" if self._record.whole else "is cut or damaged"
         played_s = self._number * self._image.manifest.dt_s
         cure = f"; cure: run as long, --seconds {played_s:.12g}" if self._number else ""
@@ -121,13 +121,13 @@ class ReplayChip:
         )
 
     def _difference(self, recorded: RecordedStep, body: bytes, flags: int) -> str:
-        """Return in words what the host sends otherwise."""
+        """Describe the difference between the host's message and the recorded one."""
         try:
             then, errors_then = self._codec.unpack_step(recorded.sent, recorded.flags)
         except BodyError as error:
             return str(error)
         now, errors_now = self._codec.unpack_step(body, flags)
-        # Named by the first source that differs: a session has too many to list.
+        # Name the first source that differs: there may be too many to list.
         n = 1 + max(then.max(initial=0), now.max(initial=0))
         other = np.flatnonzero(np.bincount(then, minlength=n) != np.bincount(now, minlength=n))
         if other.size:
@@ -156,7 +156,7 @@ class ReplayChip:
             raise BackendError(f"{self._path}: {error}") from None
 
     def _counted_anew(self) -> Totals:
-        """Return totals that the record does not have; `link` says whose they are."""
+        """Return totals that the record lacks; `link` says that the native chip counted them."""
         if self._recounted is None or self._recounted[0] != self._number:
             self._recounted = self._number, recounted(self._image, self._path, self._number)
         assert self.link is not None
@@ -173,8 +173,8 @@ class ReplayChip:
         if self._next is None:
             self._totals = self._record.totals
         else:
-            # Where the log folds its counts in the next step, totals there include what was sent
-            # in that step.
+            # If the log folds its counts in the next step, the host asks for totals after that
+            # step's spikes were sent, so they include these spikes.
             folds = (self._answered + 1) % KEPT_STEPS == 0
             self._totals = None if folds else self._next.totals
 
@@ -188,5 +188,5 @@ class ReplayChip:
 
 
 def _bits_of(errors: Mapping[int, np.ndarray], group: int) -> bytes | None:
-    """Return the bits of a group's error, by which 0.0 differs from -0.0; None without one."""
+    """Return the bits of a group's error, so that 0.0 differs from -0.0; None without an error."""
     return np.asarray(errors[group], dtype=float).tobytes() if group in errors else None

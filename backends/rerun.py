@@ -24,9 +24,9 @@ class Rerun:
     Parameters
     ----------
     image : ChipImage
-        The image, as no pass has changed it.
+        The image before any pass changed it.
     spikes : sequence of (n,) int array
-        For every step, the sources that spiked on the host, counted through all inputs.
+        For every step, the sources that spiked on the host, numbered through all inputs.
 
     Raises
     ------
@@ -50,7 +50,7 @@ class Rerun:
 
     def integers(self) -> np.ndarray:
         """Return the filtered outputs of the image itself, (n_steps, n)."""
-        # Any seed: images that draw random numbers are refused.
+        # Any seed will do: images that draw random numbers are refused.
         chip = NativeChip(self._image, seed=0)
         rows = (
             [np.array(part, dtype=float) for part in chip.step(step, {})] for step in self._spikes
@@ -82,10 +82,10 @@ class Rerun:
 
 
 def _compared(image: ChipImage) -> list[int]:
-    """Return the outputs that are compared: spikes and what is decoded, or else voltages."""
+    """Return the outputs to compare: spikes and decoded values; without these, voltages."""
     outputs = image.manifest.outputs
     read = [i for i, output in enumerate(outputs) if output.key in READ]
-    # Voltages as they are have up to 24 bits: beside them no decoded value would count.
+    # Raw voltages have up to 24 bits: decoded values would not count in one error with them.
     small = [i for i in read if outputs[i].key == "spiked" or outputs[i].weights == "matrix"]
     return small or read
 

@@ -1,4 +1,4 @@
-"""The steps that a probe records, and what it recorded of them."""
+"""The steps that a probe samples, and the values that it recorded."""
 
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,6 @@ def sampled(n_steps: int, sample_every: float | None, dt_s: float) -> np.ndarray
 
 def recorded(simulator: "nengo.Simulator", probe: "nengo.Probe") -> np.ndarray:
     """Return the values that a probe recorded, (n, ...)."""
-    # Nengo's have no shape where there are none.
+    # Without samples, Nengo's array lacks the shape of the probe.
     found = np.asarray(simulator.data[probe])
     return found if len(found) else np.zeros((0, *simulator.model.sig[probe]["in"].shape))

@@ -13,7 +13,7 @@ from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.step_time import fold
 
 KEPT_STEPS = 10_000
-"""Steps that are kept one by one: 12 MB on 24 cores. Then they are folded into sums."""
+"""Steps that are kept one by one (12 MB on 24 cores) before they are folded into sums."""
 
 
 @dataclass(frozen=True)
@@ -23,8 +23,8 @@ class LogOptions:
     Attributes
     ----------
     chip : ChipModel, optional
-        The chip for which energy and time are reckoned; without one, a run of more than
-        `KEPT_STEPS` steps has none.
+        The chip for which energy and time are computed; without one, a run of more than
+        `KEPT_STEPS` steps has neither.
     folder : Path, optional
         A folder for the counts of all steps.
     """
@@ -34,7 +34,7 @@ class LogOptions:
 
 
 SUMS_ONLY = LogOptions()
-"""The options of a log whose early steps have no energy and time."""
+"""The options of a log whose folded steps have no energy and time."""
 
 
 def counts_files(folder: Path) -> list[Path]:
@@ -115,14 +115,14 @@ class StepLog:
         self._rows, self._from_host = [], []
 
     def _write(self) -> None:
-        """Write the steps that are kept, if somebody asked for them."""
+        """Write the steps that are kept, if there is a folder for them."""
         if self._options.folder is not None and self._rows:
             first = 0 if self._folded is None else self._folded.n_steps
             # Padded, as files are read in the order of their names.
             _save(self._options.folder / f"counts-{first:012d}.npz", self._table())
 
     def _table(self) -> dict[str, np.ndarray]:
-        """Return the counts that are kept by name, (n_kept, n_cores), and those of the host."""
+        """Return the kept counts by name, (n_kept, n_cores), and the host's spikes, (n_kept,)."""
         shape = len(self._rows), len(PER_STEP), len(self._cores)
         table = np.array(self._rows, dtype=np.int64).reshape(shape)
         sent = np.array(self._from_host, dtype=np.int64)

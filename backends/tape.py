@@ -1,9 +1,9 @@
-"""Nengo operators -> a tape of compiled operations, with Python only where a user's function is.
+"""Nengo's operators as a tape of compiled operations, with Python only where it is needed.
 
 Nengo runs each operator of a model as a Python closure over NumPy arrays; for the few numbers of a
 control loop the calls cost far more than the arithmetic. Here all signals lie in one array, and
-operators become a tape (`spikeport.backends.tape_kernel`). At one that is not simple enough the
-tape stops, in its place in the order, for Nengo's own closure or what stands for it.
+operators become a tape (`spikeport.backends.tape_kernel`). At an operator that is not simple enough
+the tape stops, and calls Nengo's own closure or a faster replacement before it goes on.
 """
 
 import functools
@@ -37,7 +37,7 @@ TapeRow: TypeAlias = tuple[list[int], list[float]]
 Placed: TypeAlias = tuple[np.ndarray, tuple[int, int]]
 """An array, and its offset and stride in the pool."""
 Stop: TypeAlias = Callable[[np.ndarray], Callable[[], None]]
-"""Makes what Python does where an operation stops, from what the operation keeps."""
+"""Returns the function that Python calls where an operation stops, from the operation's table."""
 NOTHING = np.zeros(0)
 
 
@@ -46,9 +46,9 @@ class Operation(NamedTuple):
 
     row: TapeRow
     table: np.ndarray = NOTHING
-    """Its constants, and what it keeps."""
+    """Its constants, and the values that it keeps between steps."""
     stop: Stop | None = None
-    """None where it never stops."""
+    """None if it never stops."""
 
 
 class PooledSignals(SignalDict):
@@ -85,11 +85,11 @@ class PooledSignals(SignalDict):
         if array.dtype != np.float64 or not np.may_share_memory(array, self.memory):
             return None
         flat = array.reshape(-1) if array.flags.c_contiguous else array
-        # A tape walks with one stride: an array of two would need more.
+        # A tape has one stride for an array: two dimensions would need two.
         if flat.ndim != 1:
             return None
         address = flat.__array_interface__["data"][0]
-        # Bytes to numbers of 8 bytes: the pool is float64 alone.
+        # From bytes to numbers of 8 bytes: the pool holds only float64.
         offset = (address - self.memory.__array_interface__["data"][0]) // 8
         return offset, flat.strides[0] // 8
 
@@ -106,7 +106,7 @@ def _pooled(signal: Signal) -> bool:
 
 
 class Tape:
-    """Operations and constants under construction, to be run as one."""
+    """A tape under construction: its operations and their constants."""
 
     def __init__(self, memory: np.ndarray) -> None:
         self._memory = memory
@@ -115,7 +115,7 @@ class Tape:
         self._stops: dict[int, Stop] = {}
 
     def add(self, operation: Operation) -> None:
-        """Append an operation, with its constants, and with what Python does where it stops."""
+        """Append an operation, with its constants and the function to call where it stops."""
         row, table, stop = operation
         # Tables lie end to end in one array, and operations find theirs by offset.
         row[0][6] = sum(map(len, self._tables))
@@ -155,8 +155,8 @@ class Flattener:
     signals : PooledSignals
         The signals of its model.
     ports : dict of int to array
-        Arrays in the pool that stand for processes at the edge of the host, by the process's id:
-        a sending process copies its input there, a receiving one returns the values there.
+        Arrays in the pool that stand for processes at the edge of the host, by the process's id.
+        A sending process copies its input to its array; a receiving one returns its array's values.
     """
 
     def __init__(
@@ -185,7 +185,7 @@ class Flattener:
         """Return a function that runs all operators, in the order in which Nengo runs them."""
         tape = Tape(self._signals.memory)
         for op in self._sim._step_order:
-            if type(op) is not SimProbe:  # it does nothing but name what is probed
+            if type(op) is not SimProbe:  # it computes nothing: it only names a probed signal
                 tape.add(self._compile(op) or self._call(self._closures[op]))
         return tape.finish()
 
@@ -200,7 +200,7 @@ class Flattener:
     def _operation(
         self, what: int, target: Signal, source: Signal | np.ndarray, a: float = 0.0, b: float = 0.0
     ) -> Operation | None:
-        """Return one of equally many targets and sources; None if they do not lie in the pool."""
+        """Return an element-wise operation; None if sizes differ or an array is not in the pool."""
         y_array = target if isinstance(target, np.ndarray) else self._signals[target]
         x_array = source if isinstance(source, np.ndarray) else self._signals[source]
         y, x = self._signals.place(y_array), self._signals.place(x_array)
@@ -218,7 +218,7 @@ class Flattener:
         return self._operation(kernel.FILL, op.dst, op.dst, op.value)
 
     def _copy(self, op: Copy) -> Operation | None:
-        # Slices may be index lists, for which a stride cannot stand.
+        # Slices may be lists of indices, which a stride cannot express.
         if op.src_slice is not None or op.dst_slice is not None:
             return None
         return self._operation(kernel.ADD if op.inc else kernel.COPY, op.dst, op.src)
@@ -235,7 +235,7 @@ class Flattener:
         return found._replace(table=table)
 
     def _dot(self, op: DotInc) -> Operation | None:
-        """Return a product; sums of several terms are NumPy's, as their order matters."""
+        """Return a product; NumPy computes sums of several terms, since their order matters."""
         if not _constant_matrix(op):
             return None
         matrix, source = self._signals[op.A], self._signals[op.X]
@@ -245,7 +245,7 @@ class Flattener:
             return None
         if np.count_nonzero(matrix, axis=1).max() > 1:
             return self._product(matrix, (source, x), (target, y))
-        # The one column that is not zero; in a row of zeros the first, whose factor adds nothing.
+        # The column of a row's one nonzero entry; in a row of zeros the first, which adds nothing.
         column = np.abs(matrix).argmax(axis=1)
         table = np.concatenate([matrix[np.arange(len(matrix)), column], column])
         return Operation(([kernel.GATHER_ADD, target.size, *y, *x, 0, 0], [0.0, 0.0]), table)
@@ -261,7 +261,7 @@ class Flattener:
         )
 
     def _function(self, op: SimPyFunc) -> Operation:
-        """Return a user's function, with what the tape knows of those that need no call."""
+        """Return a user's function; some kinds the tape computes itself, or need not call."""
         function, call = op.fn, function_step(op, self._signals)
         stops = self._call(call)
         if isinstance(function, Skippable):
@@ -303,12 +303,13 @@ class Flattener:
         return self._filter(op)
 
     def _port(self, op: SimProcess, port: np.ndarray) -> Operation:
-        """Return a copy across the edge of the host."""
+        """Return a copy of values that enter or leave the host."""
         target, source = (op.output, port) if op.input is None else (port, op.input)
         found = self._operation(kernel.COPY, target, source)
         if found is not None:
             return found
-        # Signals of single precision lie in no pool; the closure of an edge computes nothing.
+        # Signals of single precision are not in the pool. Copy them here: the process at the edge
+        # computes nothing.
         to, taken = (one if one is port else self._signals[one] for one in (target, source))
         return self._call(functools.partial(np.copyto, to, taken))
 

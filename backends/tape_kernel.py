@@ -4,13 +4,14 @@ Each row of ``code`` is one operation on strided parts of ``memory``:
 
     [what, n, target, target stride, source, source stride, table, state]
 
-``table`` and ``state`` are offsets into ``tables`` (constants, and what operations keep) and
+``table`` and ``state`` are offsets into ``tables`` (constants, and values that operations keep) and
 ``memory``; ``scalars`` holds two numbers for each row. Products and sums are rounded one by one, in
 Nengo's order: no fused multiply-add, so that the results are Nengo's, bit for bit.
 
-The tape stops at an operation that is not compiled, and leaves it to Python. It goes on where the
-last value still holds: a held function and a product keep their input, and are computed anew when
-a bit of it changes; a waiting function is not called for some steps. Their tables, and the clock's:
+The tape stops at an operation that is not compiled, and leaves it to Python. It does not stop if
+the last value still holds: a held function and a product keep their input, and are computed again
+when a bit of it changes; a waiting function is skipped for some steps. The tables of these
+operations, and of the clock:
 
     HELD      [1 if an input is kept, the input]                 n inputs
     PRODUCT   [1 if an input is kept, the input, the product]    n outputs, ``state`` inputs
@@ -31,7 +32,7 @@ AFFINE, HELD, PRODUCT, WAIT, CALL = range(10, 15)
 def run_tape(
     memory: np.ndarray, code: np.ndarray, scalars: np.ndarray, tables: np.ndarray, begin: int
 ) -> int:
-    """Run the operations from ``begin`` on; return the first that is Python's, or their number."""
+    """Run the operations from ``begin`` on; return the first that needs Python, or their number."""
     for k in range(begin, len(code)):
         what, n, y, dy, x, dx, table, state = code[k]
         a, b = scalars[k]
@@ -42,7 +43,7 @@ def run_tape(
             if not _without_python(memory, code[k], a, b, tables):
                 return k
         elif dy == 1 and dx == 1:
-            # Compiled by itself: of strides that are known LLVM makes vector instructions.
+            # A branch of its own: LLVM makes vector instructions if it knows the strides.
             _compute(memory, what, n, (y, 1), (x, 1), (table, state), (a, b), tables)
         else:
             _compute(memory, what, n, (y, dy), (x, dx), (table, state), (a, b), tables)
@@ -60,7 +61,7 @@ def _compute(
     factors: tuple[float, float],
     tables: np.ndarray,
 ) -> None:
-    """Do one operation on numbers that ``target`` and ``source`` place, as offset and stride."""
+    """Do one operation; ``target`` and ``source`` are an offset and a stride in ``memory``."""
     # Unsigned indices: numba then needs no check for negative ones. Negative strides wrap around.
     y, dy, x, dx = (
         np.uintp(target[0]),
@@ -106,7 +107,7 @@ def _compute(
 def _without_python(
     memory: np.ndarray, row: np.ndarray, a: float, b: float, tables: np.ndarray
 ) -> bool:
-    """Do what Python need not in this step; return False where it must."""
+    """Do an operation that needs no Python in this step; return False if it does need Python."""
     what, n, y, dy, x, dx, table, n_in = row
     if what == WAIT and tables[table] > 0:
         tables[table] -= 1
@@ -124,8 +125,8 @@ def _without_python(
 
 @compiled
 def _unchanged(memory: np.ndarray, x: int, dx: int, n: int, tables: np.ndarray, table: int) -> bool:
-    """Return whether an input has the bits of the one that is kept; else keep it."""
-    # As integers: NaN differs from itself as a float, and 0.0 does not from -0.0.
+    """Keep an input, and return whether its bits equal those of the input kept before."""
+    # Compare integers: as floats, NaN differs from itself, and 0.0 equals -0.0.
     now, kept = memory.view(np.int64), tables[table + 1 : table + 1 + n].view(np.int64)
     same = tables[table] == 1
     for i in range(n):
@@ -138,7 +139,7 @@ def _unchanged(memory: np.ndarray, x: int, dx: int, n: int, tables: np.ndarray, 
 
 @compiled
 def _affine(memory: np.ndarray, row: np.ndarray, a: float, b: float) -> bool:
-    """Compute a node's ``b + a x``; return False where a value is not finite, for an error."""
+    """Compute a node's ``b + a x``; return False if a value is not finite, for Nengo's error."""
     _, n, y, dy, x, dx, _, _ = row
     finite = True
     for i in range(n):

@@ -1,1 +1,1 @@
-"""An image on compiled kernels: the bits of nengo-loihi's emulator, at the speed of the machine."""
+"""An emulator in compiled kernels, equal to nengo-loihi's emulator in every bit."""

@@ -36,7 +36,7 @@ class NativeChip:
     log : LogOptions
         See `StepLog`.
     threads : int
-        The number of threads that its cores are divided among; an image that learns takes one.
+        The number of threads that the cores are divided among; an image that learns uses one.
     """
 
     link: dict[str, object] | None = None
@@ -46,9 +46,9 @@ class NativeChip:
     ) -> None:
         self._image = image.checked
         divided = min(threads, image.n_cores) > 1 and not image.learns.any()
-        # With threads, the wiring is theirs.
+        # With threads, each thread has its own wiring.
         wiring = wire(image, NO_CORES if divided else None)
-        # An image that learns keeps its weights in order.
+        # An image that learns keeps its weights in their order.
         self._wiring = wiring if image.learns.any() else line_up(wiring)
         self.state = resting_state(image, self._wiring)
         self._neurons = neurons_of(image)
@@ -57,8 +57,8 @@ class NativeChip:
         rng = np.random.RandomState(seed)
         self._learning = _learning(image, self._wiring, rng)
         self._errors = LearningErrors(image)
-        # Noise and learning draw from one stream, as in the emulator, so noise is drawn even where
-        # only learning hears it.
+        # Noise and learning draw from one stream, as in the emulator. So an image that learns also
+        # draws noise that no compartment uses.
         self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
         self._n_arriving = 0
         self.log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
@@ -68,7 +68,7 @@ class NativeChip:
         self._closed = False
         self._make_ready()
 
-    # Compiled at construction, for the first step not to wait for it.
+    # Compile at construction, so that the first step does not wait for it.
     def _make_ready(self) -> None:
         no_spikes, no_counts = np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.int64)
         if self._learning is not None:
@@ -125,10 +125,10 @@ class NativeChip:
             raise BackendError("the chip is closed: it cannot step any more")
 
     def _make_room(self, n: int) -> None:
-        """Let the host send n spikes in a step: a source may spike more than once."""
+        """Make room for n spikes of the host in a step: a source may spike more than once."""
         more = 2 * n - len(self.state.pending)
         self.state = self.state._replace(
-            # Twice as much as asked for, so that room is seldom made.
+            # Twice the size needed, so that this happens seldom.
             pending=np.zeros(2 * n, dtype=np.int32),
             arriving=np.append(self.state.arriving, np.zeros(more, dtype=np.int32)),
         )
@@ -169,14 +169,14 @@ class NativeChip:
         return MessageCounts(messages[:-1], messages[-1])
 
     def _parts(self) -> list[tuple[Wiring, State]]:
-        """Return the wiring and state of each thread, or of all."""
+        """Return the wiring and state of each thread; without threads, of the whole chip."""
         if self._threads is None:
             return [(self._wiring, self.state)]
         return [(shard.wiring, shard.state) for shard in self._threads.shards]
 
     @property
     def bytes_per_weight(self) -> int:
-        """Bytes in which the kernels hold a weight."""
+        """The size of a weight in the kernels, in bytes."""
         return max(wiring.weights.itemsize for wiring, _ in self._parts())
 
     def close(self) -> None:
@@ -193,7 +193,7 @@ def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> L
 
 
 def _sources(spikes: np.ndarray) -> np.ndarray:
-    """Return the numbers of the sources that spike, in the type of the kernels."""
+    """Return the numbers of the sources that spike, in the integer type of the kernels."""
     sources = np.asarray(spikes)
     if sources.size and (sources.ndim != 1 or sources.dtype.kind not in "iu"):
         raise BackendError(

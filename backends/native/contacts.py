@@ -19,7 +19,7 @@ class Contacts(NamedTuple):
     core: np.ndarray
     """The core of the contact."""
     used: np.ndarray
-    """Mask of contacts whose axon has a base: spikes that reach one without are not delivered."""
+    """Mask of contacts whose axon has a base: an axon without a base delivers no spikes."""
 
 
 class Pairs(NamedTuple):
@@ -34,7 +34,7 @@ def contacts_of(image: ChipImage) -> Contacts:
     group = np.repeat(np.arange(len(image.groups)), np.diff(image.groups.axon_start))
     row = image.groups.row_start[group] + image.in_axons.row
     # A contact is an axon and an atom, since the atom of a spike selects the part of the row that
-    # it adds; plain axons have one.
+    # it adds; plain axons have one atom.
     start = first_contacts(image)
     axon = np.repeat(np.arange(len(group)), np.diff(start))
     atom = np.arange(len(axon)) - start[axon]
@@ -50,7 +50,7 @@ def contacts_of(image: ChipImage) -> Contacts:
 def first_contacts(image: ChipImage) -> np.ndarray:
     """Return the first contact of each input axon, which has one for each atom of its row.
 
-    The array has an entry more than there are axons, (n_axons + 1,).
+    The array has one entry more than there are axons, (n_axons + 1,).
     """
     n_axons = np.diff(image.groups.axon_start)
     row = np.repeat(image.groups.row_start[:-1], n_axons) + image.in_axons.row
@@ -61,6 +61,6 @@ def pairs_of(image: ChipImage) -> Pairs:
     """Return every source with every contact its routes lead to."""
     ways = deliveries(image)
     contact = first_contacts(image)[ways.axon] + ways.atom
-    # In the order of sources, as kernels go through the contacts of one source after the other.
+    # In the order of sources: kernels read the contacts of one source after the other.
     order = np.argsort(ways.source, kind="stable")
     return Pairs(ways.source[order], contact[order])

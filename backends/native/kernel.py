@@ -1,16 +1,16 @@
-"""One step of the chip, compiled. Equal to nengo-loihi's emulator in every bit of its state.
+"""One compiled step of the chip, equal to nengo-loihi's emulator in every bit of the state.
 
 Compiled functions that call each other are all in this one file: numba's cache on disk would not
 notice changes of functions in other files.
 
 Integers are 32 bits wide and wrap; every intermediate is cast, since numba widens int32 sums to
-int64. Loops go over stretches of at most 1,024 compartments and few arrays each: that is what LLVM
-turns into vector instructions. Weights are added by an intrinsic of numba's, in vectors of 32, for
-which LLVM takes what instructions the machine has.
+int64. Each loop goes over at most 1,024 compartments and few arrays, so that LLVM turns it into
+vector instructions. An intrinsic adds weights in vectors of 32, with the vector instructions that
+the machine has.
 
-Weights are stored in units of 2^shift, and so are their sums: of these, q keeps the lowest
-22 - shift bits alone. Weights that nengo-loihi discretised have a shift of 6 or more, so that sums
-wrap in 16 bits without a loss, whatever their order, and half as many bytes are added.
+Weights and their sums are stored in units of 2^shift; q keeps only the lowest 22 - shift bits of a
+sum. Weights that nengo-loihi discretised have a shift of 6 or more. So 16-bit sums may wrap without
+a loss, in any order, and half as many bytes are added.
 
     q  = 2^shift (sum of delivered weights) (+ noise), wrapped to 22 bits
     u <- decay(u, 4095 - decay_u) + q, wrapped to 24 bits
@@ -48,7 +48,7 @@ def step(
 ) -> int:
     """Compute a whole step of a chip that does not learn; return the number of spikes under way.
 
-    The same as `accept`, `deliver` and `update` in turn, in one call; -1 where the first refuses.
+    This is `accept`, `deliver` and `update` in one call; it returns -1 if `accept` does.
     """
     n_pending = accept(loaded, sources)
     if n_pending < 0:
@@ -61,7 +61,7 @@ def step(
 def advance(loaded: Loaded, n_arriving: int, noise: np.ndarray, counts: np.ndarray) -> int:
     """Compute a step of some cores of a chip, on a thread; return the number of their spikes.
 
-    The others send theirs, and so does the host: `spikeport.backends.native.shards`.
+    `spikeport.backends.native.shards` adds the spikes of the other cores and of the host.
     """
     deliver(loaded, n_arriving, counts)
     return update(loaded, 0, noise, counts)
@@ -71,7 +71,7 @@ def advance(loaded: Loaded, n_arriving: int, noise: np.ndarray, counts: np.ndarr
 def exchange(
     loaded: Loaded, n_arriving: int, host: Host, noise: np.ndarray, counts: np.ndarray
 ) -> tuple[int, int, bool]:
-    """Compute a step by what the host sends, and decode what it gets.
+    """Compute a step with the host's spikes, and decode the outputs for the host.
 
     Returns
     -------
@@ -84,7 +84,7 @@ def exchange(
     """
     n_sent, first = 0, len(loaded.state.q)
     for i in range(len(host.sources)):
-        # Written before it is known to spike, and kept only if n_sent moves on: no branch.
+        # Without a branch: write every source, and let the next overwrite one that does not spike.
         loaded.state.pending[n_sent] = first + i
         n_sent += host.sources[i] != 0
     deliver(loaded, n_arriving, counts)
@@ -101,12 +101,12 @@ def decode(
     weights: np.ndarray,
     values: np.ndarray,
 ) -> bool:
-    """Weigh held values: ``values[i]`` is the sum over entries ``start[i] : start[i + 1]``.
+    """Sum weighted states: ``values[i]`` is the sum over entries ``start[i] : start[i + 1]``.
 
-    Return whether there is a sum for every value, with at most one term that is not zero. Only then
-    is it rounded as any matrix product would be, whatever its order and width.
+    Return True if every value has a sum, with at most one nonzero term. Only such sums are rounded
+    as in any matrix product, whatever its order and width.
     """
-    # A decoder that is not to be tried has an empty table, and so no start for each value.
+    # A decoder whose sums have too many terms has an empty table: no start for each value.
     exact = len(start) == len(values) + 1
     for i in range(len(start) - 1):
         total, terms = 0.0, 0
@@ -121,9 +121,9 @@ def decode(
 
 @compiled
 def accept(loaded: Loaded, sources: np.ndarray) -> int:
-    """Put the host's spikes into ``pending``; return their number, or -1 if one is of no source.
+    """Put the host's spikes into ``pending``; return their number, or -1 if a source is unknown.
 
-    The caller has made room for as many.
+    The caller has made room for them.
     """
     first, pending = len(loaded.state.q), loaded.state.pending
     size = len(loaded.wiring.fan) - first
@@ -138,14 +138,14 @@ def accept(loaded: Loaded, sources: np.ndarray) -> int:
 def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
     """Add up the weights of all arriving spikes; return the number of deliveries touched.
 
-    ``counts`` gains synaptic operations and messages of each core in its rows for them.
+    The synaptic operations and messages of each core are added to ``counts``.
     """
     wiring, state = loaded.wiring, loaded.state
     n = _count_arrivals(wiring, state, n_arriving)
     for i in range(n):
         number = state.touched[i]
         times = state.spikes_of[number]
-        # Cleared on the way, so that the next step finds zeros without a pass of its own.
+        # Cleared here, so that the next step finds zeros without another loop.
         state.spikes_of[number] = 0
         ahead = _begin_of_weights(wiring, state.touched[i + 1]) if i + 1 < n else 0
         for r in range(wiring.run_start[number], wiring.run_start[number + 1]):
@@ -161,16 +161,16 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
 def _count_arrivals(wiring: Wiring, state: State, n_arriving: int) -> int:
     """Count the arriving spikes by delivery and by fan; return the number of deliveries.
 
-    Without branches where spikes would make them mispredicted.
+    There are no branches on spikes, which would be mispredicted.
     """
     n = 0
     for source in state.arriving[:n_arriving]:
-        # Costs are counted by fan, of which there are far fewer than sources.
+        # Costs are counted by fan: there are far fewer fans than sources.
         state.sent[0, wiring.fan[source]] += 1
         for k in range(wiring.delivery_start[source], wiring.delivery_start[source + 1]):
             number = np.uintp(wiring.delivery[k])
             before = state.spikes_of[number]
-            # A delivery is listed when its first spike comes; else the next one overwrites it.
+            # The first spike of a delivery lists it; after any other, the next one overwrites it.
             state.touched[np.uintp(n)] = number
             n += before == 0
             state.spikes_of[number] = before + 1
@@ -179,7 +179,7 @@ def _count_arrivals(wiring: Wiring, state: State, n_arriving: int) -> int:
 
 @inlined
 def _begin_of_weights(wiring: Wiring, number: int) -> int:
-    """Return where the weights of a delivery begin, for them to be fetched; 0 if it has none."""
+    """Return where the weights of a delivery begin, to prefetch them; 0 behind the last run."""
     r = wiring.run_start[number]
     return wiring.run[r, 1] if r < len(wiring.run) else 0
 
@@ -194,7 +194,7 @@ def _add(
     times: int,
     ahead: int,
 ) -> None:
-    """Add the weights of a run, and fetch as many from ``ahead`` on, which are added next."""
+    """Add the weights of a run, and prefetch as many from ``ahead`` on, which are added next."""
     # Unsigned indices: numba then needs no check for negative ones.
     at, start, coming = np.uintp(first), np.uintp(begin), np.uintp(ahead)
     factor, lanes = sums.dtype.type(times), np.uintp(LANES)
@@ -202,7 +202,7 @@ def _add(
         _fetch(weights, coming)  # type: ignore[call-arg]
         _add_lanes(sums, at, weights, start, factor)
         at, start, coming = at + lanes, start + lanes, coming + lanes
-    # Runs that are lined up have nothing left here.
+    # Runs that are lined up leave no remainder.
     for j in range(np.uintp(n) % lanes):
         sums[at + j] += sums.dtype.type(factor * weights[start + j])
 
@@ -213,7 +213,7 @@ def _add_lanes(
 ) -> tuple[Any, Callable[..., Any]]:
     """Add `LANES` weights: ``sums[at + j] += factor * weights[start + j]``, j < `LANES`.
 
-    LLVM makes vectors of a loop only behind checks of its arrays, which take longer than most runs.
+    LLVM vectorises a loop only with checks of its arrays, which take longer than most runs.
     """
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
@@ -237,7 +237,7 @@ def _add_lanes(
 
 @intrinsic
 def _fetch(_typing: Any, weights: Any, start: Any) -> tuple[Any, Callable[..., Any]]:
-    """Begin to load weights into the nearest cache; it may be a place where there are none."""
+    """Begin to load weights into the nearest cache; ``start`` may lie behind the last weight."""
 
     def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
         place = builder.bitcast(
@@ -246,7 +246,7 @@ def _fetch(_typing: Any, weights: Any, start: Any) -> tuple[Any, Callable[..., A
         number = ir.IntType(32)
         kind = ir.FunctionType(ir.VoidType(), [place.type, number, number, number])
         fetch = builder.module.declare_intrinsic("llvm.prefetch", [place.type], kind)
-        # For reading, to be kept in all caches, data.
+        # LLVM's codes: for reading, keep in all caches, data.
         builder.call(fetch, [place, number(0), number(3), number(1)])
         return context.get_dummy_value()
 
@@ -254,7 +254,7 @@ def _fetch(_typing: Any, weights: Any, start: Any) -> tuple[Any, Callable[..., A
 
 
 def _vector_at(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
-    """Return the place of `LANES` elements of an array as LLVM's pointer."""
+    """Return LLVM's pointer to a vector of `LANES` elements of an array."""
     begin = context.make_array(kind)(context, builder, array).data
     place = builder.gep(begin, [index])
     return builder.bitcast(place, ir.VectorType(begin.type.pointee, LANES).as_pointer())
@@ -285,8 +285,8 @@ def _count(wiring: Wiring, sent: np.ndarray, counts: np.ndarray) -> None:
 def update(loaded: Loaded, n_pending: int, noise: np.ndarray, counts: np.ndarray) -> int:
     """Update all compartments, and fill ``held``; return the number of spikes under way.
 
-    ``noise`` (2, n_compartments) is added to q and to u, and has no columns where there is none.
-    ``counts`` gains spikes, active and inactive updates of each core in its rows for them.
+    ``noise`` (2, n_compartments) is added to q and to u; it has no columns if there is no noise.
+    The spikes, active and inactive updates of each core are added to ``counts``.
     """
     neurons, state, shift = loaded.neurons, loaded.state, loaded.wiring.shift
     # One loop for each quantity, not one for all: each has few arrays, so LLVM vectorises it.
@@ -324,12 +324,11 @@ def _decay(x: np.int32, keep: np.int32) -> np.int32:
 
 @compiled
 def _receive(q: np.ndarray, sums: np.ndarray, shift: int, noise: np.ndarray) -> None:
-    """Set q to the sums that arrived, and begin to add up anew."""
+    """Set q to the sums of the weights that arrived, plus noise, and clear the sums."""
     for i in range(len(q)):
         q[i] = I32(I32(sums[i]) << shift)
-        # Spikes of the next step add to these.
         sums[i] = 0
-    # Without noise the array has no columns, and this loop no turns.
+    # Without noise the array has no columns, and this loop does nothing.
     for i in range(len(noise)):
         q[i] = I32(q[i] + noise[i])
 
@@ -380,7 +379,7 @@ def _rest(refractory: np.ndarray, refract: np.ndarray, spiked: np.ndarray) -> No
         mask = I32(-spiked[i])
         left = I32(I32(refract[i] & mask) | I32(refractory[i] & ~mask))
         left = I32(left - I32(1))
-        # The sign's mask is all ones below zero: so this is max(left, 0).
+        # The mask of the sign is all ones if ``left`` is negative, so this is max(left, 0).
         refractory[i] = I32(left & ~I32(left >> 31))
 
 
@@ -394,16 +393,16 @@ def copy_outputs(neurons: Neurons, state: State) -> None:
 
 @compiled
 def _list_spikes(neurons: Neurons, state: State, counts: np.ndarray) -> int:
-    """List the compartments that spiked, without branches, which spikes would make mispredicted."""
+    """List the compartments that spiked, without branches on spikes: they would be mispredicted."""
     n = 0
     for block in range(len(neurons.block)):
         begin, end, core, always_active = neurons.block[block]
         before = n
         for i in range(np.uintp(begin), np.uintp(end)):
-            # As in `_count_arrivals`: written always, kept if it spiked.
+            # As in `_count_arrivals`: always written, and overwritten unless it spiked.
             state.arriving[np.uintp(n)] = i
             n += state.spiked[i]
-        # A bias in every compartment makes each active in every step: nothing is to be counted.
+        # If all compartments have a bias, each is active in every step: there is no need to count.
         active = end - begin if always_active else _count_active(neurons, state, begin, end)
         counts[SPIKES, core] += n - before
         counts[ACTIVE, core] += active
@@ -426,7 +425,7 @@ def _count_active(neurons: Neurons, state: State, begin: int, end: int) -> int:
 def mark_arrivals(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray) -> bool:
     """Mark the axons that spikes arrived at; return whether one was marked before.
 
-    ``trace_of`` is the place among traces of each delivery, or -1.
+    ``trace_of`` has the index of each delivery's trace, or -1.
     """
     lost = False
     for number in touched:
@@ -442,7 +441,7 @@ def mark_arrivals(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray)
 def update_traces(
     traces: np.ndarray, raised: np.ndarray, decay: float, magnitude: float, uniform: np.ndarray
 ) -> bool:
-    """Update the traces of a group, and forget its marks; return whether a trace was clipped."""
+    """Update the traces of a group, and clear its marks; return whether a trace was clipped."""
     clipped = False
     for i in range(len(traces)):
         trace = decay * traces[i]
@@ -464,7 +463,7 @@ def update_weights(
     for i in range(len(traces)):
         for j in range(n):
             change = I32(I32(traces[i] * errors[j]) * I32(rule.rate))
-            # Weight and change meet with `LEARN_FRAC` bits behind the point; the rounding is last.
+            # Weight and change are added with `LEARN_FRAC` fractional bits, and rounded last.
             exact = _shift(weights[i, j], rule.weight_shift)
             exact = I32(exact + _shift(change, rule.product_shift))
             weight, beyond = _round(exact * rule.scale, uniform[i * n + j], rule.most)
@@ -486,7 +485,7 @@ def _round(x: float, uniform: float, most: int) -> tuple[np.int32, bool]:
 
 @inlined
 def _shift(x: np.int32, bits: int) -> np.int32:
-    """Shift to the left, or by bits below 0 to the right, as NumPy does beyond 31 bits, too."""
+    """Shift left, or right if ``bits`` is negative; beyond 31 bits the result is NumPy's, too."""
     if bits < 0:
         return I32(x >> min(-bits, 31))
     return I32(x << bits) if bits < 32 else I32(0)

@@ -5,7 +5,8 @@ Every ``train_epoch`` and ``learn_epoch`` steps:
     trace  <- round(trace exp(-train_epoch / tau) + magnitude where a spike arrived), 127 at most
     weight <- round(weight + rate trace error), in units that the chip can hold
 
-Both are rounded up with the probability of their fraction. Errors are integers from -127 to 127.
+Both are rounded away from zero with the probability of their fraction. Errors are integers from
+-127 to 127.
 
 Source: nengo-loihi 1.1.0, emulator/interface.py (SynapseState) and builder/discretize.py.
 """
@@ -29,7 +30,7 @@ from spikeport.compiled import make_ready
 from spikeport.errors import ImageError
 
 LEARN_FRAC, OVERFLOW_BITS = 7, 2
-"""Bits behind the point of a weight while it learns, and bits by which a product overflows."""
+"""Fractional bits of a weight while it learns, and bits by which a product overflows."""
 LEAST_EXPONENT = 6
 """Exponent of weights whose ``weight_exp`` is 0."""
 LARGEST_ERROR = 127
@@ -51,9 +52,9 @@ class Group(NamedTuple):
     raised: np.ndarray
     """Mask of the axons that a spike arrived at since traces were updated, (n_axons,)."""
     place: np.ndarray | None
-    """Places of its weights in the wiring; None where ``weights`` are those of the wiring."""
+    """Places of its weights in the wiring; None if ``weights`` is a view of the wiring's."""
     number: np.ndarray
-    """The numbers of the weights that have a place."""
+    """The numbers of the weights that have a place in the wiring."""
 
 
 class Learning:
@@ -64,7 +65,7 @@ class Learning:
     image : ChipImage
         The image.
     wiring : Wiring
-        Its wiring, whose weights follow those that are learned.
+        Its wiring; learning updates the weights in it.
     rng : np.random.RandomState
         The chip's stream, shared with noise.
 
@@ -76,7 +77,7 @@ class Learning:
     Raises
     ------
     ImageError
-        If axons of a learning group share a row, choose among atoms or are not used.
+        If axons of a learning group share a row, choose among atoms or have no base.
     """
 
     def __init__(self, image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> None:
@@ -94,7 +95,7 @@ class Learning:
             group: _group(image, wiring, group, traces[mine], self._raised[mine])
             for group, mine in zip(order, parts, strict=True)
         }
-        # One delivery an axon: no atoms learn.
+        # Each axon has one delivery, since rows that learn have one atom.
         first = first_contacts(image)[image.groups.axon_start[order]]
         self._trace_of = np.full(len(wiring.run_start), -1, dtype=np.int32)
         for begin, mine, size in zip(first, parts, sizes, strict=True):
@@ -111,7 +112,7 @@ class Learning:
         make_ready(update_weights, one.weights, one.traces, one.traces, one.rule, no_numbers)
 
     def step(self, touched: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
-        """Learn from the spikes and errors of a step; return the weights updated, (n_cores,)."""
+        """Learn from a step's spikes and errors; return counts of weight updates, (n_cores,)."""
         # Epochs count from the first step, as in the emulator: an epoch of 2 acts in steps 2, 4, 6.
         self._t += 1
         if mark_arrivals(touched, self._trace_of, self._raised):
@@ -127,7 +128,7 @@ class Learning:
         return updated
 
     def _update_traces(self, one: Group) -> None:
-        # Drawn for every trace, even one at zero: the emulator's stream goes on by as many.
+        # Draw for every trace, even one at zero, so that the stream advances as in the emulator.
         uniform = self._rng.rand(len(one.traces))
         if update_traces(one.traces, one.raised, one.decay, one.magnitude, uniform):
             warnings.warn("Clipping synapse trace", stacklevel=2)
@@ -137,8 +138,8 @@ class Learning:
         pair = np.zeros(one.weights.shape[1], dtype=np.int32)
         if error is not None:
             scaled = _scaled(error, self._scale)
-            # A value is decoded by two compartments of opposite sign, so each gets the error with
-            # its own.
+            # Two compartments of opposite sign decode a value: each gets the error with its own
+            # sign.
             pair[:] = np.concatenate([-scaled, scaled])
         if update_weights(one.weights, one.traces, pair, one.rule, uniform):
             warnings.warn("Clipping learning weights", stacklevel=2)
@@ -170,14 +171,14 @@ def _group(
     weights = image.synapses.weight[first:end].astype(np.int32)
     in_order = len(weights) > 0 and np.array_equal(number, np.arange(len(weights)))
     if in_order:
-        # A view: learning then writes where spikes read, without a copy.
+        # A view: learning writes to the weights that spikes read, without a copy.
         weights = wiring.weights[place[0] : place[0] + len(place)]
     n_targets = np.diff(image.blocks.start)[image.groups.block[group]] // 2 * 2
     return Group(
         core=int(image.group_core[group]),
         train_epoch=train_epoch,
         learn_epoch=int(learning["learn_epoch"]),
-        # Traces decay once an epoch, hence by all of its steps.
+        # Traces decay once in an epoch, for all of its steps.
         decay=float(np.exp(-train_epoch / int(learning["tracing_tau"]))),
         magnitude=learning["tracing_mag"],
         rule=_rule(image, group, learning),
@@ -200,13 +201,13 @@ def _rule(image: ChipImage, group: int, learning: Mapping[str, float]) -> Rule:
         weight_shift=LEARN_FRAC - exponent,
         scale=2.0 ** (-LEARN_FRAC - dropped),
         most=max(0, (1 << 8 >> dropped) - 1),
-        # NumPy's shift to the left by less than nothing leaves nothing.
+        # NumPy's left shift by a negative number gives 0.
         unit_shift=exponent + dropped if exponent + dropped >= 0 else 32,
     )
 
 
 def _check_plain(image: ChipImage, group: int) -> None:
-    """Refuse axons that share rows: traces belong to axons, weights to rows, and they must meet."""
+    """Refuse axons that share rows: a trace belongs to an axon, so its weights must do so, too."""
     axons, rows = part(image.groups.axon_start, group), part(image.groups.row_start, group)
     own = np.array_equal(image.in_axons.row[axons], np.arange(rows.stop - rows.start))
     if not own or (image.rows.atoms[rows] != 1).any() or (image.in_axons.base[axons] < 0).any():

@@ -23,14 +23,14 @@ class Neurons(NamedTuple):
     """First compartment of each block, the one after its last, its core, and 1 if all compartments
     have a bias, hence are always active, (n_blocks, 4)."""
     stretch: np.ndarray
-    """Stretches of compartments that are clipped alike: begin, end, vmin, vmax, (.., 4)."""
+    """Stretches of compartments with equal limits: begin, end, vmin, vmax, (.., 4)."""
     bias: np.ndarray
     keep_u: np.ndarray
     keep_v: np.ndarray
     vth: np.ndarray
     refract: np.ndarray
     read: np.ndarray
-    """Compartments that outputs read, and their places in `KEYS`, (.., 2)."""
+    """Compartments that outputs read, and the index in `KEYS` of the value to read, (.., 2)."""
 
 
 class Rule(NamedTuple):
@@ -40,9 +40,9 @@ class Rule(NamedTuple):
     product_shift: int
     """Bits by which rate times trace times error is shifted to the left."""
     weight_shift: int
-    """Bits by which a weight is shifted to the left for the sum with that."""
+    """Bits by which a weight is shifted to the left before this product is added."""
     scale: float
-    """Factor from that sum to units of the weights."""
+    """Factor from the sum to units of the weights."""
     most: int
     """Largest size of a weight, in its units."""
     unit_shift: int
@@ -53,7 +53,7 @@ class State(NamedTuple):
     """State of the chip: per compartment, unless the field states another shape."""
 
     sums: np.ndarray
-    """Weights that arrive, in units of 2^shift: int16 where q has no more bits, else int32."""
+    """Sums of arriving weights, in units of 2^shift: int16 if q has no more bits, else int32."""
     q: np.ndarray
     u: np.ndarray
     v: np.ndarray
@@ -80,7 +80,7 @@ class _LoadedType(types.StructRef):
 
 
 class Loaded(structref.StructRefProxy):
-    """Wiring, constants and state. numba unpacks this much faster than their arrays, one by one."""
+    """Wiring, constants and state. numba unpacks this object much faster than single arrays."""
 
     wiring: Wiring
     neurons: Neurons
@@ -107,10 +107,10 @@ class _HostType(types.StructRef):
 
 
 class Host(structref.StructRefProxy):
-    """The memory that a host and a chip share: what is sent, and what is decoded.
+    """The memory that a host and a chip share: the host's spikes, and decoded values.
 
-    ``sources`` are the host's, of which those that are not 0 spike; ``start``, ``index`` and
-    ``weights`` say how held values are decoded into ``inbox``, see `kernel.decode`.
+    ``sources`` are the host's, and spike if they are not 0; ``start``, ``index`` and ``weights``
+    decode held values into ``inbox``, see `kernel.decode`.
     """
 
     sources: np.ndarray
@@ -148,7 +148,7 @@ def _share(
 
 
 def neurons_of(image: ChipImage, cores: np.ndarray | None = None) -> Neurons:
-    """Return the constants of an image's compartments; its blocks are those of some cores alone."""
+    """Return the constants of all compartments of an image, and the blocks on some of its cores."""
     mine = np.isin(image.blocks.core, np.arange(image.n_cores) if cores is None else cores)
     starts, biased = image.blocks.start, image.compartments.bias != 0
     always = [biased[part(image.blocks.start, b)].all() for b in range(image.n_blocks)]
@@ -168,7 +168,7 @@ def neurons_of(image: ChipImage, cores: np.ndarray | None = None) -> Neurons:
 
 
 def _stretches(image: ChipImage, mine: np.ndarray) -> np.ndarray:
-    """Return stretches of some blocks, (n_blocks,) of bool, clipped alike, of up to `STRETCH`."""
+    """Return the stretches of the blocks in ``mine``, (n_blocks,) of bool; see `Neurons`."""
     starts, n = image.blocks.start, image.n_compartments
     limits = np.stack([image.blocks.vmin, image.blocks.vmax], axis=1)
     changes = np.append(True, (np.diff(limits, axis=0) != 0).any(axis=1) | np.diff(mine))
@@ -185,7 +185,7 @@ def resting_state(image: ChipImage, wiring: Wiring) -> State:
     n, n_deliveries = image.n_compartments, len(wiring.run_start) - 1
     q, u, v, refractory, spiked, spike_count = np.zeros((6, n), dtype=np.int32)
     return State(
-        # Zeros that surround the weights of a run are added to what lies behind the last sum.
+        # The room takes the zeros that pad runs: these are added behind the last sum, too.
         sums=aligned_zeros(n, wiring.sums_type, room=2 * LANES),
         q=q,
         u=u,
@@ -196,7 +196,7 @@ def resting_state(image: ChipImage, wiring: Wiring) -> State:
         arriving=np.zeros(len(wiring.fan), dtype=np.int32),
         pending=np.zeros(len(wiring.fan) - n, dtype=np.int32),
         spikes_of=np.zeros(n_deliveries, dtype=np.int32),
-        touched=np.zeros(n_deliveries + 1, dtype=np.int32),  # one more is written than counts
+        touched=np.zeros(n_deliveries + 1, dtype=np.int32),  # the last entry written may not count
         sent=np.zeros((2, len(wiring.fan_start) - 1), dtype=np.int64),
         held=np.zeros(len(image.reads.compartment), dtype=np.int32),
     )

@@ -33,11 +33,11 @@ class Noise:
         self._rng = rng
 
     def draw(self) -> np.ndarray:
-        """Return the noise of this step on q and on u, (2, n_compartments), or no columns."""
+        """Return this step's noise on q and on u, (2, n_compartments); (2, 0) without noise."""
         if not self._drawn:
             return NONE
         uniform = self._rng.randint(-127, 128, size=len(self._offset), dtype=np.int32)
-        # The stream went on; the sums need no zeros added.
+        # The stream had to advance, but there is no noise to add.
         if not self._heard:
             return NONE
         # The conversion cuts towards zero, as the emulator's does.

@@ -9,11 +9,11 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import offsets
 
 MOST_SHIFT = 31
-"""Largest shift of 32 bits: only the sign is left, and of zeros nothing is lost."""
+"""Largest shift of 32 bits, for groups whose weights are all zero: they lose nothing."""
 
 
 class KernelRows(NamedTuple):
-    """Rows of synapses by ascending target, without hidden ones."""
+    """Rows of synapses by ascending target, without hidden synapses; see `kept_synapses`."""
 
     start: np.ndarray
     """Start of each row among the synapses, (n_rows + 1,)."""
@@ -22,7 +22,7 @@ class KernelRows(NamedTuple):
     weights: np.ndarray
     """Weight of each synapse."""
     operations: np.ndarray
-    """Number of synapses that the chip reads in each row, hidden ones included, (n_rows,)."""
+    """Number of synapses that the chip reads in each row, including hidden ones, (n_rows,)."""
     shift: np.ndarray
     """Bits by which all weights of a row's synapse group can be shifted without loss, (n_rows,)."""
 
@@ -53,7 +53,7 @@ def _shifts(image: ChipImage) -> np.ndarray:
     if image.learns.any():
         return np.zeros(len(image.groups.block), dtype=np.uint8)
     bounds = itertools.pairwise(image.rows.start[image.groups.row_start])
-    # A bit is zero in every weight of a group if it is zero in their union.
+    # A bit is zero in every weight of a group if it is zero in the bitwise or of the weights.
     bits = [int(np.bitwise_or.reduce(image.synapses.weight[a:b])) for a, b in bounds]
     # b & -b keeps the lowest bit that is set.
     shifts = [(b & -b).bit_length() - 1 if b else MOST_SHIFT for b in bits]
@@ -63,27 +63,27 @@ def _shifts(image: ChipImage) -> np.ndarray:
 def kept_synapses(image: ChipImage) -> tuple[np.ndarray, np.ndarray | slice]:
     """Return the starts of rows, split by atom, without synapses that a later one hides.
 
-    nengo-loihi adds a row with NumPy's ``q[indices] += weights``, of which the last entry of
+    nengo-loihi adds a row with NumPy's ``q[indices] += weights``, where only the last entry of
     duplicate indices counts.
 
     Returns
     -------
     start : (n_rows + 1,) int array
-        Synapses of each row.
+        Start of each row among the kept synapses.
     kept : (n_synapses,) int array, or slice
-        Their places in the image, those of a row by ascending target.
+        Places of the kept synapses in the image, by ascending target within a row.
     """
     atoms = image.rows.atoms
     sizes = np.diff(image.rows.start) // atoms
     start = offsets(np.repeat(sizes, image.rows.atoms))
     indices = image.synapses.index
     ascending = np.diff(indices) > 0
-    # Targets can fall from the end of one row to the next, which is no disorder.
+    # Targets must ascend within a row only: the next row may begin with a lower one.
     ascending[start[1:-1][(start[1:-1] > 0) & (start[1:-1] < len(indices))] - 1] = True
     if ascending.all():
         return start, slice(None)
     row = np.repeat(np.arange(len(start) - 1), np.diff(start))
-    # By row, then target, then place: of equal targets the last one in the image stays.
+    # Sort by row, then target, then place, and keep the last of equal targets.
     order = np.lexsort((np.arange(len(row)), indices, row))
     last = np.append((np.diff(indices[order]) != 0) | (np.diff(row[order]) != 0), True)
     kept = order[last]

@@ -1,8 +1,9 @@
 """The cores of a chip, divided among threads: the same bits, in less time where a chip is large.
 
-Within a step, spikes only arrive that were sent in the step before. So each thread adds up what
-arrives at its cores and updates them; the spikes of all are exchanged at the end. The hand-over
-between threads takes 60 to 90 us, so that a step is worth dividing from about 0.3 ms on.
+Only spikes that were sent in the previous step arrive in a step. So each thread adds up the weights
+that arrive at its cores and updates these cores; the threads exchange their spikes at the end of
+the step. The hand-over between threads takes 60 to 90 us: it pays to divide steps from about 0.3 ms
+on.
 """
 
 import os
@@ -23,15 +24,15 @@ def available() -> int:
 
 
 def divided(image: ChipImage, n: int) -> list[np.ndarray]:
-    """Return the cores of each of at most n threads, with about as many synapses for each.
+    """Return the cores of each of at most n threads, with about equal work for each thread.
 
-    Neighbours stay together: they send most spikes to each other.
+    Neighbouring cores stay together: they send most spikes to each other.
     """
     group_of_row = np.repeat(np.arange(len(image.groups)), np.diff(image.groups.row_start))
     core = image.blocks.core[image.groups.block[group_of_row]]
     work = np.bincount(core, np.diff(image.rows.start), image.n_cores)
     work += np.bincount(image.compartment_core, minlength=image.n_cores)
-    # The middle of each core, so that a thread's share ends where it is nearest.
+    # A core goes to the thread whose share has the middle of its work.
     share = (np.cumsum(work) - work / 2) * n / work.sum()
     cores = [np.flatnonzero(share.astype(int) == i) for i in range(n)]
     return [mine for mine in cores if len(mine)]
@@ -47,13 +48,13 @@ class Shard:
     cores : ndarray of int
         The thread's cores.
     whole : State
-        The state of all cores, of which this is a part: arrays of compartments are shared.
+        The state of all cores; the shard shares its arrays of compartments.
     """
 
     def __init__(self, image: ChipImage, cores: np.ndarray, whole: State) -> None:
         self.wiring = line_up(wire(image, cores))
         self._neurons = neurons_of(image, cores)
-        # Sums are its own: weights of a run are surrounded by zeros, which are added to neighbours.
+        # Sums are not shared: zeros that pad the weights of a run are added to its neighbours.
         own = resting_state(image, self.wiring)
         kept = ("q", "u", "v", "refractory", "spiked", "spike_count")
         shared = {name: getattr(whole, name) for name in kept}
@@ -73,14 +74,14 @@ class Shard:
     def arrive(self, spikes: np.ndarray) -> None:
         """Take the spikes of all threads and of the host, for the next step."""
         if len(spikes) > len(self.state.arriving):
-            # Twice as much as asked for, so that room is seldom made.
+            # Twice the size needed, so that this happens seldom.
             room = np.zeros(2 * len(spikes), dtype=np.int32)
             self._hold_state(self.state._replace(arriving=room))
         self.state.arriving[: len(spikes)] = spikes
 
 
 class Threads:
-    """The cores of an image that does not learn, on n threads, of which the caller's is one.
+    """The cores of an image that does not learn, on n threads, including the caller's.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ class Threads:
     neurons : Neurons
         The constants of the chip's compartments.
     n : int
-        The number of threads, at most; there are no more than cores.
+        The largest number of threads; there are never more threads than cores.
     """
 
     def __init__(self, image: ChipImage, state: State, neurons: Neurons, n: int) -> None:
@@ -107,12 +108,12 @@ class Threads:
     def step(
         self, n_arriving: int, sources: np.ndarray, noise: np.ndarray, counts: np.ndarray
     ) -> int:
-        """Compute a step; as `kernel.step`."""
+        """Compute a step, as `kernel.step` does."""
         if len(sources) and (sources.min() < 0 or sources.max() >= self._n_inputs):
             return -1
         if os.getpid() != self._process:  # a forked process has none of its parent's threads
             self._begin()
-        # Counts are by core, and threads have cores of their own.
+        # Threads can share the counts: these are by core, and no core has two threads.
         others = [
             self._pool.submit(shard.step, n_arriving, noise, counts) for shard in self.shards[1:]
         ]

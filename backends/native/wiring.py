@@ -1,12 +1,12 @@
-"""The wiring of a chip image: flat arrays that spikes are delivered along.
+"""The wiring of a chip image: flat arrays that spikes are delivered by.
 
 A spike of a source reaches *contacts* (`spikeport.backends.native.contacts`), each of which adds a
 row of weights to the inputs of some compartments. Contacts that the same sources reach are one
 *delivery*: their spikes are counted first, and the rows are added once, times the count. Rows are
 stored in the order of deliveries, and added as *runs*: stretches of consecutive targets with
 consecutive weights. The rows that one neuron has on the many cores of the next layer are one run.
-Runs of a few targets cost more to begin than to add: *scattered* weights are lists of targets and
-values instead.
+A run of a few targets costs more to begin than to add: such weights are *scattered*, lists of
+targets and values instead of runs.
 """
 
 import itertools
@@ -38,7 +38,7 @@ CACHE_LINE = 64
 
 
 class Wiring(NamedTuple):
-    """The ways of spikes. Arrays called ``x_start`` divide others, as in a chip image."""
+    """The ways of spikes. Arrays ``x_start`` are offsets that divide others, as in a chip image."""
 
     delivery_start: np.ndarray
     """Start of each source among the deliveries, (n_sources + 1,)."""
@@ -50,7 +50,7 @@ class Wiring(NamedTuple):
     """First target of each run, beginning and number of its weights, and the bits by which they are
     to be shifted beyond ``shift``, (n_runs, 4)."""
     weights: np.ndarray
-    """The weights, shifted right; int32 where something learns, else as narrow as they fit."""
+    """The weights, shifted right; int32 if anything learns, else the narrowest type that fits."""
     scattered_start: np.ndarray
     """Start of each delivery among the scattered weights, (n_deliveries + 1,)."""
     target: np.ndarray
@@ -60,11 +60,11 @@ class Wiring(NamedTuple):
     shift: int
     """Bits by which the weights of all runs are to be shifted."""
     fan: np.ndarray
-    """Fan of each source: those of a core whose spikes cost the same share it, (n_sources,)."""
+    """Fan of each source; sources of a core whose spikes cost the same share one, (n_sources,)."""
     fan_start: np.ndarray
     """Start of each fan among the costs, (n_fans + 1,)."""
     cost: np.ndarray
-    """Core, synapses that a spike reads there, and core of the source, or -1, (.., 3)."""
+    """Core, synapses that a spike reads there, core of the source (-1: the host), (.., 3)."""
 
     @property
     def sums_type(self) -> type:
@@ -73,7 +73,7 @@ class Wiring(NamedTuple):
 
 
 def wire(image: ChipImage, cores: np.ndarray | None = None) -> Wiring:
-    """Flatten the routes, axons and rows of an image, or those into some of its cores.
+    """Flatten the routes, axons and rows of an image, or only those into some of its cores.
 
     If anything learns, every contact is a delivery of its own and weights stay in order.
 
@@ -91,7 +91,7 @@ def wire(image: ChipImage, cores: np.ndarray | None = None) -> Wiring:
     if cores is not None:
         mine = np.isin(contacts.core, cores)[pairs.contact]
         pairs = Pairs(pairs.source[mine], pairs.contact[mine])
-    # Spikes without an axon base are counted as messages, but deliver nothing.
+    # Spikes to an axon without a base are counted as messages, but deliver nothing.
     used = contacts.used[pairs.contact]
     live = Pairs(pairs.source[used], pairs.contact[used])
     delivery = np.arange(len(contacts.row)) if learning else _deliveries(live, contacts)
@@ -99,7 +99,7 @@ def wire(image: ChipImage, cores: np.ndarray | None = None) -> Wiring:
     place = rows.start[:-1] if learning else _places(rows, contacts.row[order])
     run_start, run = _runs(order, delivery, place, rows, runs, contacts)
     weights = _placed(rows, place, (np.int32,) if learning else (np.int8, np.int16, np.int32))
-    # One contact stands for its delivery: every other has the same sources.
+    # The first contact of a delivery stands for all: they have the same sources.
     leads = _first_of_each(delivery)[live.contact]
     wiring = Wiring(
         delivery_start=_starts(live.source[leads], image),
@@ -113,7 +113,7 @@ def wire(image: ChipImage, cores: np.ndarray | None = None) -> Wiring:
         shift=rows.common_shift,
         **_fans(image, pairs, rows, contacts),
     )
-    # Learning writes to the weights of runs.
+    # Nothing is scattered if the image learns: learning writes to the weights of runs.
     return _scatter(wiring, SHORT if not learning else 0)
 
 
@@ -148,7 +148,7 @@ def _deliveries(live: Pairs, contacts: Contacts) -> np.ndarray:
 
 
 def number_alike(values: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Number the parts that ``start`` divides ``values`` into, equal parts alike."""
+    """Number the parts that ``start`` divides ``values`` into; equal parts get equal numbers."""
     # Bytes compare in one operation, whatever the length of a part.
     content = values.tobytes()
     width = values.nbytes // max(len(values), 1)
@@ -176,7 +176,7 @@ def _places(rows: KernelRows, read: np.ndarray) -> np.ndarray:
     """Return the beginning of each row's weights, stored in the order they are read, (n_rows,)."""
     sizes = np.diff(rows.start)
     turn = np.full(len(sizes), len(read))
-    turn[read[::-1]] = np.arange(len(read))[::-1]  # where a row is read often, its first turn
+    turn[read[::-1]] = np.arange(len(read))[::-1]  # the first turn of a row that is read often
     order = np.argsort(turn, kind="stable")
     place = np.zeros(len(sizes), dtype=np.int64)
     place[order] = offsets(sizes[order])[:-1]
@@ -210,7 +210,7 @@ def _runs(
 
 
 def _scatter(wiring: Wiring, short: int) -> Wiring:
-    """Make scattered weights of all runs with fewer targets than ``short``."""
+    """Turn all runs with fewer targets than ``short`` into scattered weights."""
     first, weight, length, shift = wiring.run.T
     is_short = length < short
     of_run, target = _expand(first[is_short], (first + length)[is_short])
@@ -230,11 +230,11 @@ def line_up(wiring: Wiring) -> Wiring:
     """Surround the weights of runs with zeros, so that each run is whole vectors of `LANES`.
 
     A run then begins at a target that is a multiple of `LANES`: its weights, and the sums that they
-    are added to, lie in as few cache lines as can be. Runs with the same weights go on sharing
-    them, in line with the first target of the lowest. Where runs are so short that they would take
-    more than `MOST_GROWTH` times the memory, nothing changes.
+    are added to, lie in as few cache lines as possible. Runs with the same weights still share
+    them, in line with the run of the lowest target. If runs are so short that they would take more
+    than `MOST_GROWTH` times the memory, nothing changes.
     """
-    # By place, length and target: the lowest of those with equal weights comes first.
+    # Sort by place, length and target: the lowest target of runs with equal weights comes first.
     order = np.lexsort(wiring.run[:, [0, 2, 1]].T)
     run = wiring.run[order].astype(np.int64)
     leads = np.ones(len(run), dtype=bool)
@@ -256,22 +256,22 @@ def line_up(wiring: Wiring) -> Wiring:
 
 
 def aligned_zeros(n: int, dtype: np.dtype[Any] | type, room: int = 0) -> np.ndarray:
-    """Return zeros, (n,), that begin with a cache line, and have room for more behind them."""
+    """Return zeros, (n,), that begin with a cache line, with ``room`` more behind them."""
     size = np.dtype(dtype).itemsize
-    # NumPy does not align to cache lines: a line more leaves room to begin where one begins.
+    # NumPy does not align to cache lines: one line more lets the zeros begin where a line begins.
     memory: np.ndarray = np.zeros(n + room + CACHE_LINE // size, dtype=dtype)
     skipped = -memory.ctypes.data % CACHE_LINE // size
     return memory[skipped : skipped + n]
 
 
 def _expand(begin: np.ndarray, end: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the range of each number, and the numbers, of all ranges laid end to end."""
+    """Lay ranges of numbers end to end; return the range of each number, and the numbers."""
     sizes = end - begin
     return np.repeat(np.arange(len(sizes)), sizes), ranges(begin, sizes)
 
 
 def _placed(rows: KernelRows, place: np.ndarray, widths: Sequence[type]) -> np.ndarray:
-    """Return the weights, each row in its place, in the narrowest type that they fit."""
+    """Return the weights, each row in its place, in the narrowest of the types that fits them."""
     order = np.argsort(place, kind="stable")
     _, synapse = _expand(rows.start[:-1][order], rows.start[1:][order])
     weights = rows.weights[synapse] >> np.repeat(rows.shift[order], np.diff(rows.start)[order])
@@ -284,14 +284,14 @@ def _placed(rows: KernelRows, place: np.ndarray, widths: Sequence[type]) -> np.n
 def _fans(
     image: ChipImage, pairs: Pairs, rows: KernelRows, contacts: Contacts
 ) -> dict[str, np.ndarray]:
-    """Return the costs of spikes where they arrive: messages and synaptic operations."""
+    """Return the fans: costs of spikes where they arrive, in messages and synaptic operations."""
     operations = np.where(contacts.used, rows.operations[contacts.row], 0)[pairs.contact]
     keys, of = np.unique(
         pairs.source * image.n_cores + contacts.core[pairs.contact], return_inverse=True
     )
     operations = np.bincount(of, weights=operations, minlength=len(keys)).astype(np.int64)
     source, core = np.divmod(keys, image.n_cores)
-    # The host has no core: -1, so that its messages are counted by themselves.
+    # The host has no core: -1 counts its messages by themselves.
     home = np.append(image.compartment_core, np.full(image.n_inputs, -1))[source]
     cost = np.stack([core, operations, home], axis=1)
     start = _starts(source, image)
