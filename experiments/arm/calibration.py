@@ -1,11 +1,11 @@
-r"""Decoders of the torque, refitted to what the neurons of a controller do where it runs.
+r"""Decoders of the torque, refitted to the firing rates of a controller on its backend.
 
 .. math:: D = \arg\min_D |A D - Y|^2 + m (\lambda \max A)^2 |D|^2
 
 ``A`` (m, n) are the firing rates of a group in Hz while m random states of its region are held,
 ``Y`` (m, 4) the term of the exact law there, in N m. Nengo solves decoders for the tuning curves
-of neurons that see the exact state; these know what rounded weights, rates of whole steps, relays
-and the other decoders make of it.
+of neurons that receive the exact state. The refitted decoders also account for the effects of
+rounded weights, whole time steps, relays and the other decoders.
 """
 
 import itertools
@@ -22,7 +22,7 @@ from spikeport.networks.region import ArmRegion
 from spikeport.simulator import Simulator
 
 METHOD = 1
-"""One more whenever this file refits otherwise: a calibration kept from before is then refused."""
+"""Raised by one when the method of this file changes, so that older calibrations are refused."""
 STATES = 1500
 SETTLING_STEPS = 35
 """Steps that each state is held: 7 time constants of the slowest filter before the neurons."""
@@ -40,11 +40,11 @@ class HeldStates(NamedTuple):
 
 
 def draw_states(law: OperationalSpaceLaw, region: ArmRegion, n: int = STATES) -> HeldStates:
-    """Return random states of a region, in which all terms of the torque are at work at once."""
+    """Return random states of a region, in which all terms of the torque act at once."""
     rng = np.random.RandomState(SEED)
     q = region.q_samples[rng.randint(len(region.q_samples), size=n)]
     dq = region.dq.restore(rng.uniform(-1, 1, (n, 4)))
-    # The hand follows from the angles: states where it is elsewhere never occur.
+    # The hand's place follows from the angles: states with another place never occur.
     x = law.arm.batch(q).position
     target = region.x.clip(x + region.error.restore(rng.uniform(-1, 1, (n, 3))))
     return HeldStates(np.hstack([q, dq, x]), target, term_torques(law.terms(q), dq, target - x))
@@ -81,7 +81,7 @@ def _rates(
     found: dict[nengo.Probe, list[np.ndarray]] = {probe: [] for probe in probes}
     for state in range(states):
         sim.run_steps(SETTLING_STEPS)
-        # Spikes of the state before are still in the filters until here.
+        # Until here, the filters still hold spikes of the state before.
         sim.clear_probes()
         sim.run_steps(COUNTED_STEPS)
         for probe in probes:

@@ -1,8 +1,8 @@
-"""Reads a drawn digit: a support vector machine trained on scikit-learn's 8 x 8 digits.
+"""A reader of drawn digits: a support vector machine trained on scikit-learn's 8 x 8 digits.
 
-A trace is made into a picture the way that data set was: a thick stroke in a 32 x 32 bitmap, which
-the digit fills from top to bottom, centred; then 4 x 4 blocks of it are counted, which gives 8 x 8
-numbers from 0 to 16.
+A trace becomes a picture in the same way as in that data set. It is drawn as a thick stroke into a
+32 x 32 bitmap, centred, and its longer side fills the bitmap. Then the inked cells of every 4 x 4
+block are counted, which gives 8 x 8 numbers from 0 to 16.
 
 Source: Alpaydin and Kaynak, Optical Recognition of Handwritten Digits, UCI repository, 1998.
 """
@@ -25,7 +25,7 @@ PEN = 2.0
 
 
 def can_read() -> bool:
-    """Return whether the package that reads is there."""
+    """Return whether scikit-learn, which reads digits, is installed."""
     return find_spec("sklearn") is not None
 
 
@@ -41,13 +41,13 @@ def read_digit(trace: np.ndarray) -> int:
 
 
 def rasterise(trace: np.ndarray) -> np.ndarray:
-    """Return (8, 8) picture from 0 to 16 of a trace (n, 2), first row on top."""
+    """Return the picture (8, 8) of a trace (n, 2), from 0 to 16, the top row first."""
     low, high = trace.min(axis=0), trace.max(axis=0)
     # The longer side fills the bitmap, but for half a stroke at each end.
     scale = (BITMAP - 2 * PEN) / (high - low).max()
     cells = np.arange(BITMAP) + 0.5
     across, down = np.meshgrid(cells, cells)
-    # Cells of the bitmap in the trace's metres, rows from top to bottom.
+    # The cells of the bitmap in the trace's coordinates in m, rows from top to bottom.
     grid = np.stack([across - BITMAP / 2, BITMAP / 2 - down], axis=-1) / scale + (low + high) / 2
     distance, _ = cKDTree(trace).query(grid)
     inked = distance * scale <= PEN
@@ -56,7 +56,7 @@ def rasterise(trace: np.ndarray) -> np.ndarray:
 
 
 def require() -> None:
-    """Raise `MissingExtraError` if the package that reads is absent."""
+    """Raise `MissingExtraError` if scikit-learn is absent."""
     if not can_read():
         raise missing("reading digits", "scikit-learn", "digits")
 

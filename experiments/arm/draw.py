@@ -29,9 +29,10 @@ CHECKED_POINTS = 25
 class DrawSettings(ArmSettings):
     """Settings of the experiment, see `ArmSettings`.
 
-    ``digit`` is what is drawn, 0 to 9; ``x_m``, ``y_m``, ``z_m`` the centre of the upright sheet
-    before the robot, ``width_m`` and ``height_m`` its size (`Sheet`). ``recognise`` says whether a
-    classifier reads the drawing: by default where scikit-learn is installed.
+    ``digit`` is the digit to draw, 0 to 9. ``x_m``, ``y_m`` and ``z_m`` are the centre of the
+    upright sheet in front of the robot, ``width_m`` and ``height_m`` its size (`Sheet`). If
+    ``recognise`` is true, a classifier reads the drawing; by default it does if scikit-learn is
+    installed.
     """
 
     digit: int = 5
@@ -80,11 +81,11 @@ class DrawTrial(ArmTrial):
         return self.settings.sheet.stroke(self.settings.digit)
 
     def task(self, hand: np.ndarray) -> DrawTask:
-        """Return the digit."""
+        """Return the task of drawing the digit."""
         return DrawTask(self.stroke, hand, self.options.seconds)
 
     def rehearsals(self) -> list[Rehearsal]:
-        """Return all ten digits: one network draws them all."""
+        """Return a rehearsal of each of the ten digits: one network draws them all."""
         seconds, sheet = self.options.seconds, self.settings.sheet
         return [
             Rehearsal(partial(DrawTask, sheet.stroke(digit), seconds=seconds), seconds, seed=digit)
@@ -93,7 +94,7 @@ class DrawTrial(ArmTrial):
 
     @property
     def rehearsed_settings(self) -> dict[str, object]:
-        """The sheet and a digit's time."""
+        """The sheet and the time of a run."""
         return {**dataclasses.asdict(self.settings.sheet), "seconds": self.options.seconds}
 
     @property

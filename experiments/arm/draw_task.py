@@ -3,7 +3,7 @@
     approach   x(t) = x_0 + (x_1 - x_0) (10 tau^3 - 15 tau^4 + 6 tau^5),  tau = t / T in [0, 1]
     drawing    ds/dt = v min(1, t / t_r, (T - t) / t_r),  s(T) = length of the stroke
 
-The pen rests where the stroke begins and, for the hand that lags behind it, where it ends.
+The pen rests where the stroke begins, and also where it ends, for the hand that lags behind it.
 
 Source of the approach: Flash and Hogan, "The coordination of arm movements", 1985 (minimum jerk).
 """
@@ -17,7 +17,7 @@ from spikeport.experiments.arm.strokes import arc_length, unit_stroke
 APPROACH_S = 1.5
 REST_S = 0.5
 RAMP_S = 0.5
-"""Time in which the pen reaches its speed, and in which it stops again."""
+"""Time in which the pen reaches its speed, and time in which it stops again."""
 SHORTEST_S = 4.0
 """The shortest run: a second and a half of it is drawing."""
 
@@ -27,7 +27,7 @@ class Sheet:
     """A sheet to draw digits on: an upright rectangle across the robot, at a constant x.
 
     Digits are written as the robot reads them: from its left to its right, which is towards -y.
-    Metres, world frame; ``x_m``, ``y_m``, ``z_m`` is the centre.
+    Lengths are in m, in the world frame; ``x_m``, ``y_m`` and ``z_m`` are the centre.
     """
 
     x_m: float = 0.35
@@ -42,7 +42,7 @@ class Sheet:
         return np.stack([np.full(len(unit), self.x_m), self.y_m - right, self.z_m + up], axis=1)
 
     def read(self, points: np.ndarray) -> np.ndarray:
-        """Return (n, 2) points (n, 3) as the robot sees them: metres to the right and up."""
+        """Return points (n, 3) as the robot sees them, (n, 2): metres to the right and up."""
         return np.stack([self.y_m - points[:, 1], points[:, 2] - self.z_m], axis=1)
 
     def stroke(self, digit: int) -> np.ndarray:
@@ -81,23 +81,23 @@ class DrawTask:
 
     def update(self, time_s: float, _hand: np.ndarray) -> None:
         """Move the pen on."""
-        # The pen rests at its end for as long as the run goes on.
+        # The pen rests at the end of the stroke for as long as the run goes on.
         step = min(round(time_s / self._dt_s), len(self._way) - 1)
         self.target = self._way[step]
 
 
 def minimum_jerk(seconds: float, dt_s: float) -> np.ndarray:
-    """Return (n,) share of the way at every step."""
+    """Return the share of the way at every step, (n,)."""
     tau = np.arange(0.0, seconds, dt_s) / seconds
     # Flash and Hogan 1985: speed and acceleration are zero at both ends.
     return tau**3 * (10 - 15 * tau + 6 * tau**2)
 
 
 def _along(stroke: np.ndarray, seconds: float, dt_s: float) -> np.ndarray:
-    """Return (m, 3) points of a stroke at every step."""
+    """Return the pen's place on a stroke at every step, (m, 3)."""
     times = np.arange(0.0, seconds + dt_s, dt_s)
     speed = np.clip(np.minimum(times, seconds - times) / RAMP_S, 0.0, 1.0)
-    # Divided by the sum, so that the pen ends at the end whatever the time step.
+    # Divided by the sum, so that the pen reaches the end with any time step.
     done = np.cumsum(speed) / speed.sum()
     length = arc_length(stroke)
     return np.stack([np.interp(done, length / length[-1], c) for c in stroke.T], axis=1)

@@ -47,7 +47,7 @@ def draw_figure(
     pictures: Sequence[np.ndarray],
     result: Result,
 ) -> Figure:
-    """Draw a drawing of a stroke (n, 3) in m; ``result`` is the content of ``result.json``.
+    """Draw the drawing of a stroke (n, 3) in m; ``result`` is the content of ``result.json``.
 
     Above, the digit as the robot sees it, template and trace, beside a picture of the robot where
     one can be drawn; below, the distances of the hand to the target and to the template over time.
@@ -139,8 +139,8 @@ def _draw_spikes(axes: Axes, times: np.ndarray, spikes: np.ndarray, error: np.nd
 
 
 def _by_tuning(spikes: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Return the neurons in the order of how their spikes covary with the error along the axis."""
-    # Physics steps are longer than neurons' steps: each error holds for several.
+    """Return the spikes with neurons sorted by their covariance with the error along the axis."""
+    # A physics step is longer than a neuron's step: each error is repeated for several.
     per_sample = np.repeat(error, -(-len(spikes) // len(error)))[: len(spikes)]
     covariance = (per_sample - per_sample.mean()) @ spikes
     return spikes[:, np.argsort(covariance)]

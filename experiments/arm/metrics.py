@@ -1,4 +1,4 @@
-"""The figures of runs of the arm: those of all, of a reach run, and of a drawing."""
+"""The metrics of runs of the arm: of every run, of a reach run, and of a drawing."""
 
 from collections.abc import Sequence
 
@@ -17,11 +17,11 @@ def rms(values: np.ndarray) -> np.ndarray:
 
 
 def arm_metrics(run: ArmRun) -> dict[str, object]:
-    """Return how well the controller did, whatever the task.
+    """Return the metrics of the controller, which are the same for every task.
 
     - ``torque_error_rms_nm``: controller against the exact law at the same state, per joint;
     - ``joint_limit_steps``: physics steps with a joint at its lowest or highest angle;
-    - ``readout_spikes``: spikes of read-outs, 0 unless one saturated; None off the chip;
+    - ``readout_spikes``: spikes of read-outs, 0 unless one saturated; None without a chip;
     - ``real_time_factor``: simulated over wall-clock time of the loop, physics included.
     """
     sim = run.sim
@@ -37,7 +37,7 @@ def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, obje
     """Return the metrics of a reach run, and those of `arm_metrics`.
 
     - ``reaches``: targets reached; ``seconds_per_reach_mean`` and ``_max``: time between reaches,
-      the first from the start of the run and the last up to its end where that took longer;
+      from the start of the run; the maximum includes the time from the last reach to the end;
     - ``distance_rms_m``: distance of hand and target, root mean square over the run.
     """
     gaps = np.diff([0.0, *reach_times_s])
@@ -63,7 +63,7 @@ def shape_error(stroke: np.ndarray, trace: np.ndarray) -> np.ndarray:
 
 
 def lag(drawn: ArmRecording) -> float:
-    """Return by how much time in s the hand follows: argmin_l sum_t |x(t + l) - target(t)|^2."""
+    """Return the time in s by which the hand lags: argmin_l sum_t |x(t + l) - target(t)|^2."""
     dt_s = drawn.time_s[1] - drawn.time_s[0]
     # At least half of a drawing is compared.
     steps = range(min(round(LONGEST_LAG_S / dt_s), len(drawn.time_s) // 2))
@@ -79,7 +79,7 @@ def draw_metrics(run: ArmRun, stroke: np.ndarray, recognised_as: int | None) -> 
 
     - ``shape_error_rms_m`` and ``_max_m``: distance of the trace's points to the stroke;
     - ``tracking_error_rms_m``: distance of hand and moving target;
-    - ``lag_s``: time by which the hand follows the target;
+    - ``lag_s``: time by which the hand lags behind the target;
     - ``recognised_as``: the digit a classifier reads, None where there is no classifier.
     """
     drawn = drawing(run.recording)

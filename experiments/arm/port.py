@@ -19,11 +19,11 @@ class Aim(Protocol):
     """The source of the places that an arm's controller observes."""
 
     def look(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return where the hand is and where it is to be, (3,) each, in m."""
+        """Return the places of the hand and of its target, (3,) each, in m."""
 
 
 class TaskAim:
-    """A task in the world, for an arm whose torso is upright and held.
+    """A task in world coordinates, for an arm whose torso is held upright.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class ArmPort(Port):
         self.inputs: tuple[np.ndarray, ...] = ()
 
     def begin(self) -> None:
-        """Forget what was recorded."""
+        """Forget the recording."""
         self._rows = []
 
     def observe(self) -> np.ndarray:
@@ -88,7 +88,7 @@ class ArmPort(Port):
 
     def drive(self, torque: np.ndarray) -> None:
         """Apply torques; raises DivergedError if one is not finite."""
-        # Recorded before it is judged, so that the last states show what was not finite.
+        # Recorded before the check, so that the last states show values that are not finite.
         self._rows.append((self._plant.time_s, *self.inputs, torque))
         if not self.drives:
             return
@@ -105,7 +105,7 @@ class ArmPort(Port):
         return law.torque(q, dq, target - hand)
 
     def recording(self) -> ArmRecording:
-        """Return what was observed and done so far."""
+        """Return the observations and torques so far."""
         return ArmRecording.of(self._rows)
 
 
@@ -117,9 +117,9 @@ class ArmRig(Rig):
     plant : Plant
         The robot.
     law : OperationalSpaceLaw
-        The exact law, whose posture at rest is that at the start.
+        The exact law; a run starts in its posture at rest.
     dt_s : float, optional
-        Time step of the controller, of which the plant's is a multiple; by default equal.
+        Time step of the controller; the plant's is a multiple of it, and by default the same.
     """
 
     def __init__(self, plant: Plant, law: OperationalSpaceLaw, dt_s: float | None = None) -> None:
@@ -129,7 +129,7 @@ class ArmRig(Rig):
         super().__init__(plant, [self.port], dt_s or plant.dt_s)
 
     def begin(self, seed: int, task: Callable[[np.ndarray], ArmTask]) -> None:
-        """Begin a run at rest, as a seed varies it, with a task for the hand's place (3,) in m."""
+        """Begin a run at rest, as the seed varies it; ``task`` takes the hand's place (3,) in m."""
         plant = self.plant
         rest = zip(ARM_JOINTS, self.law.gains.rest_rad, strict=True)
         plant.reset(seed, posture_rad=dict(rest))

@@ -19,12 +19,12 @@ REACHED_M = 0.04
 MIN_JUMP_M = 0.10
 REGION_SEEDS = (1000, 1001, 1002)
 REGION_SECONDS = 15.0
-"""Random runs that shape the region; no evaluation uses these seeds."""
+"""The random runs that determine the region; no evaluation uses these seeds."""
 
 
 @dataclass(frozen=True)
 class TargetBox:
-    """A box of targets: world coordinates in metres, and distance from the shoulder."""
+    """A box of targets: world coordinates, and limits of the distance from the shoulder, in m."""
 
     low_m: tuple[float, float, float]
     high_m: tuple[float, float, float]
@@ -39,7 +39,7 @@ class TargetBox:
                 return point
 
     def grid(self, points: int) -> np.ndarray:
-        """Return (n, 3) points of a grid that spans the box, without those out of reach."""
+        """Return the points (n, 3) within reach of a grid that spans the box."""
         edges = [
             np.linspace(low, high, points)
             for low, high in zip(self.low_m, self.high_m, strict=True)
@@ -59,12 +59,13 @@ BOXES = {
 
 
 def find_box(text: str) -> TargetBox:
-    """Find the box of that name, or of the edges ``x0:x1,y0:y1,z0:z1`` in metres.
+    """Return the box with a name, or with the edges ``x0:x1,y0:y1,z0:z1`` in metres.
 
     Raises
     ------
     UsageError
-        If it is neither, or too small to hold targets 10 cm apart wherever the last one was.
+        If the text is neither, or the box is too small for the next target to be 10 cm away
+        wherever the last one was.
     """
     if text in BOXES:
         return BOXES[text]
@@ -82,7 +83,7 @@ def find_box(text: str) -> TargetBox:
 
 
 def _edges(text: str) -> np.ndarray:
-    """Return the numbers of ``a:b,c:d``, row by row; empty if they are none."""
+    """Return the numbers of ``a:b,c:d``, row by row; no rows if the text has another form."""
     try:
         return np.array([[float(end) for end in edge.split(":")] for edge in text.split(",")])
     except ValueError:
@@ -142,10 +143,10 @@ class GridTour:
 
 
 def rehearsals(box: TargetBox) -> list[Rehearsal]:
-    """Return the runs that shape the region of a box.
+    """Return the runs that determine the region of a box.
 
-    One run visits a grid that fills it, so that no target lies outside the region; others follow
-    random targets that no evaluation uses, as the task will.
+    One run visits a grid that fills the box, so that no target lies outside the region. The others
+    follow random targets, as the task does, but targets that no evaluation uses.
     """
     tour = GridTour(box)
     random = [

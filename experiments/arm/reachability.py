@@ -1,9 +1,9 @@
-"""Says before a run that a point cannot be reached, and where the nearest one is that can.
+"""A check before a run that points can be reached; its error names the nearest such point.
 
     q* = argmin_q |x(q) - p|^2,  q_low <= q <= q_high          nearest reachable point: x(q*)
 
-solved by bounded least squares from the nearest of a grid of postures. A network is also bound to
-the region of states it was made for.
+solved by bounded least squares from the nearest of a grid of postures. A network is also limited
+to the region of states it was made for.
 """
 
 import functools
@@ -21,11 +21,11 @@ from spikeport.robot.arm import ArmDynamics
 TOLERANCE_M = 0.001
 """The distance within which an arm counts as having reached its target."""
 LIMIT_MARGIN_RAD = 0.02
-"""Kept to every joint limit: a controller cannot hold a joint exactly there."""
+"""Margin to every joint limit: a controller cannot hold a joint exactly at it."""
 STARTS = 7
-"""Angles of each joint in the grid of postures from which the nearest one is searched."""
+"""Angles of each joint in the grid of postures from which searches start."""
 TRIED = 24
-"""Postures of the grid that are tried for each point: one may lead into a joint limit."""
+"""Postures of the grid tried for each point: the search from one may end at a joint limit."""
 MAX_STEPS = 100
 """The most steps of a search; a point within reach takes far fewer."""
 
@@ -33,12 +33,12 @@ MAX_STEPS = 100
 def check_reachable(what: str, points: np.ndarray) -> None:
     """Raise `UsageError` if one of the points (n, 3) in m is out of the arm's reach.
 
-    The message names ``what`` they belong to and the first of them.
+    The message names ``what`` the points belong to, and the first point out of reach.
     """
     _check_reachable(what, np.ascontiguousarray(points, dtype=float).tobytes())
 
 
-# Runs of a sweep have the same points.
+# Cached, since runs of a sweep have the same points.
 @functools.lru_cache(maxsize=64)
 def _check_reachable(what: str, content: bytes) -> None:
     points = np.frombuffer(content).reshape(-1, 3)
@@ -65,11 +65,11 @@ def _text(point: np.ndarray) -> str:
 
 
 def nearest_reachable(points: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the points (3,) of the arm's workspace nearest to points (n, 3), all in m."""
+    """Yield the point (3,) of the arm's workspace nearest to each point (n, 3), all in m."""
     arm = ArmDynamics()
     margin = np.array([LIMIT_MARGIN_RAD, -LIMIT_MARGIN_RAD])
     low, high = (arm.limits_rad + margin).T
-    # Off the limits, where a search would start with its derivative cut off.
+    # Away from the limits, where a search would start with its derivative cut off.
     shares = np.linspace(0.05, 0.95, STARTS)
     postures = low + (high - low) * np.array(list(product(shares, repeat=4)))
     _, starts = cKDTree(arm.batch(postures).position).query(points, TRIED)
@@ -80,7 +80,7 @@ def nearest_reachable(points: np.ndarray) -> Iterator[np.ndarray]:
 def _least_gap(
     arm: ArmDynamics, point: np.ndarray, starts: np.ndarray, bounds: tuple[np.ndarray, np.ndarray]
 ) -> np.ndarray:
-    """Return the vector (3,) from a point to the nearest hand, trying start after start."""
+    """Return the vector (3,) from a point to the nearest place of the hand, from several starts."""
     least = np.full(3, np.inf)
     for start in starts:
         gap = least_squares(

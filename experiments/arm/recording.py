@@ -24,12 +24,12 @@ SERIES = {
 
 
 class ArmTask(Protocol):
-    """Something for the arm to do: a target (3,) in m that moves."""
+    """A task of the arm: a target (3,) in m that moves."""
 
     target: np.ndarray
 
     def update(self, time_s: float, hand: np.ndarray) -> None:
-        """Move the target on if it is time to, or the hand (3,) in m is there."""
+        """Move the target on if it is time to, or if the hand (3,) in m has reached it."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class ArmRecording(Recording):
         return np.asarray(np.linalg.norm(self.target - self.hand, axis=1))
 
     def at_limit(self, limits_rad: np.ndarray) -> np.ndarray:
-        """Return (n,) whether a joint is at one of its limits (4, 2) in rad, or pressed beyond."""
+        """Return whether a joint is at or beyond one of its limits (4, 2) in rad, (n,) of bool."""
         at_limit = (self.q <= limits_rad[:, 0]) | (self.q >= limits_rad[:, 1])
         return np.asarray(at_limit.any(axis=1))
 

@@ -13,9 +13,9 @@ from spikeport.robot.plant import Plant
 
 
 class Rehearsal(NamedTuple):
-    """A run of the exact law that passes the states a task needs.
+    """A run of the exact law that passes through the states a task needs.
 
-    ``task`` makes it from the hand's place (3,) at the start; ``seed`` draws the posture there.
+    ``task`` makes the task from the hand's place (3,) at the start; ``seed`` draws the posture.
     """
 
     task: Callable[[np.ndarray], ArmTask]
@@ -24,7 +24,7 @@ class Rehearsal(NamedTuple):
 
 
 def record_region(law: OperationalSpaceLaw, rehearsals: Iterable[Rehearsal]) -> ArmRegion:
-    """Return the region of all states that the exact law passes in rehearsals."""
+    """Return the region of all states that the exact law passes through in rehearsals."""
     runs = [_exact_run(law, rehearsal) for rehearsal in rehearsals]
     whole = ArmRecording.join(runs)
     error = whole.target - whole.hand

@@ -9,19 +9,20 @@ from spikeport.networks.arm import PRESETS, ArmSizes
 from spikeport.networks.option_checks import check_counts, check_name_or_file, check_seed
 
 FARTHEST_M = 100.0
-"""The largest place or size: farther than any arm reaches, and one that can be computed with."""
+"""The largest coordinate or size: beyond the reach of any arm, but safe to compute with."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ArmSettings:
-    """Settings of the controller, and how the robot looks.
+    """Settings of the controller, and the robot's appearance.
 
     ``preset`` is the size of the controller, ``lean`` or ``paper``; ``m1``, ``cb`` and ``s1``
     replace its neurons per axis, ensemble and dimension. ``network_seed`` draws the neurons. With
     ``efference_copy`` CB learns from a copy of M1's torque (`networks.arm`). ``calibrated`` refits
-    the torque's decoders to what the neurons do on the backend (`experiments.arm.calibration`), or
-    takes them from a file that ``spikeport calibrate`` wrote. ``appearance`` is that of the robot
-    in pictures: ``primitive``, or ``menagerie`` for meshes.
+    the torque's decoders to the firing of the neurons on the backend
+    (`experiments.arm.calibration`), or names a file that ``spikeport calibrate`` wrote, with the
+    decoders. ``appearance`` is the robot's look in pictures: ``primitive``, or ``menagerie`` for
+    meshes.
     """
 
     preset: str = "lean"

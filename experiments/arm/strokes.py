@@ -41,6 +41,6 @@ def unit_stroke(digit: int) -> np.ndarray:
 
 
 def arc_length(points: np.ndarray) -> np.ndarray:
-    """Return (n,) length of a curve of points (n, d) from its first point to each."""
+    """Return the length (n,) of a curve of points (n, d) from its first point to each point."""
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])

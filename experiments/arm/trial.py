@@ -1,4 +1,4 @@
-"""A trial of the arm; each of its experiments says what to do, and what to make of it."""
+"""A trial of the arm; each experiment of the arm adds its task, metrics and figure."""
 
 import dataclasses
 from abc import abstractmethod
@@ -36,18 +36,18 @@ TRACE_RGBA = (0.1, 0.65, 0.25, 1.0)
 
 
 class ArmTrial(Trial[ArmRig, ArmRun]):
-    """A run of the arm; each of its experiments adds what it does differently."""
+    """The base of all runs of the arm."""
 
     anchored = True
     settings: ArmSettings
 
     @abstractmethod
     def task(self, hand: np.ndarray) -> ArmTask:
-        """Return what the arm does, its hand being at (3,) in m."""
+        """Return the task of the arm, whose hand is at (3,) in m."""
 
     @abstractmethod
     def rehearsals(self) -> Iterable[Rehearsal]:
-        """Return runs of the exact law that pass the states the task needs."""
+        """Return runs of the exact law that pass through the states the task needs."""
 
     @property
     @abstractmethod
@@ -61,11 +61,11 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
 
     @abstractmethod
     def goal_points(self) -> np.ndarray:
-        """Return (n, 3) points in m that the hand must be able to take."""
+        """Return the points (n, 3) in m that the hand must be able to reach."""
 
     @abstractmethod
     def trace_since(self, time_s: float) -> float:
-        """Return from when on the hand's trace is in a picture of a moment, in s."""
+        """Return the time from which a picture at ``time_s`` shows the hand's trace, in s."""
 
     @property
     def network_settings(self) -> dict[str, object]:
@@ -84,7 +84,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return OperationalSpaceLaw(self.dynamics)
 
     def check(self) -> None:
-        """Refuse a goal out of reach, and a calibration that is not for the controller."""
+        """Refuse a goal out of reach, and a calibration for another controller."""
         super().check()
         check_reachable(self.goal, self.goal_points())
         asked = self.settings.calibrated
@@ -101,7 +101,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return self.options.backend == "analytic"
 
     def spiking_controller(self) -> ArmNetwork:
-        """Rehearse the task, and build the controller for the states it needs.
+        """Rehearse the task, and build the controller for the states that the task needs.
 
         Raises
         ------
@@ -119,7 +119,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return self._arm(region, decoders, self.settings.efference_copy)
 
     def calibrate(self) -> DecoderCalibration:
-        """Refit the controller's decoders to what its neurons do where they run."""
+        """Refit the controller's decoders to the firing of its neurons on the backend."""
         return self._calibrated(self._rehearsed())
 
     def _rehearsed(self) -> ArmRegion:
@@ -147,7 +147,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         decoders: Mapping[str, np.ndarray] | None = None,
         efference_copy: bool = False,
     ) -> ArmNetwork:
-        """Build the controller; ``decoders`` replace those solved for float neurons."""
+        """Build the controller; ``decoders`` replace the ones solved for float neurons."""
         return arm(
             self.law,
             region,
@@ -159,7 +159,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
 
     @property
     def _made_for(self) -> dict[str, object]:
-        """Everything that the controller and its neurons depend on, and how they are refitted."""
+        """Everything that the controller and its neurons depend on, and the method of refitting."""
         made = {"experiment": self.name, "method": METHOD}
         return {**made, **self.network_settings, **self.options.substrate}
 
@@ -173,7 +173,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         UsageError
             If a point of the goal is out of the arm's reach, or as `spiking_controller`.
         """
-        # Before the controller is built for a goal that cannot be reached.
+        # Checked before the controller is built, since the goal may be out of reach.
         self.check()
         built = analytic_arm(self.law) if self._exact else self.spiking_controller()
         rig = ArmRig(plant, self.law, DT_S)
@@ -187,7 +187,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         built = self.spiking_controller()
         with nengo.Network(label=self.name, seed=self.settings.network_seed) as network:
             network.add(built)
-            nengo.Probe(built.torque)  # what leads nowhere is not compiled
+            nengo.Probe(built.torque)  # neurons that lead nowhere are not compiled
         return network
 
     def begin(self, rig: ArmRig) -> None:
@@ -195,7 +195,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         rig.begin(self.options.seed, self.task)
 
     def record(self, closed: Closed[ArmRig], sim: Simulator, wall_s: float) -> ArmRun:
-        """Return the recording, beside what the exact law would have done."""
+        """Return the recording, with the torques of the exact law at the same states."""
         recording = closed.rig.port.recording()
         return ArmRun(
             recording=recording,
@@ -207,18 +207,18 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
             wall_s=wall_s,
         )
 
-    # what is made of it
+    # results
 
     def probes(self, run: ArmRun) -> xr.Dataset:
         """Return the series at every physics step, and the spikes of M1 one by one."""
         return dataset(run)
 
     def scenes(self, run: ArmRun) -> Scenes:
-        """Return target and trace of the hand, with the robot at the end."""
+        """Return a scene of the robot at the end, with the hand's target and trace."""
         return Scenes(self._marks(run.recording))
 
     def _marks(self, recording: ArmRecording) -> Marks:
-        """Mark the target, and where the hand went lately, thinned where it went far."""
+        """Mark the target and the recent trace of the hand, thinned if it is long."""
 
         def marks(end: int) -> list[Mark]:
             now_s = recording.time_s[end - 1]

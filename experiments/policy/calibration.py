@@ -1,4 +1,4 @@
-r"""A policy fitted to what its neurons do where they run: its read-out, and how it is trimmed.
+r"""A policy fitted to the spikes of its neurons on their backend: its read-out and its trim.
 
 The read-out is refitted to the spikes of the last hidden layer:
 
@@ -7,20 +7,20 @@ The read-out is refitted to the spikes of the last hidden layer:
     W, b = \arg\min \sum_t |F e_t|^2 + m (\lambda \max F h)^2 |W - W_0|^2,
     \quad e_t = W h_t + b - a(o_{t-k})
 
-``h_t`` is what the halves of the last hidden layer's units give after the filter of the action, at
-the end of the time for which observation ``o_t`` is held, ``a`` the exact policy, ``W_0`` its own
-weights, and ``k`` a delay. Whatever the layers before do to the values, by tuning curves of whole
-steps, rounded weights and filters, the read-out corrects as far as a matrix can. ``F`` is the
-filter `emphasise_slow`: noise within a step averages out, what lasts throws a robot off its path.
+``h_t`` is the output of the halves of the last hidden layer's units after the filter of the action,
+at the end of the time for which observation ``o_t`` is held. ``a`` is the exact policy, ``W_0`` its
+own weights, and ``k`` a delay. The layers before change the values by tuning curves of whole steps,
+rounded weights and filters; the read-out corrects this as far as a matrix can. ``F`` is the filter
+`emphasise_slow`: noise within a step averages out, but lasting errors throw a robot off its path.
 
-The observations are those of the exact policy's gait first; then a robot walks on the spikes, and
-what it observes is added, since a gait of spikes sways otherwise than the exact one (Ross et al.
-2011, dataset aggregation). Last, the robot walks straight on, and its policy's input is moved by as
-much as it drifted to a side: the trim.
+The observations are first those of the exact policy's gait. Then a robot walks on the spikes, and
+its observations are added, since a gait of spikes sways in another way than the exact one (Ross et
+al. 2011, dataset aggregation). Last, the robot walks straight on, and the policy's input is shifted
+by as much as the robot drifted to a side: the trim.
 
-`experiments.policy.readout` refits with this where ``calibrated`` asks for it: the policy is built
-with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and what they are made for, are a
-`DecoderCalibration`: `Trial.calibrate` returns one for `spikeport calibrate`, and
+`experiments.policy.readout` refits with this module if ``calibrated`` asks for it: the policy is
+built with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and the settings they are
+made for, are a `DecoderCalibration`: `Trial.calibrate` returns one for `spikeport calibrate`, and
 `calibration.load` reads it for ``calibrated=FILE``.
 """
 
@@ -51,11 +51,11 @@ from spikeport.node_functions import NO_INPUT, Skippable
 from spikeport.simulator import Simulator
 
 METHOD = 2
-"""One more whenever this file refits otherwise: a calibration kept from before is then refused."""
+"""Raised by one when the method of this file changes, so that older calibrations are refused."""
 HOLD_S = 0.005
-"""For how long an observation is held, as in the closed loop."""
+"""The time for which an observation is held, as in the closed loop."""
 HOLD = round(HOLD_S / DT_S)
-"""The same in steps."""
+"""The same time in steps."""
 SETTLING = 20
 """Observations at the start that are not used."""
 LAG = 1
@@ -67,10 +67,10 @@ policy is late turns less than commanded: by 5 % for 10 ms."""
 STRIDE = 100
 """Observations over which an error is slow, 0.5 s: two steps of a gait."""
 SLOW = 12.0
-"""Slow errors count for so many times the fast ones."""
+"""Slow errors count this many times as much as fast ones."""
 
 Policy = Callable[[np.ndarray], np.ndarray]
-"""An action for an observation."""
+"""A function of an observation that returns an action."""
 
 
 class Played(NamedTuple):
@@ -81,10 +81,10 @@ class Played(NamedTuple):
 
 
 class Walks(NamedTuple):
-    """The walks of a robot by a policy, and the trim that they call for.
+    """The walks of a robot on a policy, and the trim that they call for.
 
-    ``observe`` gives (k, n) observations as they will be, ``trim`` what is to be added to them,
-    (n,), for the robot not to drift.
+    ``observe`` returns the observations (k, n) of such walks, ``trim`` the offset (n,) to add to
+    observations so that the robot does not drift.
     """
 
     observe: Callable[[Policy], np.ndarray]
@@ -92,19 +92,19 @@ class Walks(NamedTuple):
 
 
 class _OnceAHold(Skippable):
-    """A node's function that is needed in one step of every hold.
+    """A node's function that is needed in only one step of each held observation.
 
     Parameters
     ----------
     function : callable
-        The function of the node's input; a node without one has an empty input.
+        The function of the node's input, which is empty for a node without one.
     step : int
-        The step, from 0 on. A backend that calls it in others loses time, and nothing else.
+        The step, from 0 on. A backend that calls the function in other steps only loses time.
     """
 
     def __init__(self, function: Callable[[np.ndarray], np.ndarray | None], step: int) -> None:
         self._function = function
-        # The first step is called in any case: Nengo has no value before.
+        # It is called in the first step in any case: before that, Nengo has no value to hold.
         self._left = (step - 1) % HOLD
 
     def __call__(self, _t: float, values: np.ndarray = NO_INPUT) -> np.ndarray | None:
@@ -116,14 +116,14 @@ class _OnceAHold(Skippable):
 
 
 class SpikingHalves:
-    """A policy on its backend, whose action is the halves of its last hidden layer.
+    """A policy on its backend whose action is the halves of its last hidden layer.
 
     Parameters
     ----------
     build : callable
-        Makes the policy, from its argument ``calibrated``.
+        Builds the policy from its argument ``calibrated``.
     n_halves : int
-        Halves of the last hidden layer's units.
+        The number of halves of the last hidden layer's units.
     run : Options
         Chip, backend and pipeline.
     """
@@ -132,8 +132,8 @@ class SpikingHalves:
         self._run = run
         self._output = np.zeros(n_halves)
         with nengo.Network(label="calibration") as network:
-            # The identity as read-out: the action then is the halves themselves, behind the
-            # action's filter.
+            # With the identity as read-out, the action is the halves themselves, after the action's
+            # filter.
             built = build(calibrated=Calibrated(np.eye(n_halves), np.zeros(n_halves)))
             self._held = np.zeros(built.observation.size_in)
             held = _OnceAHold(lambda _: self._held, 0)
@@ -141,7 +141,7 @@ class SpikingHalves:
             nengo.Connection(source, built.observation, synapse=None)
             sink = nengo.Node(_OnceAHold(self._give, HOLD - 1), size_in=n_halves)
             nengo.Connection(built.action, sink, synapse=None)
-        # what the other backend with a chip does, native does bit for bit, and faster
+        # native does bit for bit what other backends with a chip do, and is faster
         backend = "reference" if run.backend == "reference" else "native"
         self._sim = Simulator(
             network, chip=run.chip, backend=backend, dt=DT_S, pipeline=run.pipeline
@@ -159,18 +159,18 @@ class SpikingHalves:
         del self._sim
 
     def _give(self, halves: np.ndarray) -> None:
-        # Nengo's own array, which the next step overwrites.
+        # Copied: the next step may overwrite the simulator's array.
         self._output = halves.copy()
 
     def __call__(self, observation: np.ndarray) -> np.ndarray:
-        """Return (n_halves,) at the end of the time for which an observation is held."""
+        """Hold an observation, and return the values of the halves (n_halves,) at its end."""
         self._held = observation
         for _ in range(HOLD):  # `run_steps` would watch for Ctrl-C and progress
             self._sim.step()
         return self._output
 
     def play(self, observations: np.ndarray) -> np.ndarray:
-        """Return (m, n_halves) for observations (m, n), one after the other."""
+        """Return the halves (m, n_halves) for observations (m, n), held one after the other."""
         found = []
         for number, observation in enumerate(observations):
             found.append(self(observation))
@@ -188,7 +188,7 @@ def calibrated_policy(
     run: Options,
     seed: int = 0,
 ) -> Refitted:
-    """Return ``weights``, ``bias`` and ``trim`` of a `Calibrated`, from what the neurons do.
+    """Return ``weights``, ``bias`` and ``trim`` of a `Calibrated`, fitted to the neurons.
 
     Parameters
     ----------
@@ -215,7 +215,7 @@ def calibrated_policy(
             return lambda observation: readout.weights @ halves(observation) + readout.bias
 
         gait = played(observations)
-        # Walked by a first fit, whose gait is close to that of the final one.
+        # A first fit walks here, since its gait is close to that of the final fit.
         own = played(walks.observe(by(refit_lagged(nominal, gait))))
         readout = refit_lagged(nominal, gait, own)
         trim = walks.trim(by(readout))
@@ -224,9 +224,9 @@ def calibrated_policy(
 
 
 def refit_lagged(nominal: Readout, *played: Played) -> Readout:
-    """Return the read-out of played observations, for actions of `LAG` observations before."""
+    """Return the read-out fitted to played observations, for actions `LAG` observations earlier."""
     halves = [emphasise_slow(part.halves[SETTLING + LAG :]) for part in played]
-    # Filtered part by part: from one gait to the next, values jump.
+    # Filtered part by part, since values jump from one gait to the next.
     wanted = [emphasise_slow(part.wanted[SETTLING:-LAG]) for part in played]
     return refit(nominal, np.concatenate(halves), np.concatenate(wanted))
 

@@ -1,8 +1,8 @@
-"""A perceptron as a spiking network on a chip, held against the exact one layer by layer.
+"""A perceptron as a spiking network on a chip, compared with the exact one layer by layer.
 
-Its inputs are observations, one by one, each until its values have settled. Then those of every
-layer are compared with exact ones: in float spikes, where all layers can be read, and of the action
-on the chip too.
+The network is fed observations one by one, each until its values have settled. Then the values are
+compared with exact ones: of every layer in float spikes, where all layers can be read, and of the
+action on the chip, too.
 """
 
 from collections.abc import Iterator
@@ -33,11 +33,11 @@ from spikeport.simulator import Simulator
 HOLD_S = 0.05
 """Time for which an observation is held: on the chip, three layers settle in 40 ms."""
 SAMPLE = 20
-"""Observations that are played in: evenly spaced ones of all that ranges are taken from."""
+"""The number of observations that are fed in, evenly spaced among those of the ranges."""
 
 
 class Converted(NamedTuple):
-    """The compiled network, the counts of its run, and what the conversion costs."""
+    """The compiled network, the counts of its run, and the lint of the conversion."""
 
     compilation: Compilation
     activity: Activity
@@ -54,7 +54,7 @@ class ProbedPolicy(nengo.Network):
 
 @dataclass(frozen=True, eq=False)
 class Conversion:
-    """A conversion: a perceptron, and how it becomes neurons.
+    """A conversion: a perceptron, and the options of its neurons.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class Conversion:
 
     @cached_property
     def sample(self) -> np.ndarray:
-        """The observations that are played in."""
+        """The observations that are fed in."""
         n = len(self.observations)
         # Spread over the recording: neighbours in time are nearly equal.
         chosen = np.linspace(0, n - 1, min(SAMPLE, n)).round().astype(int)
@@ -89,7 +89,7 @@ class Conversion:
 
     @property
     def taus_s(self) -> tuple[float, ...]:
-        """The filter behind each hidden layer."""
+        """The time constant of the filter after each hidden layer."""
         n_between = len(self.ranges) - 1
         return (*[self.options.tau_fwd] * n_between, self.options.tau_out)
 
@@ -98,7 +98,7 @@ class Conversion:
         return exact(self.mlp.layers, observations, self.options.activation)
 
     def network(self, probed: bool) -> ProbedPolicy:
-        """Build the spiking network; with the hidden layers probed where that is asked for."""
+        """Build the spiking network; its hidden layers have probes if ``probed`` is true."""
         net = ProbedPolicy(label="conversion", seed=self.seed)
         with net:
             net.policy = policy(self.mlp.layers, self.ranges, self.options, self.seed)
@@ -124,7 +124,7 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
     Raises
     ------
     DoesNotFitError, CompileError
-        The network cannot be put on the chip.
+        If the network cannot be put on the chip.
     """
     exact_action = conversion.exact(conversion.sample)[-1]
     net = conversion.network(probed=False)

@@ -1,15 +1,15 @@
-"""The cost of converting each layer of a perceptron into spikes, and what to do about it."""
+"""Measurements of the layers of a perceptron converted into spikes, and hints on them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 WIDE = 5.0
-"""Ranges above this many rms pre-activations are too wide: 2.6 is that of normal values."""
+"""A range above this many rms pre-activations is too wide; normal values have 2.6."""
 FEW = 1.0
-"""Spikes of a unit in a time constant, below which its value is mostly noise."""
+"""Spikes of a unit in a time constant; with fewer, its value is mostly noise."""
 
 ACTION_S = 0.02
-"""From one action of a walking policy to the next."""
+"""The time from one action of a walking policy to the next."""
 
 
 @dataclass(frozen=True)
@@ -19,11 +19,11 @@ class LayerLint:
     Attributes
     ----------
     name : str
-        Its name.
+        The name of the layer.
     n_units : int
-        Its units.
+        The number of its units.
     below, above : float
-        The range of pre-activations that any unit represents.
+        The largest pre-activations, below and above 0, that a unit represents.
     spread : float
         Range over rms pre-activation, median of the units' halves.
     rate_hz : float
@@ -67,7 +67,7 @@ class ConversionLint:
     delay_s: float
 
     def hints(self) -> Iterator[str]:
-        """Yield what is worth a change, with the change."""
+        """Yield a hint for each fault, with its cure."""
         yield from _each(
             "range too wide",
             [(one.name, f"{one.spread:.1f} x rms") for one in self.layers if one.spread > WIDE],

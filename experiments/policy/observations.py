@@ -16,7 +16,7 @@ CURE = "write it with: numpy.savez(file, observations=array)"
 
 
 class Observations(NamedTuple):
-    """(m, n) values, and in words what they are."""
+    """Observations (m, n), and their origin in words."""
 
     values: np.ndarray
     origin: str
@@ -28,7 +28,7 @@ def read_observations(path: Path, n_inputs: int) -> Observations:
     Raises
     ------
     UsageError
-        It is no such file, or its array is not of finite numbers ``(m, n_inputs)``.
+        If it is no such file, or its array does not hold finite numbers ``(m, n_inputs)``.
     """
     arrays = _arrays(path)
     if NAME not in arrays and len(arrays) != 1:
@@ -42,7 +42,7 @@ def read_observations(path: Path, n_inputs: int) -> Observations:
 
 
 def normal_observations(mlp: Mlp) -> Observations:
-    """Return normal values: of the moments the policy was trained on, or else standard ones."""
+    """Return normal values with the moments the policy was trained on, or else standard ones."""
     values = np.random.RandomState(0).standard_normal((N_NORMAL, mlp.sizes[0]))
     if mlp.trained_on is None:
         kind = "standard normal ones, without a file of observations"

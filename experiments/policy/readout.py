@@ -1,4 +1,4 @@
-"""The calibration of a trial's policy: found where it runs, or taken from a file."""
+"""The calibration of a trial's policy: fitted on its backend, or read from a file."""
 
 import hashlib
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ def policy_layers(weights: WalkingPolicy) -> list[Layer]:
 
 
 def check_neurons(trial: PolicyTrial) -> None:
-    """Refuse to calibrate a trial's policy where that has no neurons."""
+    """Refuse to calibrate a trial's policy that has no neurons."""
     wanted = trial.settings.calibrated
     if wanted in (False, AUTO):
         return
@@ -50,16 +50,16 @@ def check_neurons(trial: PolicyTrial) -> None:
 
 
 def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:
-    """Refuse a file that a trial's policy cannot be calibrated by, see `calibrated`."""
+    """Refuse a calibration file that does not fit a trial's policy, see `calibrated`."""
     wanted = _asked(trial)
     if isinstance(wanted, str):
         load(Path(wanted), _made_for(trial, policy_layers(weights)))
 
 
 def _asked(trial: PolicyTrial) -> bool | str:
-    """Return whether the policy is calibrated, or the file to do it by."""
+    """Return whether the policy is calibrated, or the file of its calibration."""
     wanted = trial.settings.calibrated
-    # In float the neurons do what their decoders were solved for.
+    # Float neurons behave as their decoders were solved for.
     return trial.options.backend != "reference" if wanted == AUTO else wanted
 
 
@@ -93,7 +93,7 @@ def calibrated(
     Raises
     ------
     UsageError
-        If it is to come from a file that was made for anything else.
+        If it is to come from a file that was made for something else.
     """
     wanted = _asked(trial)
     if isinstance(wanted, str):
@@ -122,7 +122,7 @@ def refitted(
 
 
 def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, object]:
-    """Return everything that the policy's neurons depend on, and how they are refitted."""
+    """Return everything that the policy's neurons depend on, and the method of refitting."""
     settings = trial.settings
     network = {**settings.conversion, "network_seed": settings.network_seed}
     policy = {"policy": policy_digest(layers), "method": METHOD}

@@ -19,19 +19,19 @@ CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
 N_NEURONS = 4
-"""Neurons of a unit. The paper has 20, which walk no nearer to their paths once the read-out is
-calibrated, and take 20 times as many synaptic operations (docs/walk.md)."""
+"""Neurons of a unit. The paper has 20, which follow paths no better once the read-out is
+calibrated, and need 20 times as many synaptic operations (docs/walk.md)."""
 
 _PUSHED = Perturbation(push=0.8, push_every=1.0)
 GAITS = {"calm": (NONE,), "rough": (_PUSHED, replace(_PUSHED, terrain="slope:6"))}
-"""The perturbations of the walks that neurons are made and calibrated for, by values of ``gait``. A
-robot is caught, or falls, within the second between two pushes."""
+"""The perturbations of the walks that neurons are made and calibrated for, by value of ``gait``. A
+robot regains its balance, or falls, within the second between two pushes."""
 
 EXACT = "mlp"
-"""A value of ``policy``, where an experiment has it: the shipped one, computed without neurons."""
+"""A value of ``policy`` in some experiments: the shipped policy, computed without neurons."""
 
 AUTO = "auto"
-"""A value of ``calibrated``: as the backend needs it."""
+"""A value of ``calibrated``: true or false, depending on the backend."""
 
 H1 = Description(
     joints=JOINTS,
@@ -55,25 +55,26 @@ def load_policy(
 
 @dataclass(frozen=True, kw_only=True)
 class PolicySettings(Perturbation):
-    """Settings of the policy, how the robot looks, and what it is perturbed by.
+    """Settings of the policy, the robot's appearance, and its perturbations.
 
-    ``policy`` is ``spiking`` for the shipped one, or the file of one that is to be converted in its
-    place; ``description`` is the environment's that comes with a foreign one. ``n_neurons`` are
-    those of a hidden unit, ``tau_fwd`` and ``tau_out`` the filters between layers and of the
-    action, in s, ``units`` their types (``hybrid``, ``lif``, ``relu`` or ``if``), ``solve`` how
-    their weights are found (``unit`` or ``layer``; see `spikeport.networks.policy.PolicyOptions`).
-    ``network_seed`` draws the neurons. ``gait`` is ``calm`` or ``rough`` (`GAITS`): neurons that
-    are made and calibrated for a calm gait do not know what a robot observes that is pushed or on a
-    slope. ``calibrated`` fits read-out and trim to what the neurons do on the backend
-    (`experiments.policy.calibration`), or takes them from a file that ``spikeport calibrate``
-    wrote; where it is false, the policy is as it was converted, as in the paper; ``auto`` fits it
-    on a chip, but not in float, where that takes many minutes. ``appearance`` is that of the robot
-    in pictures: ``primitive``, or ``menagerie`` for meshes. The others are those of
+    ``policy`` is ``spiking`` for the shipped policy, or the file of a policy to convert in its
+    place; ``description`` is the file of Isaac Lab's environment that comes with a foreign policy.
+    ``n_neurons`` is the number of neurons of a hidden unit. ``tau_fwd`` and ``tau_out`` are the
+    time constants of the filters between layers and of the action, in s. ``units`` is the type of
+    the units (``hybrid``, ``lif``, ``relu`` or ``if``), and ``solve`` the way their weights are
+    found (``unit`` or ``layer``; see `spikeport.networks.policy.PolicyOptions`). ``network_seed``
+    draws the neurons. ``gait`` is ``calm`` or ``rough`` (`GAITS`): neurons that are made and
+    calibrated for a calm gait do not know the observations of a robot that is pushed, or that walks
+    on a slope. ``calibrated`` fits read-out and trim to the spikes of the neurons on the backend
+    (`experiments.policy.calibration`), or names a file that ``spikeport calibrate`` wrote, with
+    both. If it is false, the policy is used as converted, as in the paper; ``auto`` fits it on a
+    chip, but not in float, where this takes many minutes. ``appearance`` is the robot's look in
+    pictures: ``primitive``, or ``menagerie`` for meshes. The other settings are those of
     `spikeport.robot.perturbation.Perturbation`.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)
-    """Values of ``policy`` that are no file."""
+    """Values of ``policy`` that are not the name of a file."""
 
     policy: str = "spiking"
     description: str | None = None
@@ -96,7 +97,7 @@ class PolicySettings(Perturbation):
                 f"description={self.description}: describes the file of a policy; give --set "
                 "policy=FILE, or leave it out"
             )
-        _ = self.policy_options  # whose values are checked as it is made
+        _ = self.policy_options  # made here to check its values
         if isinstance(self.calibrated, str):
             check_name_or_file("calibrated", self.calibrated, ("true", "false", AUTO))
         if self.gait not in GAITS:
@@ -115,7 +116,7 @@ class PolicySettings(Perturbation):
 
     @property
     def conversion(self) -> dict[str, object]:
-        """The settings of how the policy becomes neurons."""
+        """The settings of the policy's conversion into neurons."""
         return {name: getattr(self, name) for name in CONVERSION}
 
     @property
@@ -135,7 +136,7 @@ class PolicySettings(Perturbation):
         Raises
         ------
         UsageError
-            If the file holds none, or one that is not for this robot.
+            If the file holds no policy, or a policy for another robot.
         """
         if self.policy in self.policies:
             return load_policy()

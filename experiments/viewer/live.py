@@ -1,4 +1,4 @@
-"""The page of a run that goes on, served on loopback until the run ends."""
+"""The page of a run under way, served on loopback until the run ends."""
 
 import math
 import secrets
@@ -31,7 +31,7 @@ LAST_S = 5.0
 
 
 class Live:
-    """The content that pages get: the run's so far, and at last all of it.
+    """The content of pages: of the run so far, and at the end of the whole run.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Live:
         return time.monotonic() - self._looked_s < LOOKED_S
 
     def end(self, data: str) -> None:
-        """Let pages fetch the end of the run, which they have a moment for."""
+        """Let pages fetch the end of the run, and wait a moment for them."""
         self.data, self.over = data, True
         if self.is_watched:
             self._fetched.wait(LAST_S)
@@ -74,7 +74,7 @@ class Live:
                 live._reply(self)
 
             def log_message(self, *_arguments: object) -> None:
-                """Print nothing of requests."""
+                """Do not print requests."""
 
         with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
             self.url = f"http://127.0.0.1:{server.server_port}{self._path}"
@@ -119,12 +119,12 @@ def watch(folder: Path, title: str, announce: Callable[[str], None]) -> None:
         while watching.goes_on(folder):
             begin = time.monotonic()
             if live.is_watched and watching.ask(folder, WAIT_S):
-                # A run that ends takes its answer away while it is read.
+                # A run that ends may remove its answer while it is read.
                 with suppress(MismatchError, OSError):
                     live.data = content(read_dataset(folder / SO_FAR))
                 time.sleep(REST * (time.monotonic() - begin))
             time.sleep(IDLE_S)
-        # A run that ended meanwhile has not taken the last request away.
+        # A run that ended meanwhile has not removed the last request.
         (folder / REQUEST).unlink(missing_ok=True)
         if (folder / "probes.nc").is_file():
             live.end(content(read_dataset(folder / "probes.nc")))

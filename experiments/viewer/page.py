@@ -1,4 +1,4 @@
-"""The page of a run, which plays it in a browser: one file, or one that follows a live run."""
+"""The page that plays a run in a browser: one file, or a page that follows a live run."""
 
 import base64
 import json
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from spikeport.experiments.viewer.shapes import Shapes
 
 FPS = 25
-"""Poses a second that the page has; it shows the latest."""
+"""Poses per second in the page, which shows the latest one."""
 ROUNDING = 1e-6
 MM = 1000
 """Places are whole millimetres, in 16 bits: 32 m to each side of where the run began."""
@@ -38,11 +38,11 @@ def page(data: str, title: str, live: bool = False) -> str:
 
 
 def content(probes: xr.Dataset) -> str:
-    """Return what the page of a run draws, as JSON."""
+    """Return the content of the page of a run, as JSON."""
     found = {"rows": [_row(row) for row in rows(probes)], "end_s": end_s(probes)}
     if of_robot(probes, POSES):
         frames = _frames(probes.time.values)
-        # MuJoCo is there where a robot ran, and is not needed for the run of a network alone.
+        # MuJoCo is installed where a robot ran; the run of a network alone does not need it.
         drawing = imported("view", "spikeport.experiments.viewer.shapes")
         shapes = drawing.shapes(probes[POSES].values[frames])
         found["robot"] = _robot(shapes, probes.time.values[frames])
@@ -52,7 +52,7 @@ def content(probes: xr.Dataset) -> str:
 
 def _frames(times_s: np.ndarray) -> np.ndarray:
     """Return the indices of the poses that a screen shows: the first of each 1 / FPS s."""
-    # A robot by the clock has no steps of one length, and a held state comes twice.
+    # In real time, a robot's steps differ in length, and a held state occurs twice.
     number = np.floor((times_s - times_s[:1]) * FPS + ROUNDING)
     return np.flatnonzero(np.diff(number, prepend=-1.0) > 0)
 

@@ -8,12 +8,12 @@ import numpy as np
 import xarray as xr
 
 MOST_POINTS = 1000
-"""Points of a line: more than a screen has columns for."""
+"""The most points of a line: more than a screen has columns."""
 MOST_SPIKES = 20_000
-"""Dots of a row: beyond it every n-th spike is drawn, and the row says so."""
+"""The most dots of a row: of more spikes only every n-th is drawn, and the row's unit says so."""
 MOST_LINES = 24
 FIRST = ("error", "gates", "spike", "command", "torque")
-"""Parts of names, in the order in which their rows stand; the others follow."""
+"""Parts of the names of the first rows, in their order; the other rows follow."""
 POSES = "qpos"
 CLOCKS = ("time", "step")
 """First words of the names of time axes."""
@@ -56,9 +56,9 @@ def end_s(probes: xr.Dataset) -> float:
 
 
 def of_robot(probes: xr.Dataset, *names: str, **dimensions: str) -> bool:
-    """Return whether series are a robot's: on its clock, and along the ``dimensions`` of keywords.
+    """Return whether series are a robot's: on its clock, and along the ``dimensions`` by name.
 
-    Probes of a network may have the same names, but their clocks have others, see
+    Probes of a network may have the same names, but their time axes have other names, see
     `spikeport.simulation.dataset`.
     """
     on_its_clock = all(
@@ -76,7 +76,7 @@ def _place(name: str) -> int:
 
 
 def _errors(probes: xr.Dataset) -> Iterator[Row]:
-    """Yield how far the hand is off its target, and the robot off its reference."""
+    """Yield the distances of the hand from its target, and of the robot from its reference."""
     if of_robot(probes, "hand", "target"):
         yield _error(probes, "error of the hand", probes.target.values - probes.hand.values)
     if of_robot(probes, reference="moving", state="turned"):
@@ -105,7 +105,7 @@ def _lines(probes: xr.Dataset) -> Iterator[Row]:
 
 
 def _labels(series: xr.DataArray) -> list[str]:
-    """Return a name for each line: its coordinates, one behind the other."""
+    """Return a name for each line: its coordinates, one after the other."""
     names = (series[along].values[:MOST_LINES] for along in series.dims[1:])
     first = itertools.islice(itertools.product(*names), MOST_LINES)
     return [" ".join(map(str, parts)) for parts in first]
@@ -137,6 +137,6 @@ def _thinned_spikes(title: str, times_s: np.ndarray, neurons: np.ndarray) -> Row
     # Spikes are in the order of time, so every n-th is spread over all neurons.
     step = max(1, -(-len(times_s) // MOST_SPIKES))
     name = "spikes" if title in ("", "spike") else f"spikes of {title}"
-    # Not in the name: as a run grows, fewer of its spikes are drawn.
+    # This is not in the name, since a smaller share of spikes is drawn as a run grows.
     thinned = "" if step == 1 else f", one of {step} drawn"
     return Row(name, f"neuron{thinned}", times_s[::step], neurons[::step], [])

@@ -1,4 +1,4 @@
-"""Shapes of a robot, moment by moment, for a page that draws them without MuJoCo."""
+"""Shapes of a robot in each pose, for a page that draws them without MuJoCo."""
 
 from typing import NamedTuple
 
@@ -7,7 +7,7 @@ import numpy as np
 
 from spikeport.robot.description import load
 
-# Numbers: an array's are not equal to members of the enumeration.
+# As int, since numbers in an array do not equal members of the enumeration.
 SPHERE, CAPSULE, CYLINDER, ELLIPSOID, BOX = (
     int(kind)
     for kind in (
@@ -33,7 +33,7 @@ class Shapes(NamedTuple):
     radii_m : (n_shapes,) array
         Half of each rod's thickness, in m.
     colours : list of str
-        The colour of each, as ``#rrggbb``.
+        The colour of each rod, as ``#rrggbb``.
     """
 
     ends_m: np.ndarray
@@ -51,7 +51,7 @@ def shapes(poses: np.ndarray) -> Shapes:
     ends_m = np.empty((len(poses), len(drawn), 2, 3))
     for ends, pose in zip(ends_m, poses, strict=True):
         data.qpos[:] = pose
-        # Places alone: nothing else of the physics is drawn.
+        # Kinematics are enough: nothing else of the physics is drawn.
         mujoco.mj_kinematics(model, data)
         turned = np.einsum("gij,gj->gi", data.geom_xmat[drawn].reshape(-1, 3, 3), halves)
         ends[:] = data.geom_xpos[drawn][:, np.newaxis] + np.stack((-turned, turned), axis=1)
