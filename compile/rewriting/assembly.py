@@ -1,4 +1,4 @@
-"""The flat network that groups, edges and the objects that stay make up."""
+"""The flat network that is assembled from groups, edges and the objects that stay."""
 
 from collections import defaultdict
 from collections.abc import Callable
@@ -22,33 +22,33 @@ from spikeport.compile.rewriting.edges import EdgeKey, Edges, EdgeSource, EdgeTa
 from spikeport.compile.rewriting.partition import Partition
 
 DECODING = ("function", "eval_points", "scale_eval_points", "solver")
-"""The parameters of a connection that decide what it decodes, or computes of a node's output."""
+"""The parameters of a connection that decide what it decodes, or computes from a node's output."""
 FIRING = 1e3
 """A current at which every neuron fires."""
 
 
 class FlatNetwork:
-    """A network without subnetworks, under construction: objects of another one, and new ones.
+    """A network without subnetworks, under construction: objects of another network, and new ones.
 
     Parameters
     ----------
     before : nengo.Network
         The network whose objects it takes over, and whose label and seed it has.
     seeds : mapping of Nengo objects to int
-        The seeds of those.
+        The seeds of these objects.
 
     Attributes
     ----------
     network : nengo.Network
         The flat network.
     seeds : dict of Nengo objects to int
-        Seeds of what was taken over, or made anew from one object.
+        Seeds of objects that were taken over, or made anew from one object.
     """
 
     def __init__(self, before: nengo.Network, seeds: Seeds) -> None:
         self._all_seeds = seeds
         self._settings = NetworkSettings(before)
-        # Networks add themselves to that in whose block they are made, which may be the user's.
+        # A network adds itself to the network in whose `with` block it is made, maybe the user's.
         self.network = nengo.Network(before.label, seeds[before], add_to_container=False)
         self.seeds: dict[Named, int] = {self.network: seeds[before]}
         add_params(self.network)
@@ -60,9 +60,9 @@ class FlatNetwork:
         seeds: Seeds,
         connect: Callable[[nengo.Connection, "FlatNetwork"], None],
     ) -> "FlatNetwork":
-        """Return all of a network but its connections, each of which ``connect`` makes or keeps.
+        """Return a network with all objects but the connections: ``connect`` makes or keeps each.
 
-        An object that the network lists several times is there once.
+        An object that the network lists several times appears once.
         """
         flat = cls(before, seeds)
         for obj in dict.fromkeys((*before.all_ensembles, *before.all_nodes)):
@@ -90,10 +90,10 @@ class FlatNetwork:
 
 
 def start(connection: nengo.Connection) -> tuple[End, dict[str, object]]:
-    """Return the start of a connection like another, and the options of what it computes there.
+    """Return the start of a connection like another, and the options of its decoding or function.
 
-    Nengo has no matrices behind a slice with an entry twice. It starts at the whole source then,
-    where its function picks the entries, or its matrix has to, see `sums_up`.
+    Nengo allows no matrix behind a slice with an entry twice. The new connection then starts at the
+    whole source, and its function picks the entries, or its matrix has to: see `sums_up`.
     """
     options = decoding(connection)
     if not reads_twice(connection):
@@ -104,7 +104,7 @@ def start(connection: nengo.Connection) -> tuple[End, dict[str, object]]:
 
 
 def decoding(connection: nengo.Connection) -> dict[str, object]:
-    """Return the options of what a connection decodes, or computes; none from neurons."""
+    """Return the options of a connection's decoding or function; none if it starts at neurons."""
     if isinstance(connection.pre_obj, Neurons):
         return {}
     return {name: getattr(connection, name) for name in DECODING}
@@ -117,8 +117,8 @@ def sums_up(connection: nengo.Connection) -> bool:
 
 
 def _of_all(connection: nengo.Connection) -> Callable[[np.ndarray], object]:
-    """Return the function of a connection from a slice as one of its whole source."""
-    # It is a function: Nengo refuses a table of values at points where a slice is read.
+    """Return the function of a connection from a slice as a function of its whole source."""
+    # The function is not a table of values at points: Nengo refuses one where a slice is read.
     function, rows = connection.function, source_rows(connection)
     return lambda x: x[rows] if function is None else function(x[rows])
 
@@ -126,7 +126,8 @@ def _of_all(connection: nengo.Connection) -> Callable[[np.ndarray], object]:
 def construction_order(network: nengo.Network) -> list[nengo.Connection]:
     """Return all connections of a network, errors of learning last.
 
-    Nengo builds subnetworks before what leads into them, and an error after what it corrects.
+    Nengo builds a subnetwork before the connections into it, and so an error after the connection
+    that it corrects.
     """
     return sorted(network.all_connections, key=lambda c: isinstance(c.post_obj, LearningRule))
 
@@ -147,12 +148,12 @@ class Assembly:
     dt_s : float
         The time step, in seconds.
     filtered_constants : bool
-        Constants behind a synapse become biases too; else only those without.
+        Constants behind a synapse become biases too; else only constants without a synapse.
 
     Attributes
     ----------
     flat : FlatNetwork
-        The network after, without the objects that stay; to be taken over before `connect`.
+        The new network, without the objects that stay: these must be kept before `connect`.
     ensembles : list of nengo.Ensemble
         The ensemble of each group.
     """
@@ -200,19 +201,19 @@ class Assembly:
                 self._connect_output(group, edges)
 
     def _connect_input(self, group: int, edges: Edges) -> None:
-        """Sum all that the host sends to a group, in units of the radius, in one node."""
+        """Sum all values that the host sends to a group, in units of the radius, in one node."""
         ensemble = self.ensembles[group]
         rows = np.flatnonzero(sum(abs(matrix).sum(axis=1) for matrix in edges.values()))
         node = nengo.Node(size_in=len(rows), label=f"{ensemble.label} input")
         for key, matrix in edges.items():
             self._connect(key, node, matrix[rows] / ensemble.radius)
-        # The encoders are weights to neurons: those of other dimensions would be stored in vain.
+        # The encoders are weights to neurons: other dimensions would be stored in vain.
         encoders = ensemble.encoders[:, rows]
         wired = nengo.Connection(node, ensemble.neurons, transform=encoders, synapse=None)
         self.flat.network.config[wired].decode_path = "direct"
 
     def _connect_output(self, group: int, edges: Edges) -> None:
-        """Decode all that the host reads of a group at once, scaled, and scale it back there."""
+        """Decode all values that the host reads of a group at once, scaled; it scales them back."""
         ensemble = self.ensembles[group]
         rows = {key: np.flatnonzero(abs(matrix).sum(axis=1)) for key, matrix in edges.items()}
         decoders = sparse.vstack([edges[key][rows[key]] for key in edges]).toarray()
@@ -250,7 +251,7 @@ class Assembly:
                 **options,
             )
         if old is not None:
-            # Its decoders are solved once more, and have to come out the same.
+            # Its decoders are solved once more, and the same seed keeps them equal.
             self.flat.inherit(connection, old)
         if key.path is not None or key.target.kind == "neurons":
             self.flat.network.config[connection].decode_path = key.path or "direct"
@@ -274,16 +275,16 @@ class Assembly:
 
 
 def _is_constant(key: EdgeKey, filtered: bool) -> bool:
-    """Return whether an edge adds the same to neurons in every step, filters aside if asked for."""
+    """Return whether an edge adds a constant to neurons, ignoring its filter if ``filtered``."""
     source = key.source
     node = source.connection is None and isinstance(source.obj, nengo.Node)
     fixed = node and isinstance(source.obj.output, np.ndarray)
-    # A filter would start at zero.
+    # The output of a filter starts at zero.
     return fixed and (filtered or key.synapse is None) and key.target.in_group
 
 
 class _Groups:
-    """The ensembles that groups become: what was built of their parts, put together."""
+    """The ensembles that groups become: the built parameters of their parts, put together."""
 
     def __init__(self, rewrite: Rewrite, solver: ParameterSolver, partition: Partition) -> None:
         self._names = rewrite.names
@@ -306,7 +307,7 @@ class _Groups:
             gain=gain,
             bias=bias,
             encoders=encoders,
-            normalize_encoders=False,  # they are as built, normalised where that was asked for
+            normalize_encoders=False,  # already normalised, if the user asked for it
             eval_points=_firing_point(gain, bias, encoders, radius),
             neuron_type=self._neuron_type(number),
             label=self._label(number),
@@ -326,7 +327,7 @@ class _Groups:
         return encoders
 
     def _neuron_type(self, number: int) -> nengo.neurons.NeuronType:
-        """Return the parts' type; neurons start where they would have started."""
+        """Return the parts' neuron type, in which each neuron keeps its initial state."""
         parts = self._partition.groups[number]
         states = [self._solver.initial_state(part.ensemble) for part in parts]
         pairs = list(zip(states, parts, strict=True))
@@ -335,7 +336,7 @@ class _Groups:
             for name in states[0]
         }
         kind = parts[0].ensemble.neuron_type
-        # Constructors differ from type to type, the state of a frozen object does not.
+        # Constructors differ from type to type, but the state of any frozen object can be copied.
         copy: nengo.neurons.NeuronType = object.__new__(type(kind))
         copy.__setstate__({**kind.__getstate__(), "initial_state": start})
         return copy
@@ -352,7 +353,7 @@ class _Groups:
 def _firing_point(
     gain: np.ndarray, bias: np.ndarray, encoders: np.ndarray, radius: float
 ) -> np.ndarray:
-    """Return a value (1, d) at which some neuron fires: nengo-loihi wants one where it decodes."""
+    """Return a value (1, d) at which some neuron fires: nengo-loihi needs one to decode."""
     length = np.linalg.norm(encoders, axis=1)
     best = int(np.argmax(gain * length))
     if gain[best] * length[best] == 0:

@@ -1,4 +1,4 @@
-"""The ensembles that may be split, and by colour refinement those of them wired alike."""
+"""The ensembles that may be regrouped, and which are wired alike, by colour refinement."""
 
 import itertools
 from collections import Counter, defaultdict
@@ -23,9 +23,9 @@ from spikeport.compile.rewriting.passthrough import PLAIN
 def regroupable(scope: Scope, folded: Sequence[nengo.Node]) -> list[nengo.Ensemble]:
     """Return the ensembles on the chip whose neurons may become part of other ensembles.
 
-    Not those that learn, that have a block shape, a transform that is no matrix, or probes of
-    anything else than spikes, state and decoded values; nor those that break one of the rules of
-    `spikeport.compile.check.lint`, which has to see them.
+    An ensemble is left out if it learns, or has a block shape, a transform that is not a matrix, or
+    a probe of anything other than spikes, state and decoded values. It is also left out if it
+    breaks a rule of `spikeport.compile.check.lint`, which has to find it.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[NengoObject
     matrices = set(folded)
     for connection in scope.network.all_connections:
         ends = (connection.pre_obj, connection.post_obj)
-        # A passthrough node that stays is nengo-loihi's to replace, between objects as written.
+        # nengo-loihi replaces a passthrough node that stays, so objects around it stay as written.
         stays = any(is_passthrough(end) and end not in matrices for end in ends)
         if stays or not _is_ordinary(scope, connection):
             yield from map(base, ends)
@@ -89,9 +89,9 @@ class _Edge(NamedTuple):
 def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.Ensemble]]:
     """Return ensembles with equal neurons that are wired alike, by colour refinement.
 
-    Two ensembles are alike if their neuron types are, and if from and to objects of the same
-    colours the same kinds of connections lead, where kind includes the synapse. Objects of one
-    colour are wired alike in turn; an object that stays has the colour of all that stay.
+    Two ensembles are alike if their neuron types are equal, and if the same kinds of connections
+    lead from and to objects of the same colours; the kind includes the synapse. Objects of one
+    colour are wired alike in turn; the objects that stay have one colour.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.
     """
     colour: dict[NengoObject, int] = dict.fromkeys(scope.network.all_ensembles, 0)
     free: list[NengoObject] = list(ensembles)
-    # Passthrough nodes are refined like ensembles, so that those behind them get different colours.
+    # Passthrough nodes are refined like ensembles, so that ensembles behind them can differ.
     for node in scope.network.all_nodes:
         colour[node] = -1 if is_passthrough(node) else 0
         free += [node] if is_passthrough(node) else []
@@ -127,9 +127,9 @@ def _edge(connection: nengo.Connection) -> _Edge:
 
 
 class _Refinement:
-    """Colours of objects, of which those with other neighbours get new ones until none has any.
+    """The refinement of colours: objects of one colour with different neighbours get new colours.
 
-    Only neighbours of what has a new colour are looked at again: in a chain, a few a round.
+    Only neighbours of recoloured objects are checked again: in a chain, a few a round.
     """
 
     def __init__(
@@ -155,14 +155,15 @@ class _Refinement:
             odd = [obj for obj in dict.fromkeys(near) if obj in self._free]
 
     def _recoloured(self, odd: Iterable[NengoObject]) -> list[NengoObject]:
-        """Give those of some objects new colours that differ from others of theirs."""
+        """Give new colours to objects that differ from others of their colour, and return them."""
         parts: dict[int, dict[Hashable, list[NengoObject]]] = defaultdict(dict)
         for obj in odd:
             parts[self._colour[obj]].setdefault(self._neighbours(obj), []).append(obj)
         new = []
         for old, found in parts.items():
             split = sorted(found.values(), key=len)
-            # Colours of neighbours are as before for the rest, and for no part: all parts differ.
+            # Each part has a recoloured neighbour, the rest has none. Without a rest, the largest
+            # part keeps the colour.
             if sum(map(len, split)) == self._sizes[old]:
                 split.pop()
             for part in split:
@@ -191,6 +192,6 @@ def _numbered(keys: Mapping[NengoObject, Hashable]) -> dict[NengoObject, int]:
 def neuron_key(ensemble: nengo.Ensemble) -> tuple[Hashable, ...]:
     """Return a key that is equal for neurons that may share an ensemble."""
     kind = ensemble.neuron_type
-    # A fused ensemble starts each neuron where it would have started.
+    # A fused ensemble keeps the initial state of each neuron.
     names = sorted(name for name in kind._paramdict if name != "initial_state")
     return (type(kind), *(repr(getattr(kind, name)) for name in names))

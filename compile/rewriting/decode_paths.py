@@ -28,7 +28,7 @@ WEIGHT_BITS = 9
 LEVELS = 255
 """Steps of a weight, relative to the largest of its block."""
 N_STEPS = 400
-"""Simulated steps of a relay, the latter half of which count."""
+"""Simulated steps of a relay, of which the second half counts."""
 EPSILON_S = 1e-9
 """Difference below which delays are equal: they are sums of time steps and time constants."""
 OTHER_FILTER = "its target has a filter of another time constant, and one for all inputs"
@@ -42,13 +42,13 @@ class PathCost(NamedTuple):
     path : str
         The name of the path.
     cores : float
-        Share of a core's scarcest resource that it takes, by estimate; may be above 1.
+        Estimated share of a core's scarcest resource that the path takes; may be above 1.
     synaptic_ops_per_s : float
         Synaptic operations at the stated firing rate.
     host_messages_per_s : float
         Spikes and values that go between chip and host.
     delay_s : float
-        Delay it adds to the connection's own synapse.
+        Delay that the path adds to the connection's own synapse.
     error : float
         Relative rms error: rounding of weights, and of thresholds where weights are large, and
         noise of a relay behind a 5 ms filter.
@@ -62,7 +62,7 @@ class PathCost(NamedTuple):
     error: float
 
     def dominates(self, other: "PathCost") -> bool:
-        """Return whether it is no worse in anything, and better in something."""
+        """Return whether a path is no worse in any cost, and better in at least one."""
         pairs = list(zip(self[1:], other[1:], strict=True))
         return all(a <= b for a, b in pairs) and any(a < b for a, b in pairs)
 
@@ -106,7 +106,7 @@ def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:
     shape = (post.size_in, weights.shape[1])
     decoders = sparse.coo_array((weights.data, (rows, weights.col)), shape=shape)
     built = solver.ensemble(post)
-    leak_s = getattr(post.neuron_type, "tau_rc", 1.0)  # without leak a neuron integrates as it is
+    leak_s = getattr(post.neuron_type, "tau_rc", 1.0)  # without leak, input is not scaled
     return Link(
         sparse.csr_array(decoders), sparse.csr_array(built.encoders), jumps=built.gain / leak_s
     )
@@ -145,11 +145,11 @@ def _direct(link: Link, limits: Limits, rate_hz: float) -> PathCost:
 
 
 def _coarseness(link: Link, weights: sparse.csr_array) -> float:
-    r"""Return the relative rms error of thresholds, as a weight is at most 255 steps.
+    r"""Return the relative rms error of thresholds, since a weight has at most 255 steps.
 
     .. math:: e = \max_n |W_n| j_n / (255 \sqrt{12})
     """
-    # A spike that passes many thresholds leaves few of its weight's steps for each.
+    # A weight that spans many thresholds has few steps for each of them.
     largest = abs(weights).max(axis=1).toarray().ravel() if weights.nnz else np.zeros(1)
     return float((largest * link.jumps).max() / LEVELS / np.sqrt(12))
 
@@ -178,7 +178,7 @@ def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -
 
 def _host(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
     d = link.decoders.shape[0]
-    # One of the host's two neurons spikes in every step, whatever the value.
+    # The host's two neurons average one spike a step, whatever the value.
     ops = 2 * rate_hz * link.decoders.nnz + link.encoders.nnz / dt_s
     bits = 2 * (link.decoders.nnz + link.encoders.nnz) * WEIGHT_BITS
     cores = _cores(
@@ -188,7 +188,7 @@ def _host(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
         synapse_bits=bits,
     )
     error = float(np.hypot(rounding(link.decoders), relay_noise("host", dt_s)))
-    # In every step each dimension is read, and one of its two neurons on the host spikes.
+    # In every step each dimension is read, and its two host neurons average one spike.
     return PathCost("host", cores, ops, 2 * d / dt_s, DECODE_TAU_S + 2 * dt_s, error)
 
 
@@ -197,7 +197,7 @@ def _cores(limits: Limits, **used: float) -> float:
 
 
 def rounding(weights: sparse.csr_array) -> float:
-    """Return the relative rms error of weights that are rounded to steps of their largest / 255."""
+    """Return the relative rms error of weights, rounded to steps of 1/255 of the largest."""
     if weights.nnz == 0:
         return 0.0
     step = np.abs(weights.data).max() / LEVELS
@@ -206,7 +206,7 @@ def rounding(weights: sparse.csr_array) -> float:
 
 
 def _relay_rate(path: str, dt_s: float) -> float:
-    """Return the spikes per second of all decode neurons of a dimension that is zero."""
+    """Return the spikes per second of all decode neurons of a dimension whose value is zero."""
     neurons = RELAYS[path](dt=dt_s)
     with numpy1_semantics():
         rates = neurons.neuron_type.rates(np.zeros(1), neurons.gain, neurons.bias, dt=dt_s)
@@ -216,7 +216,7 @@ def _relay_rate(path: str, dt_s: float) -> float:
 @functools.cache
 def relay_noise(path: str, dt_s: float) -> float:
     """Simulate a relay and a 5 ms filter; return the rms error of values in [-0.9, 0.9]."""
-    # Short of the range's ends, where a relay saturates.
+    # Values stop short of the range's ends, where a relay saturates.
     values = np.linspace(-0.9, 0.9, 37)[:, np.newaxis]
     if path == "host":
         gain = bias = np.full(2, 0.5 / dt_s)
@@ -242,14 +242,14 @@ def relay_noise(path: str, dt_s: float) -> float:
 
 @dataclass(frozen=True)
 class Slack:
-    """The price of a lower error.
+    """The price that a lower error may have.
 
     Attributes
     ----------
     cores : float
-        Cores that it may take beyond the fewest.
+        Cores that a path may take beyond the fewest.
     delay_s : float
-        Delay that it may add beyond that of decode neurons, in seconds.
+        Delay that a path may add beyond the delay of decode neurons, in seconds.
     """
 
     cores: float
@@ -257,9 +257,9 @@ class Slack:
 
 
 def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> dict[str, str]:
-    """Return every path but the best, and why it is not.
+    """Return every path but the best, each with the reason why it is rejected.
 
-    The best is what loses least among those that are not too slow and do not take too much.
+    The best path loses least among those that are not too slow and do not take too many cores.
 
     Parameters
     ----------
@@ -268,14 +268,14 @@ def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> di
     slack : Slack
         The price that a lower error may have.
     shared : bool
-        True if the connection's own filter is that of its target, so that it can be wired directly.
+        True if the connection can share its target's filter, so that it can be wired directly.
     """
     reasons = {} if shared else {"direct": OTHER_FILTER}
     relay_s = min(one.delay_s for one in costs if one.path in RELAYS)
     for one in costs:
         if (more_s := one.delay_s - relay_s) > slack.delay_s + EPSILON_S:
             reasons[one.path] = f"{1000 * more_s:g} ms slower than decode neurons"
-    # A path that is too slow does not set the standard for cores.
+    # Paths that are too slow do not count for the fewest cores.
     fewest = min(one.cores for one in costs if one.path not in reasons)
     for one in costs:
         if one.cores > fewest + slack.cores:
@@ -287,7 +287,7 @@ def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> di
 
 
 def all_but(path: str, costs: Sequence[PathCost]) -> dict[str, str]:
-    """Return every path but one that is set, with that as the reason."""
+    """Return every path but the one that is set, each with this setting as the reason."""
     return {one.path: f"{path} is set" for one in costs if one.path != path}
 
 

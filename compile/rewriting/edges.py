@@ -82,10 +82,10 @@ class _Origin(NamedTuple):
 
 
 class _Entries(NamedTuple):
-    """The entries of a matrix, each of (n,), row by row; ``shape`` is the matrix'.
+    """The entries of a matrix, row by row, in arrays (n,); ``shape`` is the matrix's shape.
 
-    scipy's arrays check and convert at each operation, which takes longer than the few numbers do
-    that most connections have.
+    scipy's arrays check and convert at each operation, which takes longer than the arithmetic: most
+    connections have few numbers.
     """
 
     shape: tuple[int, int]
@@ -102,9 +102,9 @@ class _Entries(NamedTuple):
 
 
 class _Destination(NamedTuple):
-    """The row of a target for each of a connection's values, -1 for those that do not go there.
+    """The row of a target for each of a connection's values, -1 for values that do not go there.
 
-    Values are multiplied by a factor, or by a matrix, whose rows then take their place.
+    Values are multiplied by a factor, or by a matrix; ``rows`` are then those of the product.
     """
 
     target: EdgeTarget
@@ -120,7 +120,7 @@ class EdgeMatrices:
     rewrite : Rewrite
         The network.
     reads : sequence of nengo.Connection
-        More connections, which are not part of it.
+        More connections, which are not part of the network.
     solver : ParameterSolver
         Solves its decoders and encoders.
     partition : Partition
@@ -170,7 +170,7 @@ class EdgeMatrices:
                 leaving[connection.pre_obj].append(connection)
             else:
                 self._start(connection)
-        # Sources come first, so all that enters a node is known before it is passed on.
+        # Sources come first, so all edges into a node are known before they are passed on.
         for node in folded:
             self.into_nodes[node] = self._edges_into(node)
             for connection in leaving[node]:
@@ -194,12 +194,12 @@ class EdgeMatrices:
                 started = origin._replace(source=EdgeSource(place.group))
                 self._add(connection, started, _entries(mine), place.neuron)
         elif full_weights(connection):
-            # Such a solver ends on an ensemble; its weights alone may end on neurons of a group.
+            # A connection with such a solver cannot end on neurons; one with its weights can.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre.neurons))
             solver = self._solver if self._scope.on_chip(pre) else self._host_solver
             self._add(connection, origin, _entries(solver.weights(connection)))
         elif isinstance(pre, nengo.Ensemble) or connection.function is not None:
-            # Only its own connection computes a function, so its result is the source.
+            # Only the connection itself computes its function, so the result is the source.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre, connection))
             transform = self._solver.transform(connection)
             self._add(connection, origin, _entries(full(transform, connection.size_mid)))
@@ -228,8 +228,8 @@ class EdgeMatrices:
     def _add(
         self, connection: nengo.Connection, origin: _Origin, entries: _Entries, column: int = 0
     ) -> None:
-        """Add a matrix from columns of an origin, wherever a connection's values go."""
-        # Between m sources and n targets of a node, m n matrices may be nothing but zeros.
+        """Add a matrix from columns of an origin to each destination of a connection's values."""
+        # Many of the m n matrices between m sources and n targets of a node may be all zeros.
         if not len(entries.value):
             return
         for to in self._destinations(connection):
@@ -252,13 +252,13 @@ class EdgeMatrices:
             elif full_weights(connection):
                 yield self._to_encoded(place, rows)
             else:
-                # Inputs of a group are in units of its radius, the largest of its members'.
+                # Inputs of a group are in units of its radius, the largest radius of its members.
                 factor = self._partition.radius[place.group] / post.radius
                 target = EdgeTarget("dimensions", place.group)
                 yield _Destination(target, rows + place.dimension, factor=factor)
 
     def _to_encoded(self, place: Position, rows: np.ndarray) -> _Destination:
-        """Return the neurons of a part, for a solver that gives weights between neurons."""
+        """Return the neurons of a part as the destination of a solver's weights between neurons."""
         part, post = place.part, place.part.ensemble
         encoders = self._solver.ensemble(post).encoders[part.start : part.stop, rows]
         neurons = np.arange(part.size) + place.neuron
@@ -266,7 +266,7 @@ class EdgeMatrices:
         return _Destination(target, neurons, factor=encoders / post.radius)
 
     def _edges_into(self, node: nengo.Node | None) -> Edges:
-        """Return all edges into a passthrough node, or else all that end in none."""
+        """Return all edges into a passthrough node; for None, all that end in no such node."""
         return {
             key: _sum(blocks, (self._size_in(key.target), self._size_out(key.source)))
             for key, blocks in self._blocks.items()
@@ -287,7 +287,7 @@ class EdgeMatrices:
 
 
 def _to_neurons(place: Position, rows: np.ndarray) -> _Destination:
-    """Return the neurons of a part among some neurons of its ensemble."""
+    """Return the destination, in one part, of a connection to some neurons of an ensemble."""
     part = place.part
     mine = (rows >= part.start) & (rows < part.stop)
     target = EdgeTarget("neurons", place.group)
@@ -295,7 +295,7 @@ def _to_neurons(place: Position, rows: np.ndarray) -> _Destination:
 
 
 def _entries(matrix: Matrix) -> _Entries:
-    """Return the entries of a matrix: those that are not zero, or that are stored."""
+    """Return the entries of a matrix: the non-zero ones if it is dense, else the stored ones."""
     shape = (int(matrix.shape[0]), int(matrix.shape[1]))
     if isinstance(matrix, np.ndarray):
         row, column = matrix.nonzero()
@@ -310,7 +310,7 @@ def _passed_on(transform: Matrix, matrix: sparse.csr_array, picked: np.ndarray) 
         return _entries(transform @ matrix[picked])
     begin, end = matrix.indptr[picked], matrix.indptr[picked + 1]
     row = np.repeat(np.arange(len(picked)), end - begin)
-    # Where the entries of each row are, end to end.
+    # The places of the entries of the picked rows, row after row.
     at = np.arange(len(row)) + (end - np.cumsum(end - begin))[row]
     factors = np.broadcast_to(transform, len(picked))
     shape = (len(picked), int(matrix.shape[1]))
@@ -318,7 +318,7 @@ def _passed_on(transform: Matrix, matrix: sparse.csr_array, picked: np.ndarray) 
 
 
 def _placed(entries: _Entries, rows: np.ndarray, column: int) -> _Entries:
-    """Return entries at other rows, without those whose row is below 0, and from a column on."""
+    """Return entries moved to other rows, -1 for none, and to the right by ``column``."""
     row, placed = rows[entries.row], entries.column + column
     kept = row >= 0
     if kept.all():

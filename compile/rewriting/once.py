@@ -1,7 +1,7 @@
-"""Networks in which an object is listed more than once, as flat ones in which each is there once.
+"""Networks that list an object more than once, as flat networks that list each object once.
 
-Nengo builds an object once, however many networks list it; what goes through lists would count it
-again.
+Nengo builds an object once, however many networks list it, but code that goes through the lists
+would count it again.
 """
 
 import nengo
@@ -11,7 +11,7 @@ from spikeport.compile.rewriting.assembly import FlatNetwork
 
 
 def each_once(rewrite: Rewrite) -> Rewrite:
-    """Return a network with each of its objects once; itself where none is listed again."""
+    """Return a network that lists each object once; the same network if it already does."""
     network = rewrite.network
     if len(set(network.all_objects)) == len(network.all_objects):
         return rewrite

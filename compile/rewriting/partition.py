@@ -44,7 +44,7 @@ class Partition:
     Attributes
     ----------
     groups : list of tuples of Part
-        The same.
+        The parts of each group.
     places : dict of nengo.Ensemble to list of Position
         The places of the parts of each ensemble, in the order of the groups.
     n_neurons, dimensions : list of int
@@ -56,7 +56,7 @@ class Partition:
     def __init__(self, groups: Iterable[Sequence[Part]]) -> None:
         self.groups = [tuple(group) for group in groups]
         self.places: dict[nengo.Ensemble, list[Position]] = {}
-        # Kept, not looked up when asked for: Nengo's parameters are slow to read.
+        # Computed once, since Nengo's parameters are slow to read.
         self.n_neurons: list[int] = []
         self.dimensions: list[int] = []
         self.radius: list[float] = []
@@ -76,10 +76,9 @@ class Partition:
 
 
 def in_parts(ensembles: Sequence[nengo.Ensemble], most: float) -> list[list[Part]]:
-    """Lay ensembles end to end into groups of at most so many neurons.
+    """Lay ensembles end to end into groups of at most ``most`` neurons.
 
-    An ensemble that is larger is cut into the fewest parts of nearly equal size, and each is a
-    group of its own.
+    A larger ensemble is cut into the fewest parts of nearly equal size, each a group of its own.
 
     Parameters
     ----------

@@ -1,11 +1,11 @@
 """The passthrough nodes that matrices can replace, and the order in which to multiply them out.
 
-A cluster of connected passthrough nodes is a matrix from what enters to what leaves it, exactly,
-if it has no loop, nothing in it learns, its transforms are matrices, and no path through it has
-more than one synapse (two low-pass filters in a row are not one). Nengo itself refuses functions of
+A cluster of connected passthrough nodes is exactly a matrix from its inputs to its outputs if it
+has no loop, nothing in it learns, its transforms are matrices, and no path through it has more than
+one synapse (two low-pass filters in a row are not one). Nengo itself refuses functions of
 passthrough nodes. A cluster that leads to a learning rule stays: without it, an ensemble on the
-chip would itself be a source of errors, and those are on the host. One with a probed connection
-stays too, since products have no place to probe.
+chip would itself be a source of errors, which has to be on the host. A cluster with a probed
+connection stays too, since a product of matrices has no place to probe.
 """
 
 from collections import defaultdict
@@ -33,7 +33,7 @@ def foldable(network: nengo.Network, on_chip: Callable[[End], bool]) -> list[nen
     network : nengo.Network
         The network.
     on_chip : callable
-        Says whether an object is on the chip; a cluster that touches no such object stays.
+        Returns whether an object is on the chip; a cluster that touches no such object stays.
     """
     nodes = [node for node in network.all_nodes if is_passthrough(node)]
     probed = {probe.obj for probe in network.all_probes}

@@ -1,4 +1,4 @@
-"""Networks rewritten such that chosen groups of neurons are one ensemble each."""
+"""Networks rewritten so that each chosen group of neurons is one ensemble."""
 
 from collections.abc import Mapping, Sequence
 
@@ -43,7 +43,7 @@ def regroup(
     builder : Builder, optional
         The builder of gains and decoders; by default `spikeport.compile.loihi.solver.CHIP`.
     filtered_constants : bool
-        Constants behind a synapse become biases, too, which are there from the first step.
+        Constants behind a synapse become biases, too, which act from the first step.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def regroup(
     probes = ProbeMap(network, partition, solver)
     reads = probes.across_groups()
     matrices = EdgeMatrices(rewrite, reads, solver, partition, folded, dt_s)
-    # A probed passthrough node stays, as a target that nothing goes on from.
+    # A probed passthrough node stays as a target, without connections from it.
     probed = [node for node in folded if any(probe.obj is node for probe in network.all_probes)]
     edges = dict(matrices.edges)
     for node in probed:
@@ -77,7 +77,7 @@ def regroup(
 def _built(
     matrices: EdgeMatrices, partition: Partition, solver: ParameterSolver
 ) -> dict[NengoObject, Built]:
-    """Return what was built of the ensembles and connections that are gone."""
+    """Return the built parameters of the ensembles and connections that are gone."""
     built = {ensemble: solver.ensemble(ensemble) for ensemble in partition.places}
     for connection in matrices.replaced:
         pre = connection.pre_obj
@@ -90,7 +90,7 @@ def _built(
 def _pieces(
     rewrite: Rewrite, partition: Partition, ensembles: Sequence[nengo.Ensemble]
 ) -> dict[nengo.Ensemble, Piece]:
-    """Return the new ensembles that are one piece of an ensemble, cut now or before."""
+    """Return the new ensembles that are a piece of one ensemble, which was cut now or before."""
     pieces = {}
     for number, (ensemble, group) in enumerate(zip(ensembles, partition.groups, strict=True)):
         if len(group) > 1:
@@ -108,7 +108,7 @@ def _pieces(
 def _members(
     rewrite: Rewrite, partition: Partition, ensembles: Sequence[nengo.Ensemble]
 ) -> dict[nengo.Ensemble, tuple[str, ...]]:
-    """Return the names of the user's ensembles in each new ensemble of several."""
+    """Return the names of the user's ensembles in each new ensemble that has several."""
     members = {}
     for ensemble, group in zip(ensembles, partition.groups, strict=True):
         names = [name for part in group for name in rewrite.users_names(part.ensemble)]
@@ -144,16 +144,16 @@ class ProbeMap:
         self._reads = {p: self._read(p) for p in self.replaced if not isinstance(p.obj, Neurons)}
 
     def across_groups(self) -> list[nengo.Connection]:
-        """Return the connections that decode probed values from several groups, to sum up."""
+        """Return the connections that decode probed values as sums over several groups."""
         return [c for p, c in self._reads.items() if len(self._partition.places[p.obj]) > 1]
 
     def replacements(self, assembly: Assembly) -> dict[nengo.Probe, nengo.Probe]:
-        """Add the probes that record the same to the network that was assembled."""
+        """Add probes that record the same values to the assembled network, and return them."""
         with assembly.flat.network:
             return {probe: self._replacement(probe, assembly) for probe in self.replaced}
 
     def _read(self, probe: nengo.Probe) -> nengo.Connection:
-        """Return a connection that decodes what a probe records, and is in no network."""
+        """Return a connection, in no network, that decodes the values that a probe records."""
         node = nengo.Node(size_in=probe.size_in, add_to_container=False, label=probe.label)
         connection = nengo.Connection(
             probe.target, node, solver=probe.solver, synapse=None, add_to_container=False
@@ -190,8 +190,8 @@ class ProbeMap:
         decoders = np.zeros((ensemble.n_neurons, probe.size_in))
         mine = slice(place.neuron, place.neuron + place.part.size)
         decoders[mine] = self._solver.weights(self._reads[probe]).T
-        # The decoders are known, and the slice only sets their number of values, of which there may
-        # be more than the ensemble has dimensions.
+        # The decoders are known. The slice only sets the number of values, which may be larger than
+        # the number of dimensions.
         values = ensemble[[0] * probe.size_in]
         return nengo.Probe(values, solver=NoSolver(decoders), **options)
 

@@ -1,8 +1,8 @@
-"""Compartments that a network takes at least where none of its connections is rewritten.
+"""A lower bound on the compartments of a network whose connections are not rewritten.
 
 nengo-loihi gives every decoded connection between ensembles on the chip decode neurons of its own.
 Neurons are counted without building anything: a passthrough node between m ensembles and n others
-stands for up to m n connections, each of which would be solved for.
+stands for up to m n connections, and decoders would be solved for each.
 """
 
 from collections import defaultdict
@@ -29,10 +29,10 @@ from spikeport.compile.rewriting.passthrough import foldable
 def compartments_at_least(
     network: nengo.Network, names: Names, build: BuildSettings = AS_USUAL
 ) -> int:
-    """Return a lower bound of the compartments of a network: its neurons and decode neurons.
+    """Return a lower bound on the compartments of a network: its neurons and decode neurons.
 
-    Connections through nodes that nengo-loihi may keep, and read-outs, are left out, and those for
-    which the user chose other decode neurons.
+    Read-outs, connections through nodes that nengo-loihi may keep, and connections whose path the
+    user chose are left out.
     """
     scope = Scope(network, names)
     neurons: int = sum(ensemble.n_neurons for ensemble in dict.fromkeys(scope.ensembles))
@@ -43,7 +43,7 @@ def compartments_at_least(
 def neurons_per_value(build: BuildSettings) -> int:
     """Return the number of decode neurons for each value that a connection carries.
 
-    It is 0 for decode neurons of a user's class, of which no number is known.
+    It is 0 for decode neurons of a user's class, whose number is not known.
     """
     neurons = RELAYS["preset10"]() if build.decode_neurons is None else build.decode_neurons
     return 2 * int(getattr(neurons, "pairs_per_dim", 0))
@@ -65,7 +65,7 @@ def _relayed_values(scope: Scope, nodes: list[nengo.Node]) -> int:
         if scope.on_chip(connection.pre_obj)
         and scope.on_chip(connection.post_obj)
         and _is_relayed(connection)
-        # A path that the user chose may take no decode neurons, as the direct one.
+        # A path that the user chose may take no decode neurons, such as the direct one.
         and settings.get(connection, "decode_path") is None
     )
     sources = _Sources(nodes, scope)
@@ -84,10 +84,10 @@ def _is_relayed(connection: nengo.Connection) -> bool:
 
 
 class _Sources:
-    """The values that reach passthrough nodes, as matrices from connections off the chip.
+    """The values that reach passthrough nodes, as matrices from connections that start on the chip.
 
-    The matrices of all connections of a node lie side by side, with the number of the connection
-    for each column.
+    The matrices of a node lie side by side, with the number of the connection that each column
+    belongs to.
     """
 
     def __init__(self, nodes: list[nengo.Node], scope: Scope) -> None:
@@ -103,7 +103,7 @@ class _Sources:
         self._numbers[node].append(numbers)
 
     def _at(self, node: nengo.Node) -> tuple[sparse.csr_array, np.ndarray]:
-        """Return the matrices of a node as one, which takes their place, and its numbers."""
+        """Join the matrices of a node to one, and return it with the numbers of its columns."""
         empty = sparse.csr_array((node.size_in, 0))
         matrix = sparse.csr_array(sparse.hstack(self._matrices[node] or [empty]))
         numbers = np.concatenate([np.zeros(0, dtype=int), *self._numbers[node]])
@@ -117,7 +117,7 @@ class _Sources:
         self._add(connection.post_obj, sparse.csr_array(passed), numbers)
 
     def count(self, connection: nengo.Connection) -> int:
-        """Return the number of connections that reach a target through one from a node."""
+        """Return how many connections from the chip reach a target through one from a node."""
         matrix, numbers = self._at(connection.pre_obj)
         passed = sparse.csr_array(_transform(connection) @ matrix[source_rows(connection)])
         return len(np.unique(numbers[passed.indices]))
@@ -129,7 +129,7 @@ def _into_whole(connection: nengo.Connection) -> np.ndarray:
 
 
 def _transform(connection: nengo.Connection) -> np.ndarray:
-    """Return a transform as a matrix; one that is drawn at random carries every value."""
+    """Return a transform as a matrix; ones if it is drawn at random, as it carries every value."""
     init = np.asarray(getattr(connection.transform, "init", 1.0))
     if init.dtype == object:
         return np.ones((connection.size_out, connection.size_mid))

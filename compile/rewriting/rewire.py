@@ -1,4 +1,4 @@
-"""Wire single decoded connections another way; everything else stays."""
+"""The rewiring of single decoded connections; everything else stays."""
 
 from collections.abc import Mapping
 
@@ -20,14 +20,14 @@ def rewire(
     filters: Mapping[nengo.Ensemble, float],
     solver: ParameterSolver,
 ) -> Rewrite:
-    """Wire each of some connections along the path that was chosen for it.
+    """Wire some connections along the path that was chosen for each.
 
     Parameters
     ----------
     rewrite : Rewrite
         The network.
     chosen : mapping of nengo.Connection to str
-        A path of `spikeport.compile.rewriting.decode_paths` for each.
+        A path of `spikeport.compile.rewriting.decode_paths` for each of these connections.
     filters : mapping of nengo.Ensemble to float
         The time constant of each target's compartments, in seconds.
     solver : ParameterSolver
@@ -73,9 +73,9 @@ def _connect_directly(
 def _connect_over_host(
     connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
 ) -> None:
-    """Connect to a node on the host, and from there on."""
+    """Connect to a node on the host, and from the node to the target."""
     with flat.network:
-        # A function, though the identity: a passthrough node would be removed again.
+        # The node has a function, the identity: a passthrough node would be removed again.
         node = nengo.Node(lambda _t, x: x, size_in=connection.size_out)
         into = _without_sparse(connection, node, solver)
         whole = np.eye(connection.post_obj.size_in)[:, connection.post_slice]
@@ -86,7 +86,7 @@ def _connect_over_host(
 def _relayed(
     connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
 ) -> nengo.Connection:
-    """Keep a connection whose decoders nengo-loihi relays, or make one like it that it accepts."""
+    """Keep a relayed connection, or make one like it that nengo-loihi accepts."""
     sparse_one = isinstance(connection.transform, nengo.Sparse)
     if not (sparse_one and isinstance(connection.pre_obj, nengo.Ensemble)):
         flat.keep(connection)
@@ -104,7 +104,7 @@ def _without_sparse(
 ) -> nengo.Connection:
     """Make a connection like another, to a target, with a dense transform in place of a sparse one.
 
-    nengo-loihi decodes by no sparse transform, and reads none from the chip.
+    nengo-loihi can neither decode with a sparse transform, nor read one from the chip.
     """
     transform = connection.transform
     if isinstance(transform, nengo.Sparse):

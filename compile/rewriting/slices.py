@@ -1,8 +1,8 @@
-"""Connections to a part of an ensemble on the chip, as connections to the whole of it.
+"""Connections to a part of an ensemble on the chip, as connections to the whole ensemble.
 
     W' = S W R^T,   S[rows[i], i] += 1,   R[sources[j], j] += 1
 
-nengo-loihi builds the axons of whole targets alone, and one axon for each neuron of a source. An
+nengo-loihi only builds axons to whole targets, and one axon for each neuron of a source. An
 entry that occurs twice in a slice receives or sends the sum, as in Nengo.
 """
 
@@ -19,10 +19,10 @@ from spikeport.compile.rewriting.assembly import FlatNetwork, start, sums_up
 
 
 def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
-    """Connect to whole ensembles wherever a connection ends in a part of one on the chip.
+    """Connect to whole ensembles wherever a connection ends in a part of an ensemble on the chip.
 
-    Connections whose source's slice has neurons more than once read all of the source instead.
-    Float behaviour stays equal, to rounding. A network without such connections stays itself.
+    A connection whose slice has a neuron of its source more than once reads the whole source. Float
+    behaviour stays equal, up to rounding. A network without such connections is returned as it is.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
 def _connect_whole(
     connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
 ) -> None:
-    """Connect to all of a target what a connection sends to a part of it.
+    """Replace a connection to a part of a target by a connection to the whole target.
 
-    If its slice has entries twice, the connection is also made to read all of its source.
+    If the slice of the source has an entry twice, the new connection reads the whole source.
     """
     pre, options = start(connection)
     with flat.network:

@@ -30,7 +30,7 @@ class DecodingError(NamedTuple):
     values : float
         The sum for the values that are to be decoded.
     own, shared : float
-        The sums for the errors of decoders of each neuron's own, and of shared ones.
+        The sums for the errors of each neuron's own decoders, and of shared decoders.
     """
 
     values: float
@@ -39,7 +39,7 @@ class DecodingError(NamedTuple):
 
     @property
     def before(self) -> float:
-        """The relative rms error of decoders of each neuron's own."""
+        """The relative rms error of each neuron's own decoders."""
         return _relative(self.own, self.values)
 
     @property
@@ -49,12 +49,12 @@ class DecodingError(NamedTuple):
 
     @property
     def added(self) -> float:
-        """The difference of the two."""
+        """The rise of the relative rms error if decoders are shared."""
         return self.after - self.before
 
 
 class Shared(NamedTuple):
-    """A connection, the decoders (n, d) that its neurons could share, and the error of those."""
+    """A connection, the decoders (n, d) that its neurons could share, and their error."""
 
     connection: nengo.Connection
     decoders: np.ndarray
@@ -64,9 +64,9 @@ class Shared(NamedTuple):
 def shareable(rewrite: Rewrite, solver: ParameterSolver) -> list[list[Shared]]:
     """Return the decoders that neurons could share, by groups of ensembles that may be fused.
 
-    Neurons with equal encoders can share: those of a one-dimensional ensemble, by their sign. A
-    connection that would have no fewer decoders is left out, as is one that learns, that solves for
-    weights, or whose decoders the user set.
+    Neurons with equal encoders can share: in a one-dimensional ensemble, neurons of equal sign. A
+    connection is left out if it would not have fewer decoders, if it learns or solves for weights,
+    or if the user set its decoders.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def tied(rewrite: Rewrite, chosen: Iterable[Shared], solver: ParameterSolver) ->
     chosen : iterable of Shared
         The connections to change, and their decoders.
     solver : ParameterSolver
-        The one that they were solved by.
+        The solver of these decoders.
     """
     settings = NetworkSettings(rewrite.network)
     new = {one.connection: _twin(one.connection, NoSolver(one.decoders), solver) for one in chosen}
@@ -150,7 +150,7 @@ class _OnePerClass(Solver):
 
 
 def _is_solved(connection: nengo.Connection) -> bool:
-    """Return whether a solver finds decoders for a connection, each by itself."""
+    """Return whether a solver finds decoders for a connection, which does not learn."""
     return (
         isinstance(connection.pre_obj, nengo.Ensemble)
         and connection.learning_rule_type is None
@@ -163,7 +163,7 @@ def _shared(connection: nengo.Connection, solver: ParameterSolver) -> Iterator[S
     """Yield the decoders that the neurons before a connection could share, if they are fewer."""
     encoders = solver.ensemble(connection.pre_obj).encoders
     _, number = np.unique(encoders, axis=0, return_inverse=True)
-    # A row of the identity for each neuron: the one of its class.
+    # Each neuron has a row of the identity matrix, that of its class.
     classes = np.eye(number.max() + 1)[number.ravel()]
     # Every neuron is a class of its own: there is nothing to share.
     if classes.shape[1] == len(encoders):
