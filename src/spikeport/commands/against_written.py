@@ -1,4 +1,4 @@
-"""A rewritten network against the one as written: hints where it takes more, or loses more.
+"""Hints where a rewritten network takes more cores, or loses more, than the network as written.
 
 The network is compiled once more, without the passes that rewrite it.
 """
@@ -20,25 +20,25 @@ MOST_ENSEMBLES = 300
 
 
 def as_written(network: nengo.Network, chip: str, passes: str | Pipeline) -> Compilation | None:
-    """Compile a network as it is written; None where that is no comparison, or would take long."""
+    """Compile a network as written; None if no pass rewrites it, if it is large, or if it fails."""
     pipeline = parse(passes) if isinstance(passes, str) else passes
     if not pipeline.networks or len(network.all_ensembles) > MOST_ENSEMBLES:
         return None
     try:
         return compile_network(network, chip, pipeline=PIPELINES["as_written"])
-    except CompileError:  # it needs the passes
+    except CompileError:  # the network needs the passes
         return None
 
 
 def more_cores(found: Compilation, written: Compilation) -> Iterator[Violation]:
-    """Yield a hint where a compile takes more cores than that of the network as written."""
+    """Yield a hint if a compile takes more cores than the compile of the network as written."""
     cores, least = found.image.n_cores, written.image.n_cores
     if cores > least:
         yield rules.get("SP411").broken("the network", f"{cores}, as written {least}")
 
 
 def more_loss(error: float | None, written: float | None) -> Iterator[Violation]:
-    """Yield a hint where probes are further off than those of the network as written."""
+    """Yield a hint if probes are further off than the probes of the network as written."""
     if error is not None and written is not None and error > written:
         used = f"{100 * error:.2g} % off, as written {100 * written:.2g} %"
         yield rules.get("SP412").broken("probes", used)

@@ -31,20 +31,20 @@ class Agreement(NamedTuple):
     name: str
     equal: float
     silent: float
-    """The score of a network without spikes."""
+    """The share that a network without spikes would reach."""
     spikes: int
     wanted: int
 
 
 class Played(NamedTuple):
-    """Spikes of inputs, (n_steps, size) each, and where they come from."""
+    """Spikes of inputs, (n_steps, size) each, and their origin in words."""
 
     rows: dict[str, np.ndarray]
     origin: str
 
 
 def measured(network: NirNetwork, compilation: Compilation, played: Played) -> Iterator[Agreement]:
-    """Yield the agreement of each population on the chip, its spikes as late as its depth."""
+    """Yield the agreement of each population on the chip, whose spikes are late by its depth."""
     wanted = run(network.folded, played.rows)
     n_steps = len(next(iter(played.rows.values())))
     chip = _spikes(network, compilation, played.rows, n_steps)
@@ -68,7 +68,7 @@ def compartments(image: ChipImage, owner: str) -> np.ndarray:
 def _spikes(
     network: NirNetwork, compilation: Compilation, rows: Mapping[str, np.ndarray], n_steps: int
 ) -> np.ndarray:
-    """Return the spikes of all compartments, (n_steps and as many as the depth, n)."""
+    """Return the spikes of all compartments, (n_steps + depth, n)."""
     image = compilation.image
     depth = max(one.depth for one in network.folded.populations.values())
     for name, feed in network.feeds.items():
@@ -84,12 +84,12 @@ def _spikes(
 
 
 def spikes_of(folded: PopulationGraph, text: str) -> Played:
-    """Return spikes for the inputs of a graph: random ones, or those of a file.
+    """Return spikes for the inputs of a graph: random ones, or spikes from a file.
 
     Raises
     ------
     UsageError
-        There is no input, or the file has not an array of 0 and 1, (n_steps, size), for each.
+        If there is no input, or the file lacks an array of 0 and 1, (n_steps, size), for one.
     """
     sizes = {name: math.prod(shape) for name, shape in folded.inputs.items()}
     if not sizes:

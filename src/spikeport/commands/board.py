@@ -66,7 +66,7 @@ def _kept(path: Path, machine: Machine, image: ChipImage, seed: int) -> Counting
     try:
         image.save(path)
     except OSError as error:
-        # Told to the host, as a read-only folder is: a full disk must not end the server.
+        # Reported to the host, like a read-only folder: a full disk must not end the server.
         raise UsageError(
             f"--keep {path}: cannot be written ({reason_of(error)}); choose another place"
         ) from None
@@ -110,11 +110,11 @@ MACHINES = {
     "rtl": _rtl,
 }
 NEEDS = {"snips": _need_gcc, "nxsdk": _need_nxsdk, "rtl": _need_verilator}
-"""Checks for the programs that a machine cannot do without, before a host comes."""
+"""Checks for the programs that a machine needs, made before a host connects."""
 
 
 def _machine(request: BoardService) -> Machine:
-    """Return the machine that is asked for; refuse what it cannot do without."""
+    """Return the requested machine; raise an error if it needs a program that is missing."""
     asked = request.device is not None, request.rtl, request.machine is not None
     if sum(asked) > 1:
         raise UsageError(
@@ -134,7 +134,7 @@ def _machine(request: BoardService) -> Machine:
 
 
 def serve(request: BoardService, tls: Tls) -> None:
-    """Be a board until the process is ended; its socket goes with it."""
+    """Serve a board until the process is ended, then remove its socket."""
     machine = _machine(request)
     if request.keep is not None:
         _check_keep(request.keep)
@@ -154,7 +154,7 @@ def serve(request: BoardService, tls: Tls) -> None:
 
 
 def _say(line: str) -> None:
-    print(line, flush=True)  # whoever starts a board waits for its first line
+    print(line, flush=True)  # the process that starts a board waits for its first line
 
 
 def _say_of_board(line: str) -> None:

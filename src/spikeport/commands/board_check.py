@@ -1,4 +1,4 @@
-"""``spikeport board check IMAGE``: what would be written to a real chip, beside the image."""
+"""``spikeport board check IMAGE``: the registers of a real chip, compared with the image."""
 
 from pathlib import Path
 
@@ -25,7 +25,7 @@ def run(path: Path, *, n_steps: int, seed: int) -> int:
         f"image {image.digest[:12]}: {image.n_compartments:,} compartments in {image.n_blocks} "
         f"blocks, {len(image.synapses):,} synapses, {image.n_inputs:,} sources on the host"
     )
-    # An image of one block a core has one placement.
+    # An image with one block per core has one placement.
     outcomes = []
     for placement in [single] if packed.is_single else [single, packed]:
         outcomes.append(check(image, placement, n_steps, seed))
@@ -37,7 +37,7 @@ def run(path: Path, *, n_steps: int, seed: int) -> int:
 
 
 def _lines(checked: Checked) -> list[str]:
-    """Return the lines of one placement: what was written, what was compared, what was found."""
+    """Return the lines of one placement: registers written, steps compared, and findings."""
     name = checked.placement.name
     if checked.refused:
         first = f"{name}: not written, nengo-loihi's hardware half refuses it"

@@ -1,4 +1,4 @@
-"""``spikeport board write IMAGE``: what a board with soft cores is built of, and loaded with."""
+"""``spikeport board write IMAGE``: the files that build and load a board with soft cores."""
 
 from pathlib import Path
 
@@ -30,14 +30,14 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     path, out : Path
         The image, and the folder that is written.
     chip : str, optional
-        The chip; by default the image's own where that has soft cores, or else `LARGEST`.
+        The chip; by default the image's own if that has soft cores, or else `LARGEST`.
 
     Raises
     ------
     UsageError
         If the chip is not known or has no soft cores, or the folder cannot be written.
     ImageError
-        If the image is none.
+        If the file is not an image.
     BackendError
         If the chip cannot hold the image.
     """

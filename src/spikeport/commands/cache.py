@@ -14,7 +14,7 @@ S_PER_DAY = 24 * 3600
 
 
 def run(clear: bool) -> None:
-    """Print what the user's cache keeps, or remove it."""
+    """Print the content of the user's cache, or remove it."""
     console, kept = Console(soft_wrap=True, highlight=False), cache.of_user()
     if kept is cache.NOTHING:
         console.print(f"the cache is off: {cache.FOLDER}={cache.OFF}")

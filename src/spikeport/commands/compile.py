@@ -34,7 +34,7 @@ from spikeport.simulation.probes import outputs, probing_outputs
 from spikeport.user_code import contained
 
 SEED = 0
-"""Seed of processes on the host, where a loss is measured."""
+"""Seed of processes on the host while a loss is measured."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +58,7 @@ class CompileRequest:
 
 
 def run(request: CompileRequest) -> None:
-    """Compile, write what was asked for, print the report, and hold it against the budget."""
+    """Compile, write the requested files, print the report, and check it against the budget."""
     stated = _checked_rates(request)
     request.to.check(Path(request.network), Path(request.network.rpartition(":")[0]))
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
@@ -99,7 +99,7 @@ def run(request: CompileRequest) -> None:
 
 
 def _passes(request: CompileRequest) -> str:
-    """Return the passes: those asked for, else those the network needs, else the chip's."""
+    """Return the passes: the user's, else the ones that the network needs, else the chip's."""
     passes = request.passes if request.passes is not None else needed_passes(request.network)
     return chips.get(request.chip).pipeline if passes is None else passes
 
@@ -111,14 +111,14 @@ def _compilation(
     observer: Observer,
     progress: Progress,
 ) -> Compilation:
-    """Compile the network; where a loss is to be measured and nothing is probed, with probes."""
+    """Compile the network; add probes if a loss is to be measured and nothing is probed."""
 
     def work() -> Compilation:
         return compile_network(
             network, request.chip, DT_S, passes, observer, request.offload, progress=progress
         )
 
-    # A loss is measured at what is read out.
+    # A loss is measured at the values that are read out.
     if request.loss_s is not None and not network.all_probes and any(outputs(network)):
         return probing_outputs(network, work)
     return work()
@@ -133,7 +133,7 @@ def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: Compil
 
 
 def _checked_rates(request: CompileRequest) -> Rates | None:
-    """Return the rates that costs are stated at; raises UsageError for costs of another kind."""
+    """Return the rates that costs are estimated at; UsageError for options that contradict them."""
     stated = rates.parse(request.rates)
     if stated is not None and request.loss_s is not None:
         raise UsageError("--rate-hz and --loss: the run of --loss has rates of its own; give one")
@@ -145,7 +145,7 @@ def _checked_rates(request: CompileRequest) -> Rates | None:
 
 
 def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:
-    """Return the findings without a run: with rates, also the costs at them."""
+    """Return the findings without a run; if rates are stated, with the costs at these rates."""
     if stated is None:
         return Findings(compilation.report)
     image = compilation.image
@@ -168,7 +168,7 @@ def _compared(
     written: Compilation | None,
     loss_s: float | None,
 ) -> Findings:
-    """Return findings with hints on what the network takes, or loses, more than as written."""
+    """Return the findings, with hints if the network takes or loses more than as written."""
     if written is None:
         return findings
     hints = [*findings.report.hints, *more_cores(compilation, written)]

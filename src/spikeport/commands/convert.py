@@ -50,7 +50,7 @@ class ConvertRequest:
 
 
 def run(request: ConvertRequest) -> None:
-    """Convert, write what was asked for, and print lint and report."""
+    """Convert a policy, write the requested files, and print lint and report."""
     _check(request)
     with progress_bar() as progress:
         progress("reading the policy", None)
@@ -97,14 +97,14 @@ def _check(request: ConvertRequest) -> None:
 
 
 def _smaller(n_neurons: int) -> str:
-    """Return what the owner of a policy, who has no ensembles to change, may try."""
+    """Return advice for the owner of a policy, who has no ensembles to change."""
     if n_neurons == 2:
         return "more: only a policy of fewer units is smaller than with -n 2"
     return f"more: try -n {n_neurons // 4 * 2}, fewer neurons for each unit than {n_neurons}"
 
 
 def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
-    """Return a walking policy where the file says so, and the layers."""
+    """Return the walking policy, if the file holds one, and the layers."""
     if request.description is None and file_format(request.file) != "npz":
         return None, load_mlp(request.file, request.activation)
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
@@ -146,7 +146,7 @@ def lint_table(lint: ConversionLint) -> Table:
 
 
 def lint_lines(lint: ConversionLint) -> Iterator[str]:
-    """Yield the errors of the action, and hints on what is worth a change."""
+    """Yield the errors of the action, and hints on changes that may help."""
     errors = (f"{100 * error:.1f} %" for error in (lint.action_error, lint.chip_error))
     yield "action: {} off in float spikes, {} on the chip".format(*errors)
     for hint in lint.hints():

@@ -1,4 +1,4 @@
-"""Tables of what every core and every module takes."""
+"""Tables of the resources and energy of every core, and the energy of every module."""
 
 from rich.box import SIMPLE_HEAD
 from rich.markup import escape
@@ -13,7 +13,7 @@ from spikeport.hardware_models.energy import energy
 
 
 def core_table(report: Report, activity: Activity | None) -> Table:
-    """Return every core: what it holds, and what a step on it costs in energy."""
+    """Return the table of cores: their content, and the energy of a step on each."""
     table = Table(title="cores", box=SIMPLE_HEAD)
     table.add_column("core", no_wrap=True, justify="right")
     table.add_column("holds")

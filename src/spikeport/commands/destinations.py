@@ -11,7 +11,7 @@ from spikeport.errors import UsageError
 from spikeport.files import write_json
 
 IMAGE, REPORT = "image.npz", "report.json"
-"""Files of the folder."""
+"""The files in the folder."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ class Destinations:
     html: Path | None = None
 
     def check(self, *reads: Path) -> None:
-        """Say what cannot be written, or is read, before the work, not after it."""
+        """Raise UsageError, before the work, for an output that is not writable, or an input."""
         if self.out is not None and self.out.exists() and not self.out.is_dir():
             raise UsageError(f"--out {self.out}: is a file; choose a folder")
         if self.out is not None:
@@ -42,10 +42,10 @@ class Destinations:
         check_apart(self._files())
 
     def _files(self) -> Iterator[tuple[str, Path]]:
-        """Yield the options, each with a file that it has written."""
+        """Yield the options, each with a file that it writes."""
         if self.out is not None:
             yield from (("--out", self.out / name) for name in (IMAGE, REPORT))
-        # The report of the folder, asked for by both, is one.
+        # --json may name the report in the folder: that is one file.
         if self.json is not None and not self._holds_report(self.json):
             yield "--json", self.json
         if self.html is not None:
@@ -55,17 +55,17 @@ class Destinations:
         return self.out is not None and path.resolve() == (self.out / REPORT).resolve()
 
     def write_image(self, image: ChipImage) -> None:
-        """Write an image to the folder, where there is one."""
+        """Write an image to the folder, if there is one."""
         if self.out is not None:
             image.save(self.out / IMAGE)
 
     def write_report(self, report: Json, title: str) -> None:
-        """Write a report to the folder, the file and the page, where they are asked for."""
+        """Write a report to the folder, the file and the page that the user asked for."""
         for path in (self.out and self.out / REPORT, self.json):
             if path is not None:
                 write_json(path, report)
         if self.html is not None:
-            from spikeport.compile.report.page import write_page  # brings jinja2
+            from spikeport.compile.report.page import write_page  # imports jinja2
 
             write_page(self.html, report, title)
 

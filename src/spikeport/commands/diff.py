@@ -1,4 +1,4 @@
-"""``spikeport diff A B``: what changed from one compile to another."""
+"""``spikeport diff A B``: the changes from one compile or run to another."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -20,11 +20,11 @@ SAME, DIFFERENT = 0, 1
 SECTIONS = ("passes", "quantisation", "energy", "timing", "host_io", "loss")
 
 Figures = dict[str, object]
-"""Numbers, texts and what is not known (None), by name."""
+"""Numbers, texts and unknown values (None), by name."""
 
 
 class Change(NamedTuple):
-    """A figure of two reports that differs; None: the report does not have it."""
+    """A figure that differs between two reports; None if a report does not have it."""
 
     figure: str
     a: object
@@ -32,7 +32,7 @@ class Change(NamedTuple):
 
 
 def run(a: Path, b: Path, html: Path | None = None) -> int:
-    """Print what differs, and write it as a page; 1 if anything does, else 0, as ``diff`` does."""
+    """Print differences, and write them as a page; like ``diff``, return 1 if any, else 0."""
     if html is not None:
         check_output("--html", html, *map(report_file, (a, b)), suffix=".html")
     reports = {str(a): read(a), str(b): read(b)}
@@ -40,7 +40,7 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
     if html is not None:
         for name, report in reports.items():
             check_whole(name, report)
-        from spikeport.compile.report.page import write_pair  # brings jinja2
+        from spikeport.compile.report.page import write_pair  # imports jinja2
 
         write_pair(html, reports, [_texts(change) for change in found])
         print(f"written: {html}")
@@ -58,7 +58,7 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
 
 
 def changes(a: Json, b: Json) -> list[Change]:
-    """Return the figures that differ, or are in one report alone, of sections that both have."""
+    """Return the figures that differ, or are in one report only, in sections that both have."""
     shared = [section for section in SECTIONS if a.get(section) and b.get(section)]
     left, right = figures(a, shared), figures(b, shared)
     names = [*left, *(name for name in right if name not in left)]
@@ -129,7 +129,7 @@ FIGURES: dict[str, Callable[[Any], Figures]] = {
 
 
 def _texts(change: Change) -> list[str]:
-    """Return a change in words: the figure, both values, and by how much it grew."""
+    """Return a change in words: the figure, both values, and the relative growth."""
     texts = (change.figure, _text(change.a), _text(change.b), _relative(change))
     return [printable(text) for text in texts]
 

@@ -11,17 +11,17 @@ from rich.table import Table
 from spikeport.extras import install_command
 
 DEVELOPMENT = ("test", "check", "referee")
-"""Extras that a user has no need of."""
+"""Extras that a user does not need."""
 
 
 def packages() -> dict[str, str]:
-    """Return the extra of every package that spikeport asks for, by name; required ones have none.
+    """Return the extra of each package that spikeport asks for, by name; empty if it is required.
 
     Source: the metadata of the installed spikeport, and so pyproject.toml.
     """
     found: dict[str, str] = {}
     for line in metadata.requires("spikeport") or ():
-        # By hand: the package `packaging`, which reads such lines, is none that we depend on.
+        # By hand: we do not depend on the package `packaging`, which reads such lines.
         name = re.match(r"[\w.-]+", line)
         extra = re.search(r"extra == .([\w-]+)", line)
         mine = extra[1] if extra else ""
@@ -32,7 +32,7 @@ def packages() -> dict[str, str]:
 
 
 def run() -> int:
-    """Print what there is and what is missing; 1 if something required is missing, else 0."""
+    """Print installed and missing packages; return 1 if a required one is missing, else 0."""
     table = Table("part", "found", "if missing", box=SIMPLE_HEAD)
     wanted = packages()
     missing = [name for name in wanted if not _version(name)]

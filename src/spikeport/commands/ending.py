@@ -11,22 +11,22 @@ from typing import NoReturn
 from spikeport.build_timer import Ended
 
 SIGNALS = (signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
-"""A request to end, the end of the terminal, and Ctrl-\\ in it."""
+"""A request to end, the end of the terminal, and Ctrl-\\."""
 OF_SERVERS = (*SIGNALS, signal.SIGINT)
 """The signals that end a server: Ctrl-C leaves nothing of it incomplete."""
 
 
 @contextlib.contextmanager
 def ended_in_order(serves: bool = False) -> Iterator[None]:
-    """Let signals end the command as an exit does, so that what is open is closed.
+    """Let signals end the command as an exit does, so that links and files are closed.
 
-    Else nothing would be done before the end: a robot would not be damped, a stub not waited for.
+    Otherwise the process would end at once: a robot would not be damped, a stub not waited for.
 
     Parameters
     ----------
     serves : bool
-        True for a server: it is ended by Ctrl-C, too, and with exit code 0. Else the code is 128
-        and the number of the signal, as of shells.
+        True for a server: Ctrl-C ends it, too, and its exit code is 0. Otherwise the code is 128
+        plus the number of the signal, as in shells.
     """
 
     def end(number: int, _frame: FrameType | None) -> NoReturn:
@@ -40,8 +40,8 @@ def ended_in_order(serves: bool = False) -> Iterator[None]:
 
 @contextlib.contextmanager
 def resumable(folder: Path, parts: str) -> Iterator[None]:
-    """Let an interrupt, or a request to end, say which parts are kept and how to go on."""
-    # Not the end of the terminal: under `nohup`, what takes hours ignores it.
+    """Tell the user, on an interrupt or SIGTERM, which parts are kept and how to resume."""
+    # Not the end of the terminal: work of hours under `nohup` ignores it.
     with _handled((signal.SIGTERM,), signal.default_int_handler):
         try:
             yield
@@ -67,6 +67,6 @@ def _handled(
 
 
 def _heard(signals: Iterable[signal.Signals]) -> list[signal.Signals]:
-    """Return the signals without the end of the terminal where `nohup` has it ignored."""
+    """Return the signals, without SIGHUP if `nohup` has it ignored."""
     is_kept = signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
     return [one for one in signals if not (is_kept and one == signal.SIGHUP)]

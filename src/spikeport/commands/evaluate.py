@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 EXPERIMENT = "walk"
 EPISODE_S = 20.0
 SPIKING, MLP = "spiking", "mlp"
-"""Values of the setting ``policy`` that are no file: the shipped one in neurons, and exact."""
+"""Values of the setting ``policy`` that are not files: the shipped policy in neurons, or exact."""
 SHOWN = ("speed_error_m_s", "yaw_rate_error_rad_s", "speed_use", "impact_bw")
-"""Figures on the screen, as many as 80 columns have place for; all of them are in the folder."""
+"""Figures on the screen, as many as fit into 80 columns; the files in the folder have all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,7 +55,7 @@ class EvaluateRequest:
 
 
 def run(request: EvaluateRequest) -> int:
-    """Run what is missing of an evaluation, and write its table; 1 if an episode failed, else 0."""
+    """Run the missing episodes of an evaluation, and write its table; return 1 if any failed."""
     if request.experiment != EXPERIMENT:
         raise unknown("experiment to evaluate", request.experiment, (EXPERIMENT,))
     episode = registry.imported("an evaluation", "spikeport.experiments.evaluate.episode")
@@ -109,7 +109,7 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
         chip=target.chip,
         pipeline=experiment.passes(target.passes),
         seconds=seconds_of(seconds, experiment),
-        # One network for all episodes: it is made once, and seeds change what an episode meets.
+        # One network for all episodes: it is made once, and seeds change only the conditions.
         settings={"network_seed": 0, **settings},
         varied={},
         seeds=seeds_from(request.seed, request.episodes, "episodes"),
@@ -146,13 +146,13 @@ def _check(evaluation: "EvaluationSweep") -> None:
             "--episodes"
         )
     experiment, seed = registry.get(EXPERIMENT), evaluation.seeds[0]
-    # A row's settings are the same in all of its episodes, so one of each is enough.
+    # A row's settings are the same in all of its episodes, so one episode per row is enough.
     for point in (evaluation.point(row, seed) for row in evaluation.rows):
         experiment.trial(experiment.settings(**point.settings), point.options).check()
 
 
 def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:
-    """Write table and picture of what is finished, and print them."""
+    """Write table and picture of the finished episodes, and print the table."""
     from spikeport.experiments.evaluate.figure import figure
     from spikeport.experiments.evaluate.table import as_json, markdown, table
 
@@ -176,7 +176,7 @@ def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:
 
 
 def _title(evaluation: "EvaluationSweep") -> str:
-    """Return whose episodes the table is of, where, and how many."""
+    """Return the title of the table: the policy, the backend, and number and length of episodes."""
     policy, n = evaluation.settings.get("policy", SPIKING), len(evaluation.seeds)
     file = "" if policy in (SPIKING, MLP) else f" of {policy}"
     # The analytic backend has no neurons, whatever the policy.
@@ -196,15 +196,15 @@ def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
 
 
 def screen_table(rows: "list[TableRow]") -> Table:
-    """Return the table of falls and of the means that are `SHOWN`, for a screen of 80 columns."""
+    """Return the table of falls and of the means in `SHOWN`, for a screen of 80 columns."""
     from spikeport.experiments.evaluate.measures import MEASURES
 
     shown = Table(box=SIMPLE_HEAD)
-    # Rows differ in the ends of their names, too: a name goes on in the next line.
+    # The names of rows may differ only at their ends: a long name wraps.
     shown.add_column("perturbation", overflow="fold")
     shown.add_column("falls", no_wrap=True)
     for name in SHOWN:
-        # A word a line: headings are wider than their numbers.
+        # A word per line: headings are wider than their numbers.
         shown.add_column(MEASURES[name].heading.replace(" ", "\n"), justify="right", no_wrap=True)
     for one in rows:
         means = (one.means[name] for name in SHOWN)

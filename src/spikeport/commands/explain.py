@@ -11,7 +11,7 @@ from spikeport.compile.check.rules import GROUPS, Rule
 
 
 def explain(rule_id: str) -> None:
-    """Print all there is to know about a rule."""
+    """Print a rule with its meaning, limit, reason, source and cures."""
     rule = rules.get(rule_id)
     entries = Table.grid(padding=(0, 1))
     for name, text in named(rule):

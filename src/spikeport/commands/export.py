@@ -10,7 +10,7 @@ from spikeport.nir_export import export
 
 
 def run(image: Path, nir: Path) -> None:
-    """Write a chip image as a NIR graph, and say what is in it."""
+    """Write a chip image as a NIR graph, and print its size."""
     check_output("--nir", nir, image)
     loaded = ChipImage.load(image)
     export(loaded, nir)

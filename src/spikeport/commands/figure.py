@@ -25,7 +25,7 @@ class FigureRequest:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """A figure of the paper: which, and the run that shows it."""
+    """A figure of the paper from a single run."""
 
     summary: str
     experiment: str
@@ -33,7 +33,7 @@ class PaperFigure:
     settings: Mapping[str, str]
 
     def make(self, request: FigureRequest) -> int:
-        """Run the experiment; 0, or UsageError for options that only a sweep has."""
+        """Run the experiment, and return 0; UsageError for options that only a sweep has."""
         if request.workers != Workers():
             raise UsageError(
                 f"figure '{request.figure}' is a single run; leave out --workers and --scheduler"
@@ -47,7 +47,7 @@ class PaperFigure:
 
 @dataclass(frozen=True)
 class PaperSweep:
-    """A figure of the paper from many runs: what differs, from how many seeds, who draws it."""
+    """A figure of the paper from many runs, with varied settings and several seeds."""
 
     summary: str
     experiment: str
@@ -59,9 +59,9 @@ class PaperSweep:
     probes: bool = False
 
     def make(self, request: FigureRequest) -> int:
-        """Run what is missing of the sweep, from the seed of the request on, and draw it.
+        """Run the missing points of the sweep, from the seed of the request on, and draw it.
 
-        1 if a point failed, else 0; UsageError for options that only a single run has.
+        Return 1 if a point failed, else 0; UsageError for options that only a single run has.
         """
         asked = request.options
         if asked.video or asked.overwrite or asked.counts:
@@ -91,7 +91,7 @@ class PaperSweep:
         )
 
     def _check_varied(self, request: FigureRequest) -> None:
-        """Refuse a value of what the figure varies."""
+        """Refuse a user's value for a setting that the figure varies."""
         given = {key: f"--set {key}" for key in _keys(request.options.settings)}
         if request.target.backend != Target.backend:
             given[BACKEND] = f"--{BACKEND}"
@@ -110,7 +110,7 @@ class PaperOverview:
     module: str
 
     def make(self, request: FigureRequest) -> int:
-        """Build the network and draw it; 0."""
+        """Build the network, draw it, and return 0."""
         asked = request.options
         ignored = asked.video, asked.counts, asked.seconds is not None, asked.seed
         if any(ignored) or request.workers != Workers() or request.target != _of_chip(request):
@@ -120,9 +120,9 @@ class PaperOverview:
             )
         drawing = registry.imported("figure 'overview'", self.module)
         with run_folder.opened(asked.out, "overview", asked.overwrite) as folder:
-            # A calibration takes a run, and nothing of it can be seen in the drawing.
+            # A calibration takes a run, and does not change the drawing.
             settings = _replaced({"calibrated": "false"}, asked.settings)
-            # Its time is not watched: the cure would be an option that a figure has not.
+            # Its time is not limited: the message would name an option that figures lack.
             network = built_in("humanoid", settings, request.target.chip)
             picture = rendered(drawing.overview_figure(network))
             run_folder.clear(folder)
@@ -132,12 +132,12 @@ class PaperOverview:
 
 
 def _of_chip(request: FigureRequest) -> Target:
-    """Return the target of a request that asks for a chip alone."""
+    """Return the target that a request has if it asks for a chip alone."""
     return Target(chip=request.target.chip)
 
 
 def _replaced(papers: Mapping[str, str], own: Sequence[str]) -> list[str]:
-    """Return the paper's settings, but for those that are set, and these."""
+    """Return the paper's settings, except those that the user sets, and the user's own."""
     keys = _keys(own)
     return [*(f"{key}={value}" for key, value in papers.items() if key not in keys), *own]
 
@@ -151,7 +151,7 @@ WALK_S = 40.0
 SWEEP_S = 20.0
 """Five of the six turns of the path."""
 LONGEST_S = 60.0
-"""Most seconds of a schedule, which ends a run by itself."""
+"""Most seconds of a run with a schedule: the end of the schedule ends the run."""
 
 FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
     "teaser": PaperFigure("Fig. 1: walking, drawing and walking on", "switch", LONGEST_S, {}),
@@ -197,13 +197,13 @@ NUMBERS = {
     "5c": "walk-silenced",
     "6": "basal-ganglia",
 }
-"""The paper's numbers of figures, each with the name that does the same."""
+"""The numbers of the paper's figures, each with the name of the same figure."""
 
 
 def make(request: FigureRequest) -> int:
-    """Make a figure as the paper does, but for what the request says otherwise.
+    """Make a figure with the paper's settings, except those that the request replaces.
 
-    1 if a point of a sweep failed, else 0.
+    Return 1 if a point of a sweep failed, else 0.
 
     Raises
     ------

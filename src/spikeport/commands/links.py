@@ -24,8 +24,8 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
     Raises
     ------
     UsageError
-        If an option is for another backend or wrong, the record's file is there already or cannot
-        be made, or none is named to be played back, or what is named is none.
+        If an option is wrong or for another backend, if the file to record exists already or cannot
+        be made, or if the file to replay is not named, or is not a record.
     """
     asked = LinkOptions(
         board=link.board,
@@ -47,7 +47,7 @@ def link_options(link: Link, tls: Tls, backend: str) -> LinkOptions:
 
 
 def _check_record(path: Path) -> None:
-    """Refuse a file that is there, as a link to one that is not, or that cannot be made."""
+    """Refuse a file that exists, even as a dangling link, or that cannot be made."""
     check_output("--record", path)
     if os.path.lexists(path):
         raise UsageError(f"--record {path}: is there already; choose another file")
@@ -77,7 +77,7 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
     Raises
     ------
     UsageError
-        If options do not go together, or name what is not known.
+        If options contradict each other, or name something unknown.
     MissingExtraError
         If the robot is at the end of DDS, and cyclonedds is absent.
     """

@@ -18,7 +18,7 @@ from spikeport.hardware_models.figure import Figure
 
 
 def print_chips() -> None:
-    """Print all built-in chips with its limits, power and calibrations."""
+    """Print all built-in chips with their limits, power and calibrations."""
     console = Console()
     for name in chips.names():
         console.print(_chip_table(chips.get(name)))
@@ -51,7 +51,7 @@ def _absent(chip: ChipModel) -> Iterator[str]:
 
 
 def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:
-    """Yield every figure of a chip that is known, with what it is a figure of."""
+    """Yield every known figure of a chip, after its name."""
     groups: list[tuple[str, BaseModel]] = [("", chip.limits), ("", chip.power)]
     groups += [] if chip.host_io is None else [("host I/O: ", chip.host_io)]
     groups += [] if chip.soft_memory is None else [("shared memory: ", chip.soft_memory)]
@@ -69,7 +69,7 @@ def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:
 
 
 def print_backends() -> None:
-    """Print all backends; ``analytic`` is not one, but experiments take it in its place."""
+    """Print all backends, and ``analytic``, which experiments take in place of a backend."""
     console = Console()
     experiments = list(_experiments(console))
     summaries = {name: backend.summary for name, backend in BACKENDS.items()}
@@ -80,7 +80,7 @@ def print_backends() -> None:
 
 
 def _experiments(console: Console) -> Iterator[Experiment]:
-    """Yield the experiments whose packages are there; prints how to get the others'."""
+    """Yield the experiments whose packages are installed; print how to install the others."""
     for name in registry.EXPERIMENTS:
         try:
             yield registry.get(name)

@@ -1,4 +1,4 @@
-"""NIR graphs on the command line: time step, input, where the chip differs, how far it agrees."""
+"""NIR graphs on the command line: time step, input, differences on the chip, and agreement."""
 
 from collections.abc import Iterator
 
@@ -23,7 +23,7 @@ def with_dt(network: str, settings: list[str], dt_s: float | None, spikes: str |
     Raises
     ------
     UsageError
-        A graph has no time step, or another network has one.
+        If a network that is not a graph has a time step or spikes.
     """
     if network.endswith(SUFFIX):
         return settings if dt_s is None else [*settings, f"dt={dt_s!r}"]
@@ -46,12 +46,12 @@ def check_loss(network: str, loss_s: float | None, spikes: str | None) -> None:
 
 
 def read_spikes(network: nengo.Network, spikes: str | None) -> Played | None:
-    """Return the spikes that a user has for the inputs; of a graph alone."""
+    """Return a user's spikes for the inputs of a graph; None for other networks."""
     return spikes_of(network.folded, spikes) if isinstance(network, NirNetwork) and spikes else None
 
 
 def play(network: nengo.Network, spikes: str | None) -> str | None:
-    """Feed spikes to the inputs of a graph, and return in words where they come from."""
+    """Feed spikes to the inputs of a graph, and return their origin in words."""
     played = read_spikes(network, spikes)
     if not isinstance(network, NirNetwork) or played is None:
         return None
@@ -61,7 +61,7 @@ def play(network: nengo.Network, spikes: str | None) -> str | None:
 
 
 def show(network: nengo.Network, compilation: Compilation, played: Played | None) -> None:
-    """Print what differs, and the agreement on spikes where there are any; of a graph alone."""
+    """Print a graph's differences on the chip, and its agreement if there are spikes."""
     show_differences(network)
     if isinstance(network, NirNetwork) and played is not None:
         console = Console(highlight=False)
@@ -70,7 +70,7 @@ def show(network: nengo.Network, compilation: Compilation, played: Played | None
 
 
 def show_differences(network: nengo.Network) -> None:
-    """Print what the chip does otherwise than NIR's equations; of a graph alone."""
+    """Print how the chip differs from NIR's equations, if the network is a graph."""
     if isinstance(network, NirNetwork):
         console = Console(highlight=False)
         for line in ("on the chip, otherwise than in NIR:", *_lines(network)):

@@ -1,8 +1,8 @@
-"""Options that commands share, and the decorator that gives them to a command.
+"""Options that commands share, and the decorator that adds them to a command.
 
 A group of options is a frozen dataclass whose fields are annotated for typer. `with_options` makes
-one option of each field, so that a group is declared once, reaches its command as one value, and
-names every value it holds. Imports no Nengo: help does not wait for it.
+an option of each field, so that a group is declared once, reaches its command as one value, and
+names every value it holds. This module imports no Nengo: help does not wait for it.
 """
 
 import functools
@@ -22,14 +22,14 @@ Result = TypeVar("Result")
 
 
 def path_of(text: str) -> Path:
-    """Return the path that an option names; an empty one would be the current folder."""
+    """Return the path that an option names; an empty text would be the current folder."""
     if not str(text):
         raise typer.BadParameter("the path is empty, as of a shell variable that is not set")
     return Path(text)
 
 
 def _no_cache(asked: bool) -> bool:
-    """Switch the cache off where that is asked for; workers inherit it."""
+    """Switch the cache off if the user asks for it, in worker processes, too."""
     if asked:
         from spikeport.cache import switch_off
 
@@ -38,7 +38,7 @@ def _no_cache(asked: bool) -> bool:
 
 
 def written(help_text: str) -> Any:
-    """Return the option of a file or folder that is written."""
+    """Return the option for an output file or folder."""
     return typer.Option(help=help_text, parser=path_of, metavar="PATH")
 
 
@@ -167,7 +167,7 @@ MayMoveOption = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class RobotLink:
-    """The robot of a run, at the other end of Unitree's interface; without one it is a plant."""
+    """The robot of a run, at the other end of Unitree's interface; by default a run has a plant."""
 
     robot: Annotated[
         str | None, typer.Option(metavar="ROBOT", help="inline, stub or dds:INTERFACE:DOMAIN.")
@@ -205,7 +205,7 @@ class RobotLink:
 
 @dataclass(frozen=True, kw_only=True)
 class Tls:
-    """The files of TLS, which a link to another machine is in need of."""
+    """The files of TLS, which a link to another machine needs."""
 
     cert: Annotated[Path | None, typer.Option(help="Our certificate for TLS, PEM.")] = None
     key: Annotated[Path | None, typer.Option(help="The private key of our certificate, PEM.")] = (
@@ -219,7 +219,7 @@ class Tls:
 
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """The options of a run: seed, time, settings of the experiment, and what is written where."""
+    """The options of a run: seed, time, settings of the experiment, and outputs."""
 
     seed: SeedOption = 0
     seconds: SecondsOption = None
@@ -346,7 +346,7 @@ class RobotService:
 
 
 def check_seconds(option: str, seconds: float) -> None:
-    """Raise UsageError for an option that asks for a run of no step, or of too many."""
+    """Raise UsageError for an option that asks for a run of no steps, or of too many."""
     if not DT_S <= seconds <= LONGEST_RUN * DT_S:
         raise UsageError(
             f"{option} {seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
@@ -366,7 +366,7 @@ def seeds_from(first: int, n: int, what: str) -> tuple[int, ...]:
 
 
 def given(*groups: Any) -> str:
-    """Return the names of the options of groups that have another value than by default."""
+    """Return the names of the options in groups whose values differ from their defaults."""
     return ", ".join(
         "--" + one.name.replace("_", "-")
         for group in groups

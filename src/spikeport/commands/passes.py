@@ -51,12 +51,12 @@ def _type(hint: object) -> str:
 
 
 def printer(chosen: str | None, passes: str) -> Observer:
-    """Return an observer that prints what the chosen pass, or each of them, leaves.
+    """Return an observer that prints the result of the chosen pass, or of every pass.
 
     Raises
     ------
     UsageError
-        The pipeline has no such pass.
+        If the pipeline has no such pass.
     """
     if chosen is None:
         return observe_nothing
@@ -93,6 +93,6 @@ def _figure(value: float | None) -> str:
 
 
 def _choices(notes: Mapping[str, Json]) -> Iterator[str]:
-    """Yield each thing that was chosen, and how often."""
+    """Yield each choice of a pass, and how often it was made."""
     chosen = Counter(note["chosen"] for note in notes.values() if "chosen" in note)
     yield from (f"{n:,} {what}" for what, n in sorted(chosen.items()))

@@ -1,4 +1,4 @@
-"""The progress of what may take longer than two seconds: a bar on a terminal, else lines."""
+"""The progress of work that may take over two seconds: a bar on a terminal, else lines."""
 
 import contextlib
 import sys
@@ -24,11 +24,11 @@ from spikeport.progress import Progress
 
 @contextlib.contextmanager
 def progress_bar(moves: bool = True) -> Iterator[Progress]:
-    """Yield the function that work calls to say how far it is.
+    """Yield the function that work calls to report its progress.
 
-    On a terminal a bar names the stage, its share, and the time that has passed and is left; it
-    vanishes when the block ends. Elsewhere, and where nothing is to move, each stage is a line,
-    with the time at which it began. Both go to the error stream.
+    On a terminal a bar has the stage, the share that is done, and the elapsed and remaining time;
+    it vanishes when the block ends. Elsewhere, and without ``moves``, each stage is a line with the
+    time at which it began. Both go to the error stream.
     """
     if not (moves and Console(file=sys.stderr).is_terminal):
         yield _lines()
@@ -47,10 +47,10 @@ def progress_bar(moves: bool = True) -> Iterator[Progress]:
 
 
 class _TimeLeft(TimeRemainingColumn):
-    """The time that is left, where it is known."""
+    """The time that is left, if it is known."""
 
     def render(self, task: Task) -> Text:
-        """Return the column of a task; empty for one whose share is not known."""
+        """Return the column of a task; empty if its share is not known."""
         if task.total is None:
             return Text()
         return Text.assemble(super().render(task), " left")
@@ -62,7 +62,7 @@ def _on(bar: ProgressBar) -> Progress:
 
     def update(what: str, share: float | None) -> None:
         nonlocal done
-        if share is None or share < done:  # other work, whose speed is its own
+        if share is None or share < done:  # other work, at a speed of its own
             bar.reset(task, total=None if share is None else 1.0)
         done = share or 0.0
         total = None if share is None else 1.0

@@ -5,12 +5,12 @@ from spikeport.errors import UsageError
 
 
 def parse(texts: list[str]) -> Rates | None:
-    """Return the rates that the texts state; None where there are none.
+    """Return the rates that the texts state; None if there are none.
 
     Raises
     ------
     UsageError
-        A text is neither RATE nor NAME=RATE, or a rate is stated twice.
+        If a text is neither RATE nor NAME=RATE, or a rate is stated twice.
     """
     if not texts:
         return None

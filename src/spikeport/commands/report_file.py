@@ -1,4 +1,4 @@
-"""Reads the report of a compile or run, wherever it lies."""
+"""Reading of the report of a compile or run, from a file or a folder."""
 
 from pathlib import Path
 from typing import get_type_hints
@@ -18,7 +18,7 @@ COMPARED = (*NEEDED, "host_io", "passes", "quantisation", "loss")
 PARTS: dict[str, TypeAdapter[object]] = {
     name: TypeAdapter(get_type_hints(ReportData)[name]) for name in COMPARED
 }
-"""The parts of reports that are compared; a run's result has those of `NEEDED`, and ``host_io``."""
+"""The parts of reports that are compared; a run's result has only `NEEDED` and ``host_io``."""
 
 
 def read(path: Path) -> Json:
@@ -27,7 +27,7 @@ def read(path: Path) -> Json:
     Raises
     ------
     UsageError
-        There is none, or it is of another schema.
+        If there is no report, or it has another schema.
     """
     file = report_file(path)
     report: Json = read_json(file)
@@ -36,12 +36,12 @@ def read(path: Path) -> Json:
 
 
 def check_whole(name: str, report: Json) -> None:
-    """Refuse the part of a report that a run's result has, and what is not a report's.
+    """Refuse a report that is incomplete, like the one in a run's result, or malformed.
 
     Raises
     ------
     UsageError
-        Naming what is absent, or wrong.
+        The message names the part that is missing or wrong.
     """
     try:
         ReportData.model_validate(report)
@@ -55,7 +55,7 @@ def check_whole(name: str, report: Json) -> None:
 
 
 def report_file(path: Path) -> Path:
-    """Return the report's file: the path, or that in the folder; raises UsageError if none is."""
+    """Return the report's file: the path, or the file in this folder; UsageError if none exists."""
     try:
         path.stat()
     except FileNotFoundError:

@@ -13,9 +13,9 @@ from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import LOCK_STEP_HZ, RobotSettings
 
 TORSO = "torso"
-"""The joint that a hoist holds, as it does the pelvis."""
+"""The joint that a hoist holds, besides the pelvis."""
 REAL_TIME_HZ = 500.0
-"""States a second where none are asked for: as of Unitree's H1."""
+"""States per second by default, as of Unitree's H1."""
 
 
 def serve(request: RobotService) -> None:
@@ -55,11 +55,11 @@ def listen(interface: str, domain: int, seconds: float) -> None:
 
 
 def _rate_hz(request: RobotService) -> float:
-    """Return the states a second; UsageError for a rate that does not go with lock-step."""
+    """Return the states per second; UsageError for a rate that lock-step does not allow."""
     own_hz = LOCK_STEP_HZ if request.lock_step else REAL_TIME_HZ
     rate_hz = own_hz if request.rate_hz is None else request.rate_hz
     if request.lock_step and rate_hz != LOCK_STEP_HZ:
-        # A controller steps by its own clock, and would be driven in another time.
+        # A controller has steps of a fixed length, and its time would not be the robot's.
         raise UsageError(
             f"--rate-hz {rate_hz:g} with --lock-step: controllers step at {LOCK_STEP_HZ:g} Hz; "
             "cure: leave it out"
@@ -68,7 +68,7 @@ def _rate_hz(request: RobotService) -> float:
 
 
 def _settings(request: RobotService, rate_hz: float) -> RobotSettings:
-    """Return the settings of the robot; UsageError for a joint or an error that is not known."""
+    """Return the settings of the robot; UsageError for an unknown joint or odometer error."""
     return RobotSettings(
         rate_hz=rate_hz,
         hoist=request.hoist,
@@ -92,7 +92,7 @@ def _odometer(request: RobotService) -> OdometerErrors | None:
 
 
 def _posture_rad(request: RobotService) -> dict[str, float]:
-    """Return the angles of joints that the robot begins with."""
+    """Return the initial angles of the robot's joints."""
     pairs = []
     for text in request.pose:
         joint, _, rad = text.partition("=")

@@ -57,7 +57,7 @@ def run(request: RunRequest) -> None:
         ended_in_order(),
         run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,
         run_folder.counting(asked.counts) as counts,
-        # drawing a bar ten times a second holds up steps that keep to the clock
+        # drawing a bar ten times a second delays steps that keep to the clock
         progress_bar(moves=not keeps_to_a_clock(request.link, request.robot)) as progress,
     ):
         run_folder.check_outside(folder, "--record", request.link.record)
@@ -80,14 +80,14 @@ def run(request: RunRequest) -> None:
 
 
 def check_target(target: Target) -> None:
-    """Raise UsageError for a chip or passes that there are not."""
+    """Raise UsageError for an unknown chip or pass."""
     chips.get(target.chip)
     if target.passes is not None:
         parse(target.passes)
 
 
 def check_counts(asked: bool, target: Target) -> None:
-    """Raise UsageError for counts of cores where there are none."""
+    """Raise UsageError if counts are asked for on a backend without cores."""
     if asked and target.backend in NO_CORES:
         raise UsageError(
             f"--counts: backend '{target.backend}' has no cores to count on; leave it out, or "
@@ -96,7 +96,7 @@ def check_counts(asked: bool, target: Target) -> None:
 
 
 def seconds_of(asked: float | None, experiment: Experiment) -> float:
-    """Return the time to simulate; UsageError if it is too short, or no time at all."""
+    """Return the time to simulate; UsageError if it is too short, too long or not a number."""
     seconds = experiment.seconds if asked is None else asked
     if not experiment.shortest_s <= seconds <= LONGEST_RUN * DT_S:
         raise UsageError(
@@ -107,7 +107,7 @@ def seconds_of(asked: float | None, experiment: Experiment) -> float:
 
 
 def show_outcome(outcome: Outcome, folder: Path) -> None:
-    """Print what came out of a run."""
+    """Print the outcome of a run."""
     console = Console()
     result = outcome.result
     if outcome.report is not None:
@@ -135,7 +135,7 @@ def _link_lines(result: Mapping[str, Any]) -> list[str]:
 
 
 def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
-    """Return the energy of a run by unit of what the robot did, in every calibration."""
+    """Return the table of the energy per unit of a robot's work, in every calibration."""
     table = Table("energy", box=SIMPLE_HEAD, caption="without host processors and host I/O")
     for name in next(iter(found.values())):
         table.add_column(escape(name))

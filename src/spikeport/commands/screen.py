@@ -30,8 +30,8 @@ MOST_NAMED = 3
 class Findings:
     """The findings on a compile.
 
-    ``activity`` holds the counts of a run, or those expected at ``rates``, ``modules`` the same by
-    module.
+    ``activity`` holds the counts of a run, or the counts expected at ``rates``; ``modules`` holds
+    the same counts by module.
     """
 
     report: Report
@@ -47,7 +47,7 @@ class Findings:
 
 
 def show_findings(findings: Findings, cores: bool) -> None:
-    """Print the report; with the tables of all cores and modules where they are asked for."""
+    """Print the report; if ``cores``, with the tables of all cores and modules."""
     console = Console(highlight=False)
     report = findings.report
     console.print(resource_table(report))
@@ -70,7 +70,7 @@ def show_findings(findings: Findings, cores: bool) -> None:
 def print_costs(
     console: Console, report: Report, activity: Activity | None, rates: Rates | None = None
 ) -> None:
-    """Print energy and time, as far as there is an activity, and the host's input and output."""
+    """Print energy and time, if there is an activity, and the host's input and output."""
     host_io = report.host_io(activity, rates)
     if activity is not None and report.chip.calibrations:
         console.print(cost_table(report.chip, activity, rates, host_io))
@@ -81,14 +81,14 @@ def print_costs(
 
 
 def show_nothing(report: Report, verdict: str) -> None:
-    """Print why a network has no image, and what was moved to the host."""
+    """Print why a network has no image, and the ensembles that were moved to the host."""
     console = Console(highlight=False)
     print_on_host(console, report)
     console.print(f"{verdict}; there is no image", markup=False)
 
 
 def print_on_host(console: Console, report: Report) -> None:
-    """Print the ensembles on the host: those moved, with the rule, and those as written."""
+    """Print the ensembles on the host: moved ones, with the rule, and others, with the reason."""
     for one in report.offloaded:
         console.print(f"offloaded: {one}", markup=False)
     for line in on_host_lines(report.on_host):
@@ -96,7 +96,7 @@ def print_on_host(console: Console, report: Report) -> None:
 
 
 def print_hints(console: Console, report: Report, loss: Loss | None = None) -> None:
-    """Print the hints, a line for each rule, and what nengo-loihi warned of."""
+    """Print the hints, a line for each rule, and the warnings of nengo-loihi."""
     hints = [*report.hints, *(() if loss is None else loss.hints)]
     for (rule_id, rule), found in _by_rule(hints).items():
         named = [f"{hint.object} ({hint.used})" for hint in found[:MOST_NAMED]]
@@ -108,7 +108,7 @@ def print_hints(console: Console, report: Report, loss: Loss | None = None) -> N
 
 
 def print_written(console: Console, folder: Path) -> None:
-    """Print a folder that was written, and its files without those that are hidden."""
+    """Print a folder that was written, and its files, except hidden ones."""
     names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
     console.print(f"written: {folder}/ ({names})", markup=False, highlight=False, soft_wrap=True)
 

@@ -15,7 +15,7 @@ from spikeport.errors import printable
 
 
 def run(path: Path) -> None:
-    """Print what is in an image."""
+    """Print the content of an image."""
     image = ChipImage.load(path)
     console = Console()
     for line in head(image):
@@ -88,5 +88,5 @@ def _filter(found: Filter | None) -> str:
 
 
 def _shown(text: str) -> str:
-    """Return a text of the file, whose letters are no commands to the screen."""
+    """Return a text of the file, escaped so that it cannot control the screen."""
     return escape(printable(text))

@@ -1,4 +1,4 @@
-"""``spikeport simulate``: anybody's network on a chip, beside float Nengo."""
+"""``spikeport simulate``: a user's network on a chip, beside float Nengo."""
 
 import sys
 from dataclasses import dataclass
@@ -57,10 +57,10 @@ class SimulateRequest:
 
 
 def simulate(request: SimulateRequest) -> None:
-    """Run the network, write its folder, and print how far it is from float Nengo."""
+    """Run the network, write its folder, and print its errors relative to float Nengo."""
     _check(request)
     what = "spikeport simulate"
-    # Before the work: a package that is absent ends a run here, not when it has its results.
+    # Before the work: a missing package ends a run here, and not when it has its results.
     drawing, series = (registry.imported(what, module, "runs") for module in (FIGURE, DATASET))
     with (
         ended_in_order(),
@@ -87,7 +87,7 @@ def simulate(request: SimulateRequest) -> None:
 
 
 def _check(request: SimulateRequest) -> None:
-    """Say what cannot be done before the work, not after it."""
+    """Raise UsageError for an impossible request before the work, not after it."""
     if request.network in BUILT_IN:
         raise UsageError(
             f"{request.network} is run with its robot, as an experiment: "
@@ -100,7 +100,7 @@ def _check(request: SimulateRequest) -> None:
 
 
 def _stem(spec: str) -> str:
-    """Return the name of a run's folder: that of the file, or of the module."""
+    """Return the name of a run's folder: the name of the file or the module."""
     where = spec if spec.endswith((*FILES, nir.SUFFIX)) else spec.rpartition(":")[0]
     return Path(where).stem or "network"
 
@@ -127,7 +127,7 @@ def _options(request: SimulateRequest, counts: Path | None) -> SimulationOptions
 
 
 def _viewers(folder: Path, options: SimulationOptions, series: ModuleType) -> Watch:
-    """Return what answers viewers of a run, which one that keeps to a clock has no time for."""
+    """Return the function that answers viewers of a run; a run in real time has no time for it."""
     if options.link.real_time:
         return unwatched
     return lambda recorded: watching.answer(
@@ -142,7 +142,7 @@ def _write(
     drawing: ModuleType,
     series: ModuleType,
 ) -> None:
-    """Write a folder but for its result: all is made before an earlier run makes room."""
+    """Write a folder except its result; everything is made before an earlier run is removed."""
     picture = rendered(drawing.figure(ran.recorded, ran.backend, request.network))
     probes = series.dataset(ran.recorded, ran.backend)
     run_folder.clear(folder)
@@ -194,7 +194,7 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
 
 
 def _probe_table(ran: Ran) -> Table:
-    """Return every probe, with the rms of its values in float, and its error relative to it."""
+    """Return the table of probes, with the rms of their float values, and their relative errors."""
     table = Table("probe", box=SIMPLE_HEAD, title=f"probes on {ran.backend}, beside float Nengo")
     for name in ("values", "samples", "rms", "error", "delay", "error, delay removed"):
         table.add_column(name, justify="right", no_wrap=True)

@@ -1,4 +1,4 @@
-"""``spikeport step IMAGE``: runs an image by itself, without the network it was made of."""
+"""``spikeport step IMAGE``: runs an image by itself, without the network it was made from."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -56,8 +56,8 @@ def _check_size(image: ChipImage, n_steps: int) -> None:
 class Stepped(NamedTuple):
     """The values that each output held, (n_steps, n) each, and the counts.
 
-    ``counts`` (n_steps, 6, n_cores) are those of every step, in the order of `PER_STEP`; the
-    activity of a long run has its last steps alone.
+    ``counts`` (n_steps, 6, n_cores) are the counts of every step, in the order of `PER_STEP`; the
+    activity of a long run has only its last steps.
     """
 
     held: list[np.ndarray]
@@ -66,13 +66,13 @@ class Stepped(NamedTuple):
 
 
 def stepped(image: ChipImage, sent: list[np.ndarray], seed: int) -> Stepped:
-    """Run an image by the sources that spike in each step."""
+    """Run an image with the sources that spike in each step."""
     chip = NativeChip(image, seed)
     counts = np.zeros((len(sent), len(PER_STEP), image.n_cores), dtype=np.int64)
     sizes = np.diff(image.outputs.start)
     held = [np.zeros((len(sent), size), dtype=np.int32) for size in sizes]
     for number, sources in enumerate(sent):
-        # Without errors: the host's side of a learning rule is in the network, not in the image.
+        # Without error signals: the host's side of a learning rule is not in the image.
         for rows, output in zip(held, chip.step(sources, {}), strict=True):
             rows[number] = output
         counts[number] = chip.log.last
@@ -85,7 +85,7 @@ def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarra
     Raises
     ------
     UsageError
-        If the file is not of the format, or a spike is of no source, of no step, or there twice.
+        If the file has another format, or a spike has no such source or step, or occurs twice.
     """
     step, source = (np.zeros(0, dtype=np.int64),) * 2 if path is None else _read(path)
     for name, numbers, end, kind in (
@@ -97,7 +97,7 @@ def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarra
             raise UsageError(
                 f"{path}: {name}[{wrong[0]}] is {numbers[wrong[0]]}, but {kind}, and the first is 0"
             )
-    # Sorted, so that a spike that is there twice lies beside itself.
+    # Sorted, so that spikes that occur twice are adjacent.
     order = np.lexsort((source, step))
     step, source = step[order], source[order]
     twice = np.flatnonzero((np.diff(step) == 0) & (np.diff(source) == 0))

@@ -26,12 +26,12 @@ from spikeport.plots import rendered
 
 POINT, TABLE = "spikeport.experiments.sweep.point", "spikeport.experiments.sweep.table"
 ALL_METRICS = "spikeport.experiments.sweep.figure"
-"""The modules that need the extra `robot`; they are imported when they are asked for."""
+"""The modules that need the extra `robot`; they are imported only for a sweep."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SweepRequest:
-    """A sweep, as the user asked for it; ``figure`` is the module that draws what comes out."""
+    """A sweep, as the user asked for it; ``figure`` is the module that draws the result."""
 
     experiment: str
     target: Target
@@ -46,7 +46,7 @@ class SweepRequest:
 
 
 def run(request: SweepRequest) -> int:
-    """Run what is missing of a sweep, and draw it; 1 if a point failed, else 0."""
+    """Run the missing points of a sweep, and draw it; return 1 if a point failed, else 0."""
     sweep = planned(request)
     point, tables, drawing = (
         registry.imported("a sweep", module) for module in (POINT, TABLE, request.figure)
@@ -72,7 +72,7 @@ def run(request: SweepRequest) -> int:
 
 
 def check_workers(workers: Workers) -> None:
-    """Refuse processes beside a cluster, and note what one without certificates trusts."""
+    """Refuse processes beside a cluster, and print the risk of a cluster without certificates."""
     scheduler = workers.scheduler
     if scheduler is None:
         return
@@ -135,7 +135,7 @@ def _split(texts: str) -> list[str]:
 
 
 def _value(key: str, text: str, experiment: Experiment) -> SettingValue:
-    # It varies as a setting does, but is none.
+    # The backend varies like a setting, but is not one.
     if key == BACKEND:
         return text
     return experiment.parse_settings([f"{key}={text}"], option="--vary")[key]

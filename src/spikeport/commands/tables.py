@@ -1,4 +1,4 @@
-"""The tables the commands print."""
+"""The tables that commands print."""
 
 from collections.abc import Iterator
 
@@ -26,7 +26,7 @@ MOST_EVENTS = 3
 
 
 def resource_table(report: Report) -> Table:
-    """Return every resource: the chip's sum, and the core that uses most of it."""
+    """Return the table of resources: the chip's sum, and the core that uses most."""
     found = resources(report)
     table = Table(box=SIMPLE_HEAD, title=escape(found.title), pad_edge=False, collapse_padding=True)
     first, *others = found.header
@@ -59,7 +59,7 @@ def cost_table(
 
 
 def host_io_table(host_io: HostIoReport) -> Table:
-    """Return the traffic of a step between host and chip, and whether they are known to keep up."""
+    """Return the table of a step's host input and output, and whether dt is known to suffice."""
     table = Table("", box=SIMPLE_HEAD, title="host I/O of a step", show_header=False)
     for label, text in host_io.rows():
         table.add_row(label, escape(text))
@@ -148,7 +148,7 @@ def against_float(loss: Loss) -> str:
 
 
 def loss_table(loss: Loss) -> Table:
-    """Return the table of what rounding cost the outputs, largest share first."""
+    """Return the table of the output errors that rounding causes, largest share first."""
     title = f"loss to rounding: outputs {100 * loss.output_error:.2g} % off, {loss.n_steps:,} steps"
     floor = f"a change in the last bit alone: {100 * loss.floor:.2g} %"
     caption = f"{floor}; {against_float(loss)}"

@@ -20,7 +20,7 @@ POLICIES = ("walk",)
 def run(
     policy: str, *, out: Path, seed: int, steps: int, threads: int | None, hidden_noise: bool
 ) -> None:
-    """Train a policy, or go on training it, and print how it walks."""
+    """Train a policy, or resume its training, and print how it walks."""
     if policy not in POLICIES:
         raise unknown("policy", policy, POLICIES)
     if out.is_file():

@@ -1,4 +1,4 @@
-"""``spikeport view RUN``: a run as a page, which plays it in a browser, also while it goes on."""
+"""``spikeport view RUN``: a page that plays a run in a browser, also while the run goes on."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,17 +14,17 @@ from spikeport.reading.mismatch import MismatchError, shown
 
 PAGE = "view.html"
 MALFORMED = (AttributeError, ValueError, TypeError, LookupError)
-"""Errors of drawing time series that are not those of a run."""
+"""Errors of drawing time series that do not come from a run."""
 
 
 def run(folder: Path, out: Path | None, live: bool = False) -> None:
-    """Write the page of a run; a live one is served before, until the run ends.
+    """Write the page of a run; if ``live``, serve it first until the run ends.
 
     Raises
     ------
     UsageError
-        If the folder is none, holds no finished run, or none that goes on where a live one is asked
-        for, or if its time series cannot be read.
+        If the path is not a folder, if it holds no finished run or, with ``live``, no run that goes
+        on, or if its time series cannot be read.
     MissingExtraError
         If xarray or MuJoCo is absent.
     """
@@ -71,7 +71,7 @@ def write(probes: Path, path: Path, title: str) -> None:
     Raises
     ------
     UsageError
-        If they cannot be read, or are not those of a run.
+        If they cannot be read, or do not come from a run.
     MissingExtraError
         If xarray or MuJoCo is absent.
     """
@@ -82,13 +82,13 @@ def write(probes: Path, path: Path, title: str) -> None:
 
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
-    """Refuse time series that cannot be read, or are not those of a run; the page is no cause."""
+    """Refuse time series that cannot be read, or do not come from a run."""
     try:
         yield
     except UsageError:
         raise
     except OSError as error:
-        # One that names another file is of writing it.
+        # An error that names another file comes from writing that file.
         if error.filename is not None and not Path(error.filename).is_relative_to(path):
             raise
         raise UsageError(f"{path}: cannot be read ({shown(error)})") from None

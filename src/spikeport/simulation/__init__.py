@@ -1,1 +1,1 @@
-"""A run of anybody's network on a chip, beside float Nengo."""
+"""A run of a user's network on a chip, beside float Nengo."""

@@ -9,15 +9,15 @@ import xarray as xr
 from spikeport.simulation.recorded import Recorded
 
 NOT_IN_NAMES = re.compile(r"[/\0]|^\.$")
-"""The letters that NetCDF has for groups and the end of a name, and its name of a whole file."""
+"""Characters that NetCDF has for groups and the end of a name, and its name for a whole file."""
 OURS = ("time_", "size_")
-"""The beginnings of names of clocks and dimensions, which no probe's name has."""
+"""Prefixes of the names of clocks and dimensions, which no probe's name may have."""
 
 
 def dataset(recorded: Mapping[str, Recorded], backend: str) -> xr.Dataset:
-    """Return a variable for each probe, (run, time, size).
+    """Return a variable for each probe on the backend, and one in float Nengo, (time, size) each.
 
-    ``run`` is the backend and, where there was one, the run in float Nengo. Probes that sample at
+    The attribute ``run`` of a variable is the backend's name, or ``float``. Probes that sample at
     other times have a time axis of their own. A slash in a name becomes a bar, and a name that
     another variable has gets a number.
     """
@@ -37,7 +37,7 @@ def dataset(recorded: Mapping[str, Recorded], backend: str) -> xr.Dataset:
 
 
 def _names(probes: Mapping[str, Recorded]) -> dict[str, tuple[str, str]]:
-    """Return the names of each probe's variables, on the backend and in float: all differ."""
+    """Return the names of each probe's variables, on the backend and in float; no two are equal."""
     names: dict[str, tuple[str, str]] = {}
     taken = set[str]()
     for probe in probes:

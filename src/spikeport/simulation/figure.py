@@ -10,17 +10,17 @@ from spikeport.plots import plain
 from spikeport.simulation.recorded import Recorded
 
 ROWS = 12
-"""Panels below each other, beyond which there is a further column."""
+"""Most panels in a column; more panels take further columns."""
 MOST = 240
-"""Panels, beyond which a picture has more pixels than matplotlib draws."""
+"""Most panels: with more, a picture would have more pixels than matplotlib draws."""
 LINES = 8
-"""Dimensions of a probe that a picture keeps distinct."""
+"""Most dimensions of a probe that are drawn: more lines would not be distinct."""
 WIDTH_IN, HEIGHT_IN = 7.0, 1.9
 EXACT = "#9a9da3"
 
 
 def figure(recorded: Mapping[str, Recorded], backend: str, title: str) -> Figure:
-    """Draw every probe: in colours on the backend, in grey beneath in float Nengo."""
+    """Draw every probe: in colours on the backend, and beneath it in grey in float Nengo."""
     shown = list(recorded.items())[:MOST]
     columns = -(-len(shown) // ROWS)
     rows = -(-len(shown) // columns)
@@ -56,7 +56,7 @@ def _draw_values(axes: Axes, one: Recorded) -> None:
 
 
 def _draw_spikes(axes: Axes, one: Recorded) -> None:
-    """Draw a dot for each spike; those of float Nengo above a line, upside down."""
+    """Draw a dot for each spike; float Nengo's spikes are above a line, upside down."""
     size = one.values.shape[1]
     if one.values_float is not None:
         step, neuron = np.nonzero(one.values_float)

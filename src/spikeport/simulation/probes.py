@@ -1,4 +1,4 @@
-"""The probes of a network by name; where it has none, probes of its outputs."""
+"""The probes of a network by name; if it has none, probes of its outputs."""
 
 import re
 import sys
@@ -16,11 +16,11 @@ from spikeport.errors import UsageError, printable
 
 Result = TypeVar("Result")
 NUMBER = re.compile(r"#\d+$")
-"""The end of a name of which there are several."""
+"""The end of a name that several objects have."""
 TAU_S = 0.01
-"""The filter of probes of ensembles that nobody probed: long enough to see values in spikes."""
+"""Synapse of the probes that are added to ensembles: long enough to see values in spikes."""
 DECODED, SPIKES = ("decoded_output", "output"), ("output", "spikes")
-"""The attributes that go without saying of objects, and those of neurons that are spikes."""
+"""Attributes that a probe's name leaves out, and attributes of neurons that are spikes."""
 
 
 def probes_by_name(network: nengo.Network) -> dict[str, nengo.Probe]:
@@ -35,7 +35,7 @@ def probes_by_name(network: nengo.Network) -> dict[str, nengo.Probe]:
 
 
 def _labelled(probe: nengo.Probe, names: Names) -> str:
-    """Return the label of a probe, with those of its networks; other objects may have it, too."""
+    """Return a probe's label, with its networks' labels, but without a number that `Names` adds."""
     number = NUMBER.search(names[probe])
     return (
         names[probe]
@@ -67,12 +67,12 @@ def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
     """Add a probe to each output of a network: ensembles and nodes that nothing reads.
 
     If something reads every object, as in a loop with an environment, each ensemble gets a probe.
-    Nengo seeds probes last, so that all else stays as it is.
+    Nengo seeds probes last, so that the rest of the network stays as it is.
 
     Raises
     ------
     UsageError
-        There is none.
+        If there are neither outputs nor ensembles.
     """
     found = list(outputs(network)) or network.all_ensembles
     if not found:
@@ -85,15 +85,15 @@ def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
 
 
 def probing_outputs(network: nengo.Network, work: Callable[[], Result]) -> Result:
-    """Do what needs probes with a network that has none, and print which were added.
+    """Add probes to a network without any, print their names, and return what ``work`` returns.
 
-    Where neurons never fire, values cannot be decoded: their spikes are probed. Passthrough nodes
-    that nengo-loihi removes are not.
+    If neurons never fire, values cannot be decoded: their spikes are probed instead. Passthrough
+    nodes that nengo-loihi removes are not probed.
 
     Raises
     ------
     UsageError
-        There is nothing to probe.
+        If there is nothing to probe.
     """
     probe_outputs(network)
     while True:
@@ -137,7 +137,7 @@ def outputs(network: nengo.Network) -> Iterator[NengoObject]:
 def _read_and_fed(
     network: nengo.Network,
 ) -> tuple[Mapping[object, int], Mapping[object, int]]:
-    """Return how many connections leave and reach each object, loops onto itself left out."""
+    """Return the numbers of connections that leave and reach each object, without self-loops."""
     ends = [(base(c.pre_obj), base(c.post_obj)) for c in network.all_connections]
     distinct = [(pre, post) for pre, post in ends if pre is not post]
     return Counter(pre for pre, _ in distinct), Counter(post for _, post in distinct)

@@ -47,7 +47,7 @@ class SimulationOptions:
     beside_float : bool
         Run it in float Nengo, too, after the run on the backend.
     link : LinkOptions
-        The way to a board, for backends that have one.
+        The link to a board, for backends that have one.
     counts : Path or None
         A folder for the counts of every step and core.
     """
@@ -64,9 +64,9 @@ class SimulationOptions:
 
 
 class Ran(NamedTuple):
-    """The outcome of a run: recordings by probe, and what the chip's report says, if there was one.
+    """The outcome of a run: recordings by probe, and the report on the chip, if there was one.
 
-    ``report`` and ``report_json`` are None where nothing was compiled; ``wall_s`` is the wall-clock
+    ``report`` and ``report_json`` are None if nothing was compiled; ``wall_s`` is the wall-clock
     time that the run on the backend took; ``link`` has the figures of the link to a board.
     """
 
@@ -80,11 +80,11 @@ class Ran(NamedTuple):
 
 
 Watch = Callable[[Callable[[], dict[str, Recorded]]], None]
-"""A function that is called now and then with one that returns the recordings so far."""
+"""A function that is called now and then, with a function that returns the recordings so far."""
 
 
 def unwatched(_recorded: Callable[[], dict[str, Recorded]]) -> None:
-    """Look at no recordings."""
+    """Ignore the recordings."""
 
 
 def run(
@@ -93,10 +93,10 @@ def run(
     progress: Progress = silent,
     watch: Watch = unwatched,
 ) -> Ran:
-    """Run a network on a backend and, where that is asked for, in float Nengo afterwards.
+    """Run a network on a backend and, with ``beside_float``, in float Nengo afterwards.
 
-    Float Nengo runs a copy, so that objects and functions which nodes call (an environment) begin
-    anew, see `spikeport.fresh_copy`.
+    Float Nengo runs a copy, so that the objects and functions that nodes call (an environment) do
+    not go on where the first run left them, see `spikeport.fresh_copy`.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def _recorded(sim: Simulator, probes: Mapping[str, nengo.Probe]) -> dict[str, Re
 
 
 def _values(sim: Simulator, probe: nengo.Probe) -> np.ndarray:
-    """Return what a probe recorded, (n, size); weights row by row."""
+    """Return the data of a probe, (n, size); weights row by row."""
     found: np.ndarray = sim.data[probe]
     return found.reshape(len(found), math.prod(found.shape[1:]))
 
