@@ -1,4 +1,4 @@
-"""Results that are kept from run to run, each under everything that decides it.
+"""Results that are kept from run to run, each under a digest of everything that decides it.
 
 An entry is a file of arrays, named by the digest of its key. The key has the inputs of a result and
 its surroundings: spikeport's own files, the packages that compute, the processor and its threads,
@@ -37,13 +37,13 @@ FOLDER = "SPIKEPORT_CACHE"
 """Environment variable: the folder to use instead of the user's own, or `OFF`."""
 OFF = "off"
 LIMIT_BYTES = 2**30
-"""Most bytes of all entries together; the oldest go first."""
+"""Most bytes of all entries together; the oldest entries are removed first."""
 ENTRY_BYTES = FILE_BYTES + 2**22
-"""The largest entry: one of `FILE_BYTES` in arrays, be it one array of bytes, and their headers."""
+"""The largest entry, in bytes: arrays of `FILE_BYTES`, even a single array, and their headers."""
 HALF_S = 24 * 3600.0
-"""Age from which a half-written entry is that of a process that was killed."""
+"""Age from which a half-written entry counts as left by a killed process."""
 SEAL = "seal"
-"""The file of an entry: the digest of its key and its arrays, kept among them."""
+"""The name of an entry's array that holds the digest of its key and its other arrays."""
 # Their versions, and how the linear algebra library adds up, decide the last bits of results.
 COMPUTING = ("numpy", "scipy", "nengo", "nengo-loihi", "numba", "mujoco")
 BLAS = ("internal_api", "version", "num_threads", "architecture", "threading_layer")
@@ -72,7 +72,7 @@ class Cache:
     Parameters
     ----------
     folder : Path
-        It is made with mode 700 where there is none, and not used if others can write into it.
+        The folder. It is made with mode 700 if missing, and not used if others can write into it.
 
     Notes
     -----
@@ -89,9 +89,9 @@ class Cache:
         Parameters
         ----------
         kind : str
-            The kind of result, in letters and hyphens: with it a file's name begins.
+            The kind of result, in letters and hyphens: the file's name begins with it.
         inputs : object
-            Everything that decides the result but its `surroundings`; see `digest_of`.
+            Everything that decides the result except its `surroundings`; see `digest_of`.
         make : callable
             Makes the arrays: numbers and texts.
 
@@ -101,7 +101,7 @@ class Cache:
             If a value among the inputs has no identity that lasts.
         """
         key = digest_of((kind, inputs, surroundings()))
-        # Half of the key names the file; the seal within is made of all of it.
+        # Half of the key names the file; the seal in it depends on the whole key.
         path = self.folder / f"{kind}-{key[:_DIGITS]}.npz"
         found = self._read(path, key)
         if found is None:
@@ -114,7 +114,7 @@ class Cache:
         found = []
         for path in self.folder.glob("*.npz"):
             if not _NAME.fullmatch(path.name):
-                continue  # a user's, who gave their own folder
+                continue  # a user's own file, in a folder of their choice
             try:
                 status = path.stat()
             except OSError:
@@ -124,7 +124,7 @@ class Cache:
         return sorted(found, key=lambda entry: entry.changed_s)
 
     def clear(self) -> int:
-        """Remove all entries, and halves of such; return the number of entries."""
+        """Remove all entries, and half-written ones; return the number of whole entries."""
         found = self.entries()
         for path in (*(entry.path for entry in found), *self._halves()):
             path.unlink(missing_ok=True)
@@ -145,9 +145,9 @@ class Cache:
         try:
             self._check_private()
             return read(path, key) if path.exists() else None
-        except FileNotFoundError:  # the folder
+        except FileNotFoundError:  # there is no folder yet
             return None
-        except (OSError, UsageError) as error:  # the same for all entries, where the folder is why
+        except (OSError, UsageError) as error:  # equal for all entries if the folder is the cause
             _warn(str(error))
         except MismatchError as error:
             _warn(f"{path.name}: {error}")
@@ -173,7 +173,7 @@ class Cache:
             )
 
     def _trim(self) -> None:
-        """Remove old halves, and the oldest entries until the others are within the limit."""
+        """Remove old half-written entries, and the oldest entries beyond the limit."""
         for path in self._halves(time.time() - HALF_S):
             path.unlink(missing_ok=True)
         entries = self.entries()
@@ -221,7 +221,7 @@ def read(path: Path, key: str) -> dict[str, np.ndarray]:
 def of_user() -> Cache:
     """Return the user's cache: in ``$SPIKEPORT_CACHE``, else in the folder usual for caches.
 
-    One that keeps nothing where the variable is ``off``, as ``--no-cache`` makes it.
+    If the variable is ``off``, as ``--no-cache`` sets it, the cache keeps nothing.
     """
     asked = os.environ.get(FOLDER)
     if asked == OFF:
@@ -240,27 +240,27 @@ def _usual_folder() -> Path:
 
 
 def _warn(found: str) -> None:
-    # From one line, whoever asks: Python shows a warning once for each line that it comes from.
+    # Always from this line: Python shows a warning once for each line that it comes from.
     warnings.warn(f"cache: {found}; the result is made anew", stacklevel=1)
 
 
 @cache
 def surroundings() -> str:
-    """Return a digest of what decides results beside their inputs.
+    """Return a digest of everything, besides the inputs, that decides results.
 
     It covers spikeport's own files, the versions of Python and of the packages that compute, the
     processor, and the libraries of linear algebra with their kernels and threads, on which bits
     depend.
     """
-    import scipy.linalg  # noqa: F401, brings a library of its own, which is to be among them
+    import scipy.linalg  # noqa: F401, loads a BLAS of its own, which has to be covered
 
     ours = Path(__file__).parent
     files = [
         Path(folder, name)
         for folder, _, names in os.walk(ours, followlinks=True)
         for name in names
-        # By os.walk: `Path.rglob` does not follow the links to the top folders. An editor's lock of
-        # a file is a link to nothing, whose name begins with a dot.
+        # `os.walk`, since `Path.rglob` does not follow the links to the top folders. An editor's
+        # lock file is a link to nothing, whose name begins with a dot.
         if name.endswith(OURS) and not name.startswith(".")
     ]
     code = {str(file.relative_to(ours)): file.read_bytes() for file in files}
@@ -283,7 +283,7 @@ def _version(package: str) -> str:
 def digest_of(value: object) -> str:
     """Return the SHA-256 of a value in an encoding that is the same in every process.
 
-    None, truth values, numbers, texts, bytes, paths and arrays have one, and sequences, mappings
+    It takes None, truth values, numbers, texts, bytes, paths and arrays, and sequences, mappings
     with texts as keys, dataclasses and models of pydantic that are made of them. Every part goes in
     with its type and size, so that no two values share an encoding.
 
@@ -294,7 +294,7 @@ def digest_of(value: object) -> str:
     """
     found = hashlib.sha256()
     for part in _parts(value):
-        # With their lengths: "ab", "c" and "a", "bc" are other values.
+        # With their lengths: "ab", "c" and "a", "bc" are different values.
         found.update(len(part).to_bytes(8, "little"))
         found.update(part)
     return found.hexdigest()

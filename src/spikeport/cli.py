@@ -342,7 +342,7 @@ def diff_command(
     b: Annotated[Path, typer.Argument(help="Another one.")],
     html: ReportPage = None,
 ) -> None:
-    """Compare two compiles or runs by what they take of a chip; exit with 1 if a figure differs."""
+    """Compare the figures of two compiles or runs on a chip; exit with 1 if a figure differs."""
     from spikeport.commands.diff import run
 
     raise typer.Exit(run(a, b, html))

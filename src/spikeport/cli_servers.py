@@ -57,7 +57,7 @@ def board_write_command(
         ),
     ] = None,
 ) -> None:
-    """Write what an FPGA with soft cores is built of and loaded with; see docs/softcore.md."""
+    """Write the files that build and load an FPGA with soft cores; see docs/softcore.md."""
     from spikeport.commands.board_write import run
 
     run(image, out, chip=chip)

@@ -12,7 +12,7 @@ from spikeport.errors import MissingExtraError
 def missing(
     user: str, package: str | None, extra: str, reason: str = "is absent"
 ) -> MissingExtraError:
-    """Return the error that names a package which ``user`` needs, and what installs it."""
+    """Return the error that names a package that ``user`` needs, and how to install it."""
     return MissingExtraError(
         f"{user} needs the package {package}, which {reason}; "
         f"install it with: {install_command(extra)}"
@@ -32,7 +32,7 @@ def install_command(extra: str = "") -> str:
 
 
 def origin() -> tuple[list[str], str]:
-    """Return pip's options for where spikeport came from, and its name there."""
+    """Return pip's options and the source that spikeport was installed from."""
     # Installers write down where a package came from, unless it is an index (PEP 610).
     recorded = metadata.distribution("spikeport").read_text("direct_url.json")
     if not recorded:
@@ -43,7 +43,7 @@ def origin() -> tuple[list[str], str]:
         vcs = origin.get("vcs_info")
         url = f"{vcs['vcs']}+{origin['url']}@{vcs['commit_id']}" if vcs else origin["url"]
         return [], f"spikeport @ {url}"
-    from urllib.request import url2pathname  # it loads ssl, which every compile would wait for
+    from urllib.request import url2pathname  # loads ssl, which would slow every compile
 
     path = Path(url2pathname(address.path))
     if not path.exists():

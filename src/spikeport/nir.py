@@ -1,4 +1,4 @@
-"""NIR, the form in which spiking networks travel between frameworks: graphs in, images out.
+"""NIR, the format in which frameworks exchange spiking networks: graphs as networks for a chip.
 
 ::
 
@@ -37,20 +37,20 @@ def load(path: str | Path, dt: float, parts: int = 2, at_once: float = 1.0) -> N
     path : str or Path
         The file. It is not trusted: it is read within limits.
     dt : float
-        The time step of the graph's equations, in seconds, which NIR does not have. The chip takes
-        one of its own steps for each, however long those are.
+        The time step of the graph's equations, in seconds, which NIR does not store. The chip takes
+        one of its own steps for each, however long its steps are.
     parts : int
-        Synapses of a weight: 2 hold it to 15 bits, 1 holds it to 8 with half of the memory.
+        Synapses per weight: 2 hold 15 bits of it, 1 holds 8 bits in half of the memory.
     at_once : float
-        The largest share of a neuron's sources that spike in one step. By default all may; a
-        smaller share keeps more of weights, and more spikes than it may wrap a register around.
+        The largest share of a neuron's sources that spike in one step. By default all may. With a
+        smaller share weights keep more precision, but more spikes may wrap a register around.
 
     Raises
     ------
     UsageError
-        It is no NIR graph, or something in it cannot be put on a chip: the message names the node.
+        If it is not a NIR graph, or a node cannot be put on a chip: the message names the node.
     MissingExtraError
-        h5py is absent.
+        If h5py is absent.
     """
     if not (isinstance(dt, Real) and 0 < dt < math.inf):
         raise UsageError(f"dt={dt}: the time step of a NIR graph is a number of seconds above 0")
@@ -66,7 +66,7 @@ def load(path: str | Path, dt: float, parts: int = 2, at_once: float = 1.0) -> N
 
 @contextlib.contextmanager
 def refusing(path: Path) -> Iterator[None]:
-    """Refuse the file at ``path`` for what does not match while it is read."""
+    """Raise UsageError for a MismatchError that occurs while the file at ``path`` is read."""
     try:
         yield
     except MismatchError as error:

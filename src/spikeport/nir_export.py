@@ -1,13 +1,13 @@
 """A chip image as a NIR graph, in the chip's integers.
 
-Each block is a node of CubaLIF neurons, of which Euler's method with time step dt makes
+Each block is a node of CubaLIF neurons, which Euler's method with time step dt turns into
 
     I <- (1 - d_u) I + q,   v <- (1 - d_v) v + I + bias,   spike where v > threshold
 
 with the image's own numbers: tau_syn = dt / d_u, tau_mem = dt / d_v, w_in = tau_syn / dt,
-R = tau_mem / dt, v_leak = bias / d_v. A block that is read and sends no spikes is one of CubaLI
-neurons. Each edge takes one step. With decays of 12 bits that round towards zero, the end of the
-voltage and the rests that the metadata hold, such a run has the spikes of the chip.
+R = tau_mem / dt, v_leak = bias / d_v. A block whose voltage is read and that sends no spikes is a
+node of CubaLI neurons. Each edge takes one step. A run has the chip's spikes if its decays have 12
+bits and round towards zero, and if it keeps the voltage limits and rest steps of the metadata.
 """
 
 import json
@@ -29,10 +29,10 @@ from spikeport.errors import UsageError
 from spikeport.extras import missing
 
 NO_DECAY = DECAY_UNITS**2
-"""Steps of a time constant that stands for none: of 12 bits of decay, it leaves no bit."""
+"""Steps of the time constant that stands for no decay: in 12 bits, its decay is zero."""
 
 ENTRIES = 2**27
-"""Weights in all matrices, 1 GiB: NIR stores those that are zero, too."""
+"""Most weights in all matrices, 1 GiB: NIR stores zeros, too."""
 
 
 def export(image: ChipImage, path: str | Path) -> None:
@@ -41,10 +41,10 @@ def export(image: ChipImage, path: str | Path) -> None:
     Raises
     ------
     UsageError
-        The image learns, has noise, reads voltages or currents, or is too large to be written as
+        If the image learns, has noise, reads voltages or currents, or is too large to be written as
         matrices.
     MissingExtraError
-        The package nir is absent.
+        If the package nir is absent.
     """
     nir, path = _nir(), Path(path)
     _check(image.checked)
@@ -180,7 +180,7 @@ class _Exporter:
         return self._size(int(source.removeprefix("block")))
 
     def _add_outputs(self) -> None:
-        """Add an output for each that reads spikes or voltages, over its decoders."""
+        """Add a node for each output, with a matrix of its decoders for each block it reads."""
         image = self._image
         for number, entry in enumerate(image.manifest.outputs):
             name = f"output{number}"
@@ -213,7 +213,7 @@ class _Exporter:
         self._edges += [(source, name), (name, target)]
 
     def _metadata(self) -> dict[str, Any]:
-        """Return what NIR has no field for."""
+        """Return the values that NIR has no field for."""
         manifest = self._image.manifest
         return {
             "spikeport": __version__,

@@ -1,6 +1,6 @@
-"""Functions of nodes that need no call in every step, and what a backend reads to leave calls out.
+"""Functions of nodes that need no call in every step, with attributes that let backends skip calls.
 
-Each is a plain function of a node to Nengo, which calls it in every step.
+Nengo takes them for plain functions of nodes, and calls them in every step.
 """
 
 from abc import ABC, abstractmethod
@@ -13,7 +13,7 @@ NO_INPUT = np.zeros(0)
 
 
 class Held:
-    """A node's function that is computed anew only where its input has changed.
+    """A node's function that is computed again only if its input has changed.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ class Affine:
     Parameters
     ----------
     factor, offset : float
-        The same for every value; by default the input is passed on, bit for bit: the sum of -0.0
-        and 0.0 is 0.0, that of -0.0 and -0.0 is -0.0.
+        The same for every value. By default the input is passed on, bit for bit: -0.0 + 0.0 is 0.0,
+        and -0.0 + -0.0 is -0.0.
     """
 
     def __init__(self, factor: float = 1.0, offset: float = -0.0) -> None:
@@ -52,12 +52,12 @@ class Affine:
 
 
 class Skippable(ABC):
-    """A node's function that returns the same value for some steps, as a plant that is slower.
+    """A node's function that returns the same value for some steps, e.g. of a slower plant.
 
     Attributes
     ----------
     left : ndarray, (1,), or None
-        The steps that are still skipped, which a backend counts down; None where none does.
+        The steps that are still skipped, which a backend counts down; None if no backend does.
     """
 
     left: np.ndarray | None = None
@@ -68,12 +68,12 @@ class Skippable(ABC):
 
     @abstractmethod
     def skip(self) -> int:
-        """Return for how many of the next steps the value stays.
+        """Return the number of next steps in which the value stays the same.
 
-        They count as made: whoever asks holds the value, and calls again in the step behind them.
+        They count as done: the caller holds the value, and calls again in the step after them.
         """
 
     def end_skip(self) -> None:
-        """Be called in the next step, since the value is another one now."""
+        """Ask for a call in the next step, since the value has changed."""
         if self.left is not None:
             self.left[0] = 0
