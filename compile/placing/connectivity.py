@@ -25,9 +25,9 @@ from spikeport.compile.image.tables import (
 
 @dataclass(frozen=True)
 class SpikeRows:
-    """The rows of weights of a group, end to end: row i has entries ``start[i]`` to the next.
+    """The rows of weights of a group, end to end: row i is ``start[i]`` to ``start[i + 1]``.
 
-    ``atoms`` and ``start`` are as in `Rows`; a row has its weights and targets atom by atom.
+    ``atoms`` and ``start`` are as in `Rows`; a row lists its weights and targets atom by atom.
     """
 
     atoms: np.ndarray
@@ -47,8 +47,9 @@ class SpikeRows:
 class Group(NamedTuple):
     """A synapse group: rows of weights, and the input axons that read them.
 
-    ``like`` is a group of the image whose format, learning, type and label it has; ``block`` the
-    block it belongs to; ``axon_row`` and ``axon_base`` are those of its axons.
+    ``like`` is the group of the image whose format, learning, type and label this group has;
+    ``block`` is the block it belongs to; ``axon_row`` and ``axon_base`` hold row and base of its
+    axons.
     """
 
     like: int
@@ -59,7 +60,7 @@ class Group(NamedTuple):
 
 
 class Route(NamedTuple):
-    """Output axons of a block or an input to one group: the axon, or -1, and atom of each."""
+    """Output axons of a block or an input to one group: axon, or -1, and atom of each source."""
 
     of_input: bool
     source: int
@@ -72,8 +73,8 @@ class Route(NamedTuple):
 class Division:
     """A division of an image's compartments into blocks.
 
-    ``start`` and ``core`` are as in the image; ``like`` is the block of the image each has the
-    settings of; ``entries`` are those of the manifest.
+    ``start`` and ``core`` are as in the image; ``like`` is, for each block, the block of the image
+    whose settings it has; ``entries`` are the blocks' entries in the manifest.
     """
 
     start: np.ndarray

@@ -18,18 +18,18 @@ class Cores:
         self.tally = Tally(problem.room, problem.union)
         for core, load in enumerate(self.loads):
             self.tally.put(core, load)
-        self._heard: Heard | None = None  # until somebody asks: most do not
+        self._heard: Heard | None = None  # built on first use: most rules need none
 
     def with_room(self, block: int) -> np.ndarray:
         """Return the cores that have room for a block, ascending."""
         return self.tally.with_room(self._problem.loads[block])
 
     def fills(self, block: int, cores: np.ndarray) -> np.ndarray:
-        """Return how full some cores are with a block, (n,)."""
+        """Return how full some cores would be with a block, (n,)."""
         return self.tally.fills(self._problem.loads[block], cores)
 
     def added(self, block: int, cores: np.ndarray) -> np.ndarray:
-        """Return how many profiles a block adds to some cores, (n,)."""
+        """Return how many profiles a block would add to some cores, (n,)."""
         return self.tally.added(self._problem.loads[block], cores)
 
     def spikes(self, block: int, cores: np.ndarray) -> np.ndarray:

@@ -1,7 +1,7 @@
 """Cuts of blocks into pieces: stretches of their compartments, which can lie on different cores.
 
 Every compartment keeps its number, its integers and its input. An input axon of a block becomes one
-of each piece it has targets in; the compartments that send to it send to all of these.
+axon of each piece in which it has targets; the compartments that sent to it send to all of these.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -52,12 +52,12 @@ def cut(image: ChipImage, cuts: Mapping[int, Sequence[int]]) -> ChipImage:
     image : ChipImage
         The image.
     cuts : mapping of int to sequence of int
-        For blocks that `can_cut`, the first compartments of all pieces but the first, ascending,
-        counted from the block's first.
+        For blocks that `can_cut` allows, the first compartment of each piece but the first piece,
+        ascending, counted from the block's start.
     """
     bounds = [[0, *cuts.get(b, ()), int(n)] for b, n in enumerate(np.diff(image.blocks.start))]
     division = _divided(image, bounds)
-    # `like` ascends, so that the first place of a block's number is that of its first piece.
+    # `like` ascends, so a block's number occurs first at the block's first piece.
     first_piece = np.searchsorted(division.like, np.arange(image.n_blocks))
     groups: list[Group] = []
     kept: list[list[KeptPiece]] = []
@@ -96,7 +96,7 @@ def _piece(entry: BlockEntry, number: int, count: int) -> BlockEntry:
 
 
 def _cut_group(group: Group, ends: list[int], first_piece: int) -> list[tuple[Group, np.ndarray]]:
-    """Return the pieces of a group that have axons, and the axon of each for the group's, or -1."""
+    """Return the pieces of a group that have axons, and their axon, or -1, for each group axon."""
     if len(ends) == 2:
         return [(group._replace(block=first_piece), np.arange(len(group.axon_row)))]
     # Axons that read a row from the same base go on sharing one row, which keeps the memory small.
@@ -115,16 +115,17 @@ def _cut_group(group: Group, ends: list[int], first_piece: int) -> list[tuple[Gr
 def _part(
     group: Group, list_of: np.ndarray, held: np.ndarray, rows: SpikeRows, first: int, piece: int
 ) -> tuple[Group, np.ndarray]:
-    """Return the part of a group with targets in a stretch, and its axons for the group's.
+    """Return a group's part with targets in a stretch, and its axon, or -1, for each group axon.
 
-    ``list_of`` is the list that each axon reads, and ``held`` says which lists have ``rows``.
+    ``list_of`` is the list that each axon reads. ``held`` is a mask of the lists with targets in
+    the stretch, and ``rows`` are their rows.
     """
-    # Axons without a target in this stretch are no axons of the piece.
+    # The piece has no axon for a group axon without a target in this stretch.
     used = held[list_of]
     axon = np.where(used, np.cumsum(used) - 1, -1)
     row = (np.cumsum(held) - 1)[list_of[used]]
-    # A base below 0 would mark an axon without one: where the base lies before the stretch it is 0,
-    # and the indices of `_stretches` make up for it.
+    # A base below 0 would mark an unused axon. So a base before the stretch becomes 0, and the
+    # indices of `_stretches` make up for it.
     base = np.maximum(group.axon_base[used] - first, 0)
     return Group(group.like, piece, rows, row, base), axon
 
@@ -132,9 +133,9 @@ def _part(
 def _stretches(
     rows: SpikeRows, lists: np.ndarray, ends: list[int]
 ) -> Iterator[tuple[np.ndarray, SpikeRows]]:
-    """Yield the lists with targets in each stretch, as a mask, and these parts of them as rows.
+    """Yield, for each stretch, a mask of the lists with targets in it, and their parts as rows.
 
-    ``lists`` (n, 2) are rows of one atom, and the base that each is read from.
+    ``lists`` (n, 2) holds rows of one atom, each with the base that it is read from.
     """
     row, base = lists.T
     # A list without a base delivers nothing: it gets no synapses.
@@ -161,7 +162,7 @@ def _stretches(
 def _cut_route(
     route: Route, to: KeptPiece, bounds: list[list[int]], first_piece: np.ndarray
 ) -> Iterator[Route]:
-    """Yield the routes to one piece of a group that reach it, from each piece of the source."""
+    """Yield a route to one piece of a group from each piece of the source that reaches it."""
     axon = np.where(route.axon >= 0, to.axon[route.axon], -1)
     ends, first_of = [0, len(axon)], route.source
     if not route.of_input:

@@ -1,4 +1,4 @@
-"""The resources of a core that stretches of a block would take, were the block cut there."""
+"""The resources of a core that a stretch of a block would take if the block were cut there."""
 
 from bisect import bisect_left
 from itertools import pairwise
@@ -15,11 +15,11 @@ from spikeport.hardware_models.chip import ChipModel
 
 
 class _Synapses(NamedTuple):
-    """The synapses of a group by list, which is a row and the base it is read from.
+    """The synapses of a group by list, which is a row with the base it is read from.
 
-    ``key`` holds list * n + target, ascending, for n compartments, ``weight`` the weights in this
-    order, and ``begin`` the least key that a list can have; ``of_axon`` the list each axon reads;
-    ``readers`` how many axons read each list.
+    ``key`` holds list * n + target, ascending, for n compartments; ``weight`` the weights in this
+    order; ``begin`` the smallest possible key of each list; ``of_axon`` the list that each axon
+    reads; ``readers`` the number of axons that read each list.
     """
 
     number: int
@@ -42,7 +42,7 @@ class _Synapses(NamedTuple):
         return WORD_BITS * int(words.sum())
 
     def _place(self, compartment: int) -> np.ndarray:
-        """Return the place of the first target of each list from a compartment on."""
+        """Return the place in ``key`` of the first target of each list from a compartment on."""
         return self.key.searchsorted(self.begin + compartment)
 
 
@@ -68,7 +68,7 @@ class Demand:
         groups = [int(group) for group in masks.groups[block]]
         self._synapses = [_synapses(image, group, self.n) for group in groups]
         sizes = np.arange(1 + np.diff(image.rows.start).max(initial=0))
-        # By size, from tables: to compute them for each stretch takes a third of the search.
+        # Tables by size: computing the bits for each stretch would take a third of the search.
         self._list_bits = {
             group: list_bits(sizes, masks.forms[group], layout(chip)) for group in groups
         }
@@ -99,10 +99,10 @@ class Demand:
     def longest(self, first: int, slots: np.ndarray, room: Capacity) -> int:
         """Return the end of the longest stretch from ``first`` on that there is room for.
 
-        In a soft core a row may take less as it is stored without gaps, so there it is the end of a
-        long stretch.
+        In a soft core a longer row may take less memory, if it is stored without gaps: there the
+        stretch is long, but maybe not the longest.
         """
-        # Elsewhere a stretch never takes less than a part of it, so bisection finds the longest.
+        # On other chips a stretch never takes less than its parts, so bisection finds the longest.
         ends = range(first + 1, self.n + 1)
         return first + bisect_left(
             ends, True, key=lambda end: not room.holds(self.load(first, end, slots))
@@ -120,7 +120,7 @@ class Demand:
 
 def _synapses(image: ChipImage, group: int, n: int) -> _Synapses:
     axons = part(image.groups.axon_start, group)
-    # `cut` lets axons that read a row from the same base share a row: its bits count only once.
+    # `cut` lets axons that read a row from the same base share it, so its bits count only once.
     reads = np.stack([image.in_axons.row[axons], image.in_axons.base[axons]], axis=1)
     lists, of_axon, readers = np.unique(reads, axis=0, return_inverse=True, return_counts=True)
     first_row = image.groups.row_start[group]

@@ -1,4 +1,4 @@
-"""Cores of a packing emptied: their blocks go, or push smaller ones, to where there is room."""
+"""Emptying of cores in a packing: their blocks move to cores with room, or push smaller blocks."""
 
 from collections import defaultdict
 from collections.abc import Iterator
@@ -11,9 +11,9 @@ from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.problem import Bins, Problem
 
 EXCHANGES = 300_000
-"""The exchanges of blocks that emptying cores tries at most: each takes time in proportion to the
-blocks of a core, and their number grows with the square of that of all blocks. A chain of 500 small
-ensembles took 170,000 in four packings."""
+"""The most exchanges of blocks that emptying tries. Each takes time in proportion to the number of
+blocks on a core, and the number of exchanges grows with the square of the number of blocks. A chain
+of 500 small ensembles took 170,000 in four packings."""
 
 
 class Emptying:
@@ -32,7 +32,7 @@ class Emptying:
         for core, blocks in enumerate(bins):
             self._exchanges.put(core, blocks)
         self._fills = np.array(problem.fills)
-        # Attempts change few cores: which had room before, of all of them, is asked once a load.
+        # Attempts change few cores, so the cores that had room before are found once for each load.
         self._had_room = {
             load: self._cores.tally.with_room(load).tolist() for load in set(problem.loads)
         }
@@ -41,9 +41,9 @@ class Emptying:
         self.left = left
 
     def without(self, victim: int) -> Bins | None:
-        """Return the packing with the blocks of one core on others; None if they find no room."""
+        """Return the packing with one core's blocks on other cores; None if they find no room."""
         self._victim, self._before = victim, {}
-        # The largest first, while there is most room.
+        # The largest block first, while there is most room.
         blocks = sorted(self._cores.bins[victim], key=lambda b: -self._problem.fills[b])
         if all(self._take(block) for block in blocks):
             return [mine for core, mine in enumerate(self._cores.bins) if core != victim]
@@ -58,7 +58,7 @@ class Emptying:
         return sorted(range(len(loads)), key=lambda core: self._problem.room.fill(loads[core]))
 
     def _take(self, block: int) -> bool:
-        """Place a block, if need be where a smaller one makes room; return whether it can."""
+        """Place a block, if need be where a smaller one makes room; return whether it is placed."""
         return self._place(block) or any(
             self._push(core, other, block) for core, other in self._may_make_room(block)
         )
@@ -77,23 +77,23 @@ class Emptying:
         for core in sorted(at):
             kinds = set()
             for other in self._cores.bins[core]:
-                # Images have many equal blocks: where one makes no room, equal ones make none.
+                # Images have many equal blocks: if one makes no room, equal blocks make none.
                 if other in at[core] and (kind := self._problem.loads[other]) not in kinds:
                     kinds.add(kind)
                     yield core, other
 
     def _place(self, block: int, but: int = -1) -> bool:
-        """Put a block on the core that is fullest with it; return whether one has room."""
+        """Put a block on the core that is fullest with it; return whether any core has room."""
         room = self._room_for(block, but)
         if len(room):
-            # The fullest: room stays together for large blocks.
+            # The fullest core, so that room for large blocks stays together elsewhere.
             best = int(room[np.argmax(self._cores.fills(block, room))])
             load = self._cores.loads[best].joined(self._problem.loads[block])
             self._set(best, [*self._cores.bins[best], block], load)
         return bool(len(room))
 
     def _room_for(self, block: int, but: int) -> np.ndarray:
-        """Return the cores that have room for a block, but one."""
+        """Return the cores with room for a block, except ``but`` and the core being emptied."""
         room = self._cores.with_room(block)
         others: np.ndarray = room[(room != but) & (room != self._victim)]
         return others
@@ -110,14 +110,14 @@ class Emptying:
         )
 
     def _push(self, core: int, other: int, block: int) -> bool:
-        """Put a block in the place of another, which goes to a third core; return whether it can.
+        """Put a block in the place of another, which goes to a third core; return whether both fit.
 
-        If it cannot, nothing changes.
+        If they do not, nothing changes.
         """
         if not self.left:
             return False
         self.left -= 1
-        # Asked before the load is added up, which takes longer: most have none.
+        # Checked before the load is added up, which takes longer: mostly no core has room.
         if not self._third_has_room(core, other):
             return False
         blocks = [*(b for b in self._cores.bins[core] if b != other), block]
@@ -128,7 +128,7 @@ class Emptying:
         return True
 
     def _set(self, core: int, blocks: list[int], load: Load) -> None:
-        # The state before the first change alone: that is what a failed attempt goes back to.
+        # Only the state before the first change is kept: a failed attempt goes back to it.
         self._before.setdefault(core, (self._cores.bins[core], self._cores.loads[core]))
         self._put(core, blocks, load)
 
@@ -145,9 +145,9 @@ def emptied(problem: Problem, bins: Bins, exchanges: int = EXCHANGES) -> Bins:
     problem : Problem
         The blocks.
     bins : Bins
-        A packing of them; stays as it is.
+        A packing of them, which is not changed.
     exchanges : int
-        The number of attempts, in all, to put a block in the place of another.
+        The most attempts, in all, to put a block in the place of another.
     """
     while True:
         emptying = Emptying(problem, bins, exchanges)
@@ -159,10 +159,10 @@ def emptied(problem: Problem, bins: Bins, exchanges: int = EXCHANGES) -> Bins:
 
 
 def _with_one_emptied(problem: Problem, bins: Bins, emptying: Emptying) -> Bins | None:
-    """Empty one core, the emptiest that can be; None if none can."""
+    """Empty the emptiest core that can be emptied; return None if no core can."""
     tried = set()
     for victim in emptying.by_fill():
-        # Images have many equal blocks: where some found no room, equal ones find none.
+        # Images have many equal blocks: if a core's blocks found no room, equal blocks find none.
         loads = tuple(sorted(problem.loads[block] for block in bins[victim]))
         if loads in tried:
             continue

@@ -1,11 +1,11 @@
-"""The fewest cores, by constraint programming (OR-tools' CP-SAT).
+"""Packing onto the fewest cores, by constraint programming (OR-tools' CP-SAT).
 
     minimise sum_k y_k   with, for blocks b, cores k, amounts a and profiles p of kind i,
     sum_k x_bk = 1,   x_bk <= y_k,   y_k >= y_k+1
     sum_b a_b x_bk <= room_a,   x_bk <= z_pk for p of b,   sum_p z_pk <= room_i
 
-The search is one thread's and ends after a number of operations, not seconds: it is the same on
-every machine.
+The search runs in one thread and ends after a number of operations, not seconds, so that its result
+is the same on every machine.
 """
 
 import itertools
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from ortools.sat.python.cp_model import CpModel, IntVar
 
 SEARCH = 30.0
-"""CP-SAT's deterministic time: of the order of a second each."""
+"""The limit of CP-SAT's deterministic time, whose units are of the order of a second."""
 
 
 class ExactPacking(NamedTuple):
-    """The best packing that was found, and a number of cores that none goes below."""
+    """The best packing that was found, and a lower bound of the number of cores."""
 
     bins: Bins
     at_least: int
@@ -38,8 +38,9 @@ def pack_exactly(problem: Problem, known: Bins) -> ExactPacking:
     problem : Problem
         The blocks.
     known : Bins
-        A packing of them, such as that of `spikeport.compile.placing.packing.pack`; it is returned
-        where it is as good as any, where a block fits no core, and where the search finds none.
+        A packing of them, such as the result of `spikeport.compile.placing.packing.pack`; it is
+        returned if it meets the lower bound, if a block fits no core, or if the search finds no
+        packing.
 
     Raises
     ------
@@ -48,7 +49,7 @@ def pack_exactly(problem: Problem, known: Bins) -> ExactPacking:
     """
     at_least = lower_bound(problem.loads, problem.room)["cores"]
     fits = all(problem.fits([block]) for block in range(len(problem.loads)))
-    if len(known) == at_least or not fits:  # what fits no core, verification refuses
+    if len(known) == at_least or not fits:  # verification refuses a block that fits no core
         return ExactPacking(known, at_least)
     cp_model = _ortools()
     model = cp_model.CpModel()
@@ -80,7 +81,7 @@ def _ortools() -> ModuleType:
 def _placements(
     model: "CpModel", problem: Problem, known: Bins, at_least: int
 ) -> list[list["IntVar"]]:
-    """Return x_bk, with all that holds whatever the loads: one core a block, as few as possible."""
+    """Return x_bk, after adding the objective and the constraints that do not depend on loads."""
     used = [model.new_bool_var(f"y{k}") for k in range(len(known))]
     on = [
         [model.new_bool_var(f"x{b},{k}") for k in range(len(known))]
@@ -90,7 +91,7 @@ def _placements(
         model.add_exactly_one(where)
         for here, core in zip(where, used, strict=True):
             model.add_implication(here, core)
-    # From a packing that is known the search finds better ones sooner.
+    # With a known packing as a hint, the search finds better packings sooner.
     for k, blocks in enumerate(known):
         for block in blocks:
             model.add_hint(on[block][k], 1)

@@ -1,4 +1,4 @@
-"""The blocks of cores as arrays, which say at once which of them could make room for another."""
+"""The blocks of cores as arrays, which show at once which blocks could make room for another."""
 
 from collections.abc import Sequence
 
@@ -9,10 +9,10 @@ from spikeport.compile.placing.tally import Tally
 
 
 class Exchanges:
-    """The blocks of cores, for one question: which could give their place to a load.
+    """The blocks of cores, to find the blocks that could give their place to a load.
 
-    Few can, and loads are slow to join: this leaves out most that cannot by a few operations on
-    arrays, whatever their number.
+    Few blocks can, and joining loads is slow: this rules out most of the others by a few operations
+    on arrays, whatever their number.
 
     Parameters
     ----------
@@ -21,7 +21,7 @@ class Exchanges:
     room : Capacity
         The capacity of a core.
     tally : Tally
-        The loads of the cores, which whoever changes them keeps up to date.
+        The loads of the cores, which the caller keeps up to date.
     """
 
     def __init__(self, loads: Sequence[Load], room: Capacity, tally: Tally) -> None:
@@ -40,16 +40,16 @@ class Exchanges:
             for mask in masks:
                 several |= one & mask
                 one |= mask
-            # The profiles that no other block of the core has go with a block.
+            # A block that leaves takes away the profiles that no other block of the core has.
             alone[blocks] = [(mask & ~several).bit_count() for mask in masks]
 
     def possible(self, load: Load, blocks: np.ndarray) -> np.ndarray:
-        """Return those of some blocks that may make room for a load; all others do not."""
+        """Return the blocks, out of some, that may make room for a load; the others cannot."""
         core = self._core[blocks]
         amounts = self._tally.amounts[core] - self._amounts[blocks] + load.amounts
         possible: np.ndarray = (amounts <= self._room).all(axis=1)
         for number, alone in self._alone.items():
-            # Profiles of both the block and the load would stay: there are this many at least.
+            # A lower bound: profiles that block and load share would stay.
             joined = self._tally.joined(number, load.profiles[number])[core] - alone[blocks]
             possible &= joined <= self._tally.limited[number]
         found: np.ndarray = blocks[possible]

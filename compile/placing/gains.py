@@ -1,4 +1,4 @@
-"""Spikes that come to be within cores where two blocks are swapped, for many blocks at once."""
+"""Spikes that come to be within cores if two blocks are swapped, for many blocks at once."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from spikeport.compile.image.traffic import BlockTraffic
 
 
 class _Heard(NamedTuple):
-    """The audiences of the blocks of a core: their numbers, and the position of each one's block.
+    """The audiences of the blocks of a core: their numbers, and the position of the block of each.
 
     ``n`` is the number of blocks.
     """
@@ -21,11 +21,11 @@ class _Heard(NamedTuple):
 
 
 class Gains:
-    """The spikes that swaps bring within cores, beyond those that they take out.
+    """The spikes that swaps bring within cores, less the spikes that they take out.
 
-    A pair of blocks that one sends to the other is an audience of two. With 1 for i_a where block i
-    is in audience a and n_ca such blocks on core c, the swap of block i of core h with j of core c
-    brings, for s_a sources,
+    Two blocks of which one sends to the other are an audience of two. Let i_a be 1 if block i is in
+    audience a, else 0; n_ca the number of blocks of audience a on core c; s_a its number of
+    sources. The swap of block i of core h with block j of core c brings
 
         sum_a s_a (i_a - j_a) (n_ca - n_ha + i_a - j_a)
 
@@ -41,7 +41,8 @@ class Gains:
         members = traffic.members
         self._audiences = parts(members.indptr, members.indices)
         self._sources = traffic.sources
-        # Zeros, but while gains are counted: most audiences are on few cores.
+        # Zeros, except while `of` counts: it clears only its own entries, as most audiences are on
+        # few cores.
         self._count = np.zeros(len(self._sources), dtype=int)
         self._cores = [self._heard(blocks) for blocks in bins]
 
@@ -56,7 +57,7 @@ class Gains:
         np.add.at(count, theirs.audience, 1)
         np.subtract.at(count, ours.audience, 1)
         gain = (sources[mine] * (count[mine] + 1)).sum()
-        # The formula's products of i_a and j_a, which are 0 for all other audiences.
+        # The products of i_a and j_a in the formula, which are 0 for all other audiences.
         count[mine] += 2
         each = sources[theirs.audience] * (1 - count[theirs.audience])
         count[theirs.audience] = count[ours.audience] = 0

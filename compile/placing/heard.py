@@ -7,9 +7,9 @@ from spikeport.compile.placing.problem import Problem
 
 
 class Heard:
-    """Blocks on cores, and how many blocks of each audience are on each.
+    """Blocks on cores, and the number of blocks of each audience on each core.
 
-    Pairs of the blocks of an audience would be too many.
+    It does not list pairs of blocks of an audience, since they would be too many.
 
     Attributes
     ----------
@@ -21,7 +21,7 @@ class Heard:
     problem : Problem
         The blocks.
     bins : sequence of sequence of int
-        The blocks of each core; some may be on none.
+        The blocks of each core; some blocks may be on no core.
     """
 
     def __init__(self, problem: Problem, bins: Sequence[Sequence[int]]) -> None:

@@ -1,7 +1,7 @@
-"""Loads of blocks and capacities of cores, in the form that packing reckons with.
+"""Loads of blocks and capacities of cores, in the form that packing needs.
 
-Amounts add up; profiles unite. Settings that all blocks of a core share (clipping, noise, the
-traces of learning) are profiles of which a core has one.
+Amounts are added; sets of profiles are united. Settings that all blocks of a core must share
+(clipping, noise, the traces of learning) are profiles of which a core has one.
 """
 
 from collections.abc import Iterable, Sequence
@@ -120,7 +120,7 @@ class ProfileMasks:
         """Return the masks of a stretch of a block that some of its synapse groups reach."""
         start, stop = self._image.blocks.start[block : block + 2]
         mine = slice(start + first, stop if end is None else start + end)
-        # Settings of noise do not matter where no neuron is noisy, and then fit beside any others.
+        # Settings of noise do not matter if no neuron is noisy, and then fit any other settings.
         noisy = self._image.compartments.enable_noise[mine].any()
         return (
             _mask(self._compartment[mine]),

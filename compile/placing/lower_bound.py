@@ -33,7 +33,7 @@ def sums(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
     """Return how many cores blocks take at least even if they are cut, by resource.
 
     amounts     ceil(sum over all blocks / amount of a core)
-    profiles    ceil(number of distinct ones / registers of a core)
+    profiles    ceil(number of distinct profiles / registers of a core)
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def sums(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
         The capacity of a core.
     """
     total = together(loads)
-    # Settings that blocks of a core must share are not among them: `_apart` sees those.
+    # Settings that blocks of a core must share are left out: `_apart` takes account of them.
     counts = [mask.bit_count() for mask in total.profiles[: len(PROFILES)]]
     used, most = (*total.amounts, *counts), (*room.amounts, *room.profiles)
     names = AMOUNTS + PROFILES
@@ -51,7 +51,7 @@ def sums(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
 
 
 def _apart(loads: Sequence[Load], room: Capacity) -> int:
-    """Return the size of the largest set found, taking blocks by one amount after another."""
+    """Return the size of the largest such set found, with blocks sorted by each amount in turn."""
 
     def by_amount(kind: int) -> list[Load]:
         return sorted(loads, key=lambda load: load.amounts[kind], reverse=True)
@@ -60,7 +60,7 @@ def _apart(loads: Sequence[Load], room: Capacity) -> int:
 
 
 def _n_apart(loads: Iterable[Load], room: Capacity) -> int:
-    """Count blocks, in this order, none of which fits on a core with any counted before."""
+    """Count blocks, in this order, that do not fit on a core with any block counted before."""
     apart: list[Load] = []
     for load in loads:
         if not any(room.holds(load.joined(other)) for other in apart):

@@ -1,4 +1,4 @@
-"""Blocks onto as few cores as can be found, and those that send to each other onto the same one.
+"""Packing of blocks onto as few cores as possible, with blocks that exchange spikes on one core.
 
 This is bin packing with several amounts and with shared profiles, which has no fast exact solution.
 Several simple rules fill core after core; the best result is improved by emptying cores.
@@ -59,9 +59,9 @@ def orders(problem: Problem) -> list[list[int]]:
 
 Ranks = tuple[np.ndarray, ...]
 CoreChoice = Callable[[Cores, int, np.ndarray], Ranks]
-"""A rule: of the cores that have room for a block, the first with the smallest ranks takes it.
+"""A rule that ranks the cores with room for a block: the first core of the smallest rank takes it.
 
-The ranks of the second kind decide between cores of equal ranks of the first.
+Where ranks of the first kind are equal, ranks of the second kind decide.
 """
 
 
@@ -81,7 +81,7 @@ def most_alike(cores: Cores, block: int, some: np.ndarray) -> Ranks:
 
 
 def most_traffic(cores: Cores, block: int, some: np.ndarray) -> Ranks:
-    """Rank cores by the spikes between the block and theirs."""
+    """Rank cores by the spikes between the block and the cores' blocks."""
     return -cores.spikes(block, some), -cores.fills(block, some)
 
 

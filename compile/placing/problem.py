@@ -1,4 +1,4 @@
-"""Packing problems: blocks, what they take, and the spikes that packings keep within cores."""
+"""Packing problems: blocks, their loads, and the spikes that packings keep within cores."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Problem:
     traffic: BlockTraffic
 
     def load(self, blocks: Iterable[int]) -> Load:
-        """Return what blocks take together on one core."""
+        """Return the load of blocks together on one core."""
         return together(self.loads[block] for block in blocks)
 
     def fits(self, blocks: Iterable[int]) -> bool:
@@ -58,7 +58,7 @@ class Problem:
 
     @cached_property
     def audiences(self) -> list[dict[int, int]]:
-        """The audiences that each block is in, by number, and the sources that each has."""
+        """The audiences that each block is in, by number, and the number of sources of each."""
         found: list[dict[int, int]] = [{} for _ in self.loads]
         for number, (blocks, sources) in enumerate(self.traffic.audiences.items()):
             for block in blocks:
@@ -76,7 +76,7 @@ class Problem:
         cores = np.repeat(np.arange(len(bins)), [len(mine) for mine in bins])
         shape = (len(bins), len(self.loads))
         on_core = sparse.csr_matrix((np.ones(len(blocks), int), (cores, blocks)), shape)
-        # The blocks of each audience on each core: pairs of them would be too many.
+        # The number of blocks of each audience on each core: pairs of blocks would be too many.
         heard = on_core @ self.traffic.members
         pairs = heard.data * (heard.data - 1)
         return len(bins), -float(self.traffic.sources[heard.indices] @ pairs)

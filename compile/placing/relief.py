@@ -28,7 +28,7 @@ class Relief:
     Parameters
     ----------
     messages : Messages
-        The messages between cores; those within one are left out.
+        The messages between cores; messages within a core are left out.
     links : Links
         The links of the board.
     n_cores : int
@@ -56,7 +56,7 @@ class Relief:
             while (place := self._first_better(order, core, after)) is not None:
                 here = np.flatnonzero(order == core)[0]
                 order[[here, place]] = order[[place, here]]
-                # Places before were tried against the same core, and are not tried again.
+                # Earlier places were tried with this core already, and are not tried again.
                 after = place + 1
         return order
 
@@ -67,7 +67,7 @@ class Relief:
         return sums
 
     def _first_better(self, order: np.ndarray, core: int, after: int) -> int | None:
-        """Return the first place, from one on, with whose core a swap lowers the cost."""
+        """Return the first place, from ``after`` on, whose core lowers the cost if swapped."""
         place = np.argsort(order)
         source, target, number = self._messages
         now = self._links.loads(place[source], place[target], number, np.zeros_like(number), 1)
@@ -81,7 +81,7 @@ class Relief:
     def _changes(
         self, place: np.ndarray, core: int, others: np.ndarray, places: np.ndarray
     ) -> LinkLoads:
-        """Return what changes when a core swaps with others, which lie on these places."""
+        """Return the change of loads if a core is swapped with each of others, on these places."""
         swap, message = self._touched(core, others)
         ends = self._messages.source[message], self._messages.target[message]
         number = self._messages.number[message]
@@ -95,7 +95,7 @@ class Relief:
         return self._links.loads(source, target, signed, np.tile(swap, 2), len(places))
 
     def _touched(self, core: int, others: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the messages of a core and of each other, once: their swap, and their number."""
+        """Return the messages that each swap moves, each once: the swap's and message's number."""
         ours = self._of_core[part(self._start, core)]
         sizes = np.diff(self._start)[others]
         theirs = self._of_core[ranges(self._start[others], sizes)]
@@ -106,7 +106,7 @@ class Relief:
 
 
 def _lower(now: LinkLoads, change: LinkLoads) -> np.ndarray:
-    """Return the changes that lower a cost, (n,): they are compared as `Cost` is."""
+    """Return which changes lower the cost, (n,) of bool, compared in the order of `Cost`."""
     worst = (now.links + change.links).max(axis=1)
     differences = (change.between_chips, worst - now.links.max(), change.hops)
     lower, equal = np.zeros(len(worst), dtype=bool), np.ones(len(worst), dtype=bool)

@@ -1,11 +1,11 @@
-"""Hops that swaps of two cores save, brought up to date as cores are swapped."""
+"""Hops that swaps of two cores save, updated as cores are swapped."""
 
 import numpy as np
 from scipy import sparse
 
 
 class Savings:
-    """The hops that the swap of each two cores would save.
+    """The hops that the swap of any two cores would save.
 
     Moving the core of place i to place j costs m_ij = sum_k f_ik d_jk for messages f between cores
     and distances d of places; a swap saves m_ii + m_jj - m_ij - m_ji - 2 f_ij d_ij. A swap changes
@@ -18,7 +18,7 @@ class Savings:
     distance : (n_cores, n_cores) array
         The hops between places; symmetric.
     order : (n_cores,) array
-        The core of each place; stays as it is.
+        The core of each place, which is not changed.
     """
 
     def __init__(self, flow: np.ndarray, distance: np.ndarray, order: np.ndarray) -> None:
@@ -50,7 +50,7 @@ class Savings:
         self._count(np.union1d(partners, (i, j)))
 
     def _count(self, places: np.ndarray) -> None:
-        """Count what swaps with some places save, and the most that each place can."""
+        """Count the hops that swaps with some places save, and update each place's best swap."""
         own = np.diag(self._moved)
         near = self._flow[np.ix_(self.order[places], self.order)] * self._distance[places]
         saved = own[places, np.newaxis] + own - self._moved[places] - self._moved[:, places].T
@@ -59,7 +59,7 @@ class Savings:
         first = places[saved.argmax(axis=0)]
         most = saved.max(axis=0)
         better = (most > self._most) | ((most == self._most) & (first < self._partner))
-        # A place whose best partner is one of these, and got no better one, is compared with all.
+        # A place whose best partner is one of these, and not better now, is compared with all.
         lost = np.isin(self._partner, places) & (most <= self._most)
         lost[places] = True
         self._partner[better], self._most[better] = first[better], most[better]

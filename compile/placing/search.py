@@ -25,16 +25,15 @@ class Search:
         self._found: dict[tuple[int, Capacity, bytes], list[int]] = {}
         self._uncut_slots = out_slots(image, chip)
         ways = deliveries(image)
-        # Spikes from the host need no output axons of a core, which is all that cuts change at a
-        # source.
+        # Cuts change only the output axons of sources, and spikes from the host need none of a
+        # core.
         self._ways = ways.of(ways.source < image.n_compartments)
 
     def bounds(self, room: Capacity) -> dict[int, list[int]]:
         """Return the cuts of blocks that are too large: the ends of their pieces, 0 to the last.
 
-        Each piece is as long as there is room for. A target in pieces takes more of the output
-        axons of its sources, so cuts are sought again until nothing changes; slots are never
-        returned, which ends the search.
+        Each piece is as long as there is room for. A target in pieces takes more output axons of
+        its sources, so the search repeats until nothing changes.
         """
         slots = self._uncut_slots
         bounds: dict[int, list[int]] = {}
@@ -56,7 +55,7 @@ class Search:
 
     def _stretches(self, block: int, room: Capacity, slots: np.ndarray) -> list[int]:
         """Return the ends of pieces that each fit; none if one compartment alone does not."""
-        # Cuts elsewhere change little: most blocks are asked for again with the same slots.
+        # Cuts elsewhere change little: most blocks are searched again with the same slots.
         own = slots[part(self._image.blocks.start, block)]
         key = block, room, own.tobytes()
         if key not in self._found:
@@ -66,7 +65,7 @@ class Search:
     def _load(self, block: int, slots: np.ndarray) -> Load:
         # A cut of its targets changes nothing of a block but its output axons.
         compartments, in_axons, out, bits = self._loads[block].amounts
-        # Whole, it may share axons of populations; pieces are reckoned as if they did not.
+        # A whole block may share axons of populations; pieces count as if they did not.
         more = (slots - self._uncut_slots)[part(self._image.blocks.start, block)]
         amounts = (compartments, in_axons, out + int(more.sum()), bits)
         return self._loads[block]._replace(amounts=amounts)
@@ -81,7 +80,7 @@ class Search:
         pieces: dict[int, np.ndarray] = {}
         for block, ends in bounds.items():
             pieces |= self._demand(block).pieces_reached(ends)
-        # An axon of a group that is cut becomes one of each piece that it has targets in.
+        # An axon of a group that is cut becomes one axon of each piece in which it has targets.
         more = np.zeros(len(self._image.in_axons), dtype=int)
         per_axon = axon_slots(self._image, self._chip)
         for group, reached in pieces.items():

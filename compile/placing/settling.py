@@ -1,4 +1,4 @@
-"""Packings settled: blocks move or swap onto the core that they share most spikes with."""
+"""Settling of packings: blocks move or swap onto the core that they share most spikes with."""
 
 from collections.abc import Iterable
 from itertools import accumulate
@@ -12,21 +12,21 @@ from spikeport.compile.placing.problem import Bins, Problem
 
 
 def settled(problem: Problem, bins: Bins) -> Bins:
-    """Move or swap blocks onto the core they share most spikes with, until none can be.
+    """Move or swap blocks onto the core they share most spikes with, until no block can be.
 
-    The number of spikes within cores rises with every move, so it ends; the number of cores does
-    not rise, and every core that held its blocks still does.
+    The number of spikes within cores rises with every move, so the moves end. The number of cores
+    does not rise, and every core that had room for its blocks still has.
 
     Parameters
     ----------
     problem : Problem
         The blocks.
     bins : Bins
-        A packing of them; stays as it is.
+        A packing of them, which is not changed.
     """
     settling = Settling(problem, bins)
     moved = [True]
-    # A block that cannot move may be able to once others have: all are tried until none moves.
+    # A block may be able to move once others have moved, so all are tried until none moves.
     while any(moved):
         moved = [settling.settle(block) for block in range(len(problem.loads))]
     return [blocks for blocks in settling.bins if blocks]
@@ -38,7 +38,7 @@ class Settling:
     Attributes
     ----------
     bins : Bins
-        The blocks of each core; a core that is emptied stays, without any.
+        The blocks of each core; a core that is emptied stays, without blocks.
     """
 
     def __init__(self, problem: Problem, bins: Bins) -> None:
@@ -49,7 +49,7 @@ class Settling:
         self._heard = Heard(problem, bins)
         self._core = self._heard.core
         self._gains = Gains(problem.traffic, self.bins)
-        # Moves are counted; at which of them a core last changed, and a block last stayed.
+        # The number of moves, when each core last changed, and when each block last stayed.
         self._n_moves = 1
         self._changed = [1] * len(bins)
         self._stayed = [0] * len(problem.loads)
@@ -57,9 +57,9 @@ class Settling:
         self._rests: dict[int, dict[int, Load]] = {}
 
     def settle(self, block: int) -> bool:
-        """Move one block, or swap it with another, if more spikes are within cores then."""
+        """Move or swap a block if this brings more spikes within cores; return whether it moved."""
         home, spikes = self._core[block], self._heard.spikes(block)
-        # If neither its own core nor any that it sends to has changed, it would stay once more.
+        # If neither its own core nor a core that it shares spikes with has changed, it stays again.
         if max(self._changed[core] for core in (home, *spikes)) <= self._stayed[block]:
             return False
         now = spikes.get(home, 0)
@@ -70,7 +70,7 @@ class Settling:
         return False
 
     def _moved(self, block: int, core: int) -> bool:
-        """Move a block to a core, or swap it with a block there; return whether it can."""
+        """Move a block to a core, or swap it with a block there; return whether it moved."""
         home = self._core[block]
         if self._problem.room.holds(self._load(core).joined(self._problem.loads[block])):
             left = [b for b in self.bins[home] if b != block]
@@ -80,8 +80,8 @@ class Settling:
         return self._swapped(block, core)
 
     def _swapped(self, block: int, core: int) -> bool:
-        """Swap a block with one of a core if both fit and more spikes are within cores then."""
-        # Images have many equal blocks: where one does not fit, equal ones do not.
+        """Swap a block with one of a core if both fit and this brings more spikes within cores."""
+        # Images have many equal blocks: if one does not fit, equal blocks do not.
         of_kind = {self._kinds[other]: other for other in self.bins[core]}
         fitting = {kind for kind, other in of_kind.items() if self._fit_swapped(block, other)}
         if not fitting:  # as on most cores: their gains need not be counted
@@ -126,11 +126,11 @@ class Settling:
         return self._loads[core]
 
     def _rest(self, core: int) -> dict[int, Load]:
-        """Return the load of a core without each of its blocks."""
+        """Return, for each block of a core, the load of the core without this block."""
         if core not in self._rests:
             blocks = self.bins[core]
             loads = [self._problem.loads[block] for block in blocks]
-            # Sums before a block and after it: profiles unite, and cannot be taken away again.
+            # Sums before a block and after it: united profiles cannot be subtracted.
             before, after = _sums(loads), _sums(reversed(loads))[::-1]
             rests = (a.joined(b) for a, b in zip(before[:-1], after[1:], strict=True))
             self._rests[core] = dict(zip(blocks, rests, strict=True))

@@ -1,4 +1,4 @@
-"""Loads of many cores as arrays, which say at once on which of them there is room."""
+"""Loads of many cores as arrays, which show at once which cores have room."""
 
 import numpy as np
 
@@ -6,24 +6,24 @@ from spikeport.compile.placing.load import PROFILES, Capacity, Load
 
 
 class Tally:
-    """The loads of cores, for three questions: which have room for one load more, how full they are
-    with it, and how many profiles it adds.
+    """The loads of cores, to find the cores with room for one more load, how full they would be
+    with it, and how many profiles it would add.
 
-    Most cores have no room, and loads are slow to join: this finds those that have by a few
+    Most cores have no room, and joining loads is slow: this finds the cores with room by a few
     operations on arrays, whatever their number.
 
     Attributes
     ----------
     limited : dict of int to float
-        The most profiles that a core has, by kind, of the kinds that do not all fit on one.
+        The most profiles that a core has, by kind, for kinds whose profiles do not all fit on one
+        core.
 
     Parameters
     ----------
     room : Capacity
         The capacity of a core.
     union : Load
-        The load of all that will be put on cores: profiles that would fit on one core all together
-        need no account.
+        The load of all blocks together: kinds of profiles that all fit on one core need no account.
     """
 
     def __init__(self, room: Capacity, union: Load) -> None:
@@ -39,7 +39,7 @@ class Tally:
         self._masks: list[list[int]] = [[] for _ in room.profiles]
 
     def put(self, core: int, load: Load) -> None:
-        """Set the load of a core; the one after the last is new."""
+        """Set the load of a core; the core after the last is new."""
         self._n_cores = max(self._n_cores, core + 1)
         self._amounts = _grown(self._amounts, self._n_cores)
         self._amounts[core] = load.amounts
@@ -56,7 +56,7 @@ class Tally:
         return cores
 
     def fills(self, load: Load, cores: np.ndarray) -> np.ndarray:
-        """Return the share of their scarcest resource that cores would use with a load, (n,)."""
+        """Return the share of its scarcest resource that each core would use with a load, (n,)."""
         shares: np.ndarray = ((self.amounts[cores] + load.amounts) / self._room).max(axis=1)
         for number in range(len(PROFILES)):  # see `Capacity.fill`
             joined = self._joined(number, load.profiles[number], cores)
@@ -64,7 +64,7 @@ class Tally:
         return shares
 
     def added(self, load: Load, cores: np.ndarray) -> np.ndarray:
-        """Return how many profiles of all kinds a load adds to cores, (n,)."""
+        """Return how many profiles of all kinds a load would add to each core, (n,)."""
         added = np.zeros(len(cores), dtype=int)
         for number, mask in enumerate(load.profiles):
             masks = self._masks[number]
@@ -84,12 +84,12 @@ class Tally:
         return self._amounts[: self._n_cores]
 
     def joined(self, number: int, mask: int) -> np.ndarray:
-        """Return how many profiles of a limited kind each core would have with a mask's."""
+        """Return how many profiles of a limited kind each core would have with those of a mask."""
         return self._kinds[number].joined(mask)
 
 
 class _Kind:
-    """The profiles of one kind on each core: their number, and for each profile where it is."""
+    """The profiles of one kind on each core: their number, and the cores that have each profile."""
 
     def __init__(self) -> None:
         self._masks: list[int] = []
@@ -97,7 +97,7 @@ class _Kind:
         self._has: dict[int, np.ndarray] = {}
 
     def put(self, core: int, mask: int) -> None:
-        """Set the profiles of a core; the one after the last is new."""
+        """Set the profiles of a core; the core after the last is new."""
         if core == len(self._masks):
             self._masks.append(0)
             self._count = _grown(self._count, core + 1)
@@ -116,7 +116,8 @@ class _Kind:
         joined: np.ndarray = self._count[: len(self._masks)] + mask.bit_count()
         for bit in _bits(mask):
             if (has := self._has.get(bit)) is not None:
-                # The array ends where no core has it any more, and may be longer than all cores.
+                # The array may be shorter than the list of cores, if no later core has the profile,
+                # or longer.
                 known = min(len(has), len(joined))
                 joined[:known] -= has[:known]
         return joined
@@ -134,7 +135,7 @@ def _bits(mask: int) -> list[int]:
 
 
 def _grown(array: np.ndarray, n: int) -> np.ndarray:
-    """Return an array of at least n rows, with as many zeros again where it has to grow."""
+    """Return an array of at least n rows; if it has to grow, it is at least doubled, with zeros."""
     if len(array) >= n:
         return array
     # Doubled, so that n cores cost a number of copies that grows with log n.

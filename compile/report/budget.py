@@ -21,8 +21,8 @@ RATES_CURE = "give them with --rate-hz, as in --rate-hz 100, or measure them wit
 class Budget:
     """A budget of cores, power and step time; None sets no limit.
 
-    ``power_w`` is held against dynamic and static power together, ``step_us`` against the longest
-    step, each in the costliest calibration of the chip that has figures.
+    ``power_w`` limits dynamic and static power together, ``step_us`` the longest step, each in the
+    costliest calibration of the chip that has figures.
 
     Raises
     ------
@@ -46,12 +46,12 @@ class Budget:
                 yield option, value
 
     def check_basis(self, has_activity: bool) -> None:
-        """Refuse a budget of power or time without any activity to reckon with.
+        """Refuse a budget of power or time if there is no activity to compute them from.
 
         Raises
         ------
         UsageError
-            If there is none.
+            If there is such a budget, and no activity.
         """
         for option, _ in self._limits():
             if option != "--max-cores" and not has_activity:
@@ -63,7 +63,7 @@ class Budget:
         Raises
         ------
         UsageError
-            If the chip has no public figure for what is limited, or there is no activity.
+            If the chip has no public figure for a limited quantity, or there is no activity.
         """
         self.check_basis(activity is not None)
         found: list[Violation] = []
@@ -103,7 +103,7 @@ def _held(
     if not known:
         rule = rules.get(rule_id)
         raise UsageError(f"--{rule.name}: chip '{chip}' has no public figure to hold it against")
-    # Sources differ: the budget has to hold by each of them.
+    # Calibrations differ: the budget has to hold in each of them.
     name, cost = max(known.items(), key=lambda item: item[1].value)
     if cost.value > most:
         yield rules.get(rule_id).broken(chip, f"{cost.format()}, {name}", limit)

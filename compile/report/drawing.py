@@ -1,4 +1,4 @@
-"""The drawing of a chip: its cores in their places, with what they hold and what they cost."""
+"""The drawing of a chip: its cores in their places, with their content and costs."""
 
 import math
 from collections import Counter
@@ -13,12 +13,12 @@ SIDE, GAP, TILE_GAP = 44, 3, 10
 PER_ROW = 16
 """Cores in a row of a chip whose mesh is not public."""
 TILE_SIDE = 2
-"""Cores along the side of a tile, at least: Loihi has four to a tile."""
+"""The fewest cores along the side of a tile: Loihi has four cores to a tile."""
 FILL, ENERGY, TIME = "fill", "energy", "step time"
 
 
 class Measure(NamedTuple):
-    """A figure of a core: in words, as a number, and as a share of the most that there can be."""
+    """A figure of a core: in words, as a number, and as a share of its limit or of the largest."""
 
     text: str
     value: float
@@ -38,7 +38,7 @@ class Core(NamedTuple):
 
 
 class Chip(NamedTuple):
-    """A chip that is in use: the size of its drawing, cropped to its cores, and they."""
+    """A chip that is in use: the size of its drawing, cropped to its cores, and these cores."""
 
     number: int
     width: int
@@ -47,12 +47,12 @@ class Chip(NamedTuple):
 
 
 def estimate(value: Mapping[str, object] | None) -> str:
-    """Return an estimate, as plain data, in words with its interval."""
+    """Return an estimate, which is passed as plain data, in words with its interval."""
     return "no public figure" if value is None else Estimate(**value).format()  # type: ignore[arg-type]
 
 
 def chips(report: Json, calibration: str) -> list[Chip]:
-    """Return the drawings of the chips in use; energy and time are of a calibration."""
+    """Return the drawings of the chips in use, with energy and time in one calibration."""
     measures = _measures(report, calibration)
     found = []
     for chip in sorted(set(report["places"]["chip"])):
@@ -83,8 +83,8 @@ def _core(
 
 
 def _corners(places: Json, cores: Sequence[int]) -> list[tuple[int, int]]:
-    """Return the corner of each core of a chip: in the square of its tile, or in rows without a
-    mesh.
+    """Return the corner of each core of a chip: in the square of its tile, or in rows if the mesh
+    is not public.
     """
     step = SIDE + GAP
     if places["x"] is None:
@@ -103,7 +103,7 @@ def _corners(places: Json, cores: Sequence[int]) -> list[tuple[int, int]]:
 
 
 def _measures(report: Json, calibration: str) -> dict[str, list[Measure]]:
-    """Return the measures that there are, each by core."""
+    """Return the measures that the report has figures for, each by core."""
     found = {FILL: [_fill(row, report["limits_of_a_core"]) for row in report["cores"]]}
     for name, section, key in ((ENERGY, "energy", "energy_step"), (TIME, "timing", "time_step")):
         costs = (report[section] or {}).get(calibration)
@@ -113,7 +113,7 @@ def _measures(report: Json, calibration: str) -> dict[str, list[Measure]]:
 
 
 def _fill(row: Json, limits: Mapping[str, int | None]) -> Measure:
-    """Return the share of its fullest resource."""
+    """Return the share of a core's fullest resource that is in use."""
     shares = {name: row[name] / most for name, most in limits.items() if most}
     if not shares:
         return Measure("no limit is public", 0.0, 0.0)

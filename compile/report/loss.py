@@ -2,10 +2,11 @@
 
     error = rms(filtered(output) - filtered(float output)) / rms(filtered(float output))
 
-over all outputs and steps, against float blocks of what was compiled. A part's error is that of a
-run in which this part alone is rounded; its share is its error squared against the sum of all.
-`spikeport.backends.loss` measures it. The cost of passes, filters and relays shows against the
-network as it was written, in float Nengo: `spikeport.backends.against_float`.
+over all outputs and steps, with float output from float blocks of the compiled network. A part's
+error is the error of a run in which this part alone is rounded; its share is its squared error over
+the sum of all squared errors. `spikeport.backends.loss` measures them. The loss to passes, filters
+and relays is measured against the network as it was written, in float Nengo, by
+`spikeport.backends.against_float`.
 """
 
 from dataclasses import asdict, dataclass
@@ -20,10 +21,10 @@ SATURATED = 0.01
 
 @dataclass(frozen=True)
 class LossPart:
-    """One cause of loss: ``what`` of an ensemble or relay is rounded, and how far that is felt.
+    """One cause of loss: ``what`` of an ensemble or relay is rounded, and the effect on outputs.
 
-    ``rounding`` is the relative rms error of the rounded numbers, ``output_error`` that of the
-    outputs, ``share`` that of the outputs' squared error.
+    ``rounding`` is the relative rms error of the rounded numbers, ``output_error`` the relative rms
+    error of the outputs, ``share`` the share of the outputs' squared error.
     """
 
     object: str
@@ -49,13 +50,13 @@ class Loss:
     output_error : float
         Error of the integer blocks.
     floor : float
-        Error that a change in the last bit of the float blocks makes: spikes that come a step
-        earlier. Errors near it say nothing of their cause.
+        Error that a change in the last bit of the float blocks makes: some spikes come a step
+        earlier. Errors near the floor say nothing of their cause.
     parts : tuple of LossPart
         The causes, largest share first.
     aliasing : mapping of str to float
         Relative rms difference of an ensemble's rates on the chip, whose intervals are whole steps,
-        from those of its neuron type. Decoders are solved for the chip's.
+        from those of its neuron type. Decoders are solved for the rates on the chip.
     readout_spikes : int
         Spikes of read-outs, each of which is a value lost.
     saturated_inputs : mapping of str to float

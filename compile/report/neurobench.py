@@ -57,6 +57,6 @@ def neurobench(image: ChipImage, cores: Sequence[CoreUse]) -> NeuroBench:
 
 
 def workload(activity: Activity) -> dict[str, float]:
-    """Return the workload metrics of a run, or of the activity that is expected of one."""
+    """Return the workload metrics of a run, or of expected activity."""
     operations = float(activity.over_steps("synaptic_operations").sum() / activity.n_steps)
     return {"effective_acs": operations, "effective_macs": 0.0}

@@ -1,7 +1,7 @@
-"""A report as a page: one HTML file without requests, fonts or scripts of others.
+"""A report as a page: one HTML file without requests, and without fonts or scripts of others.
 
 The page works without a mouse and without scripts, dark, light and on paper; its one script sorts
-tables. ``page.html.jinja`` has its layout, `View` what is in it.
+tables. ``page.html.jinja`` has the layout, `View` the content.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -19,7 +19,7 @@ from spikeport.constants import BITS_PER_KIB
 from spikeport.hardware_models.host_io import HostIoReport
 
 MOST_CELLS = 4000
-"""The most cells in the drawing of messages; the report as data has all."""
+"""The most cells in the drawing of messages; the report as data has all of them."""
 MOST_ROWS = 12
 """The rows of a table of the largest items."""
 
@@ -37,7 +37,7 @@ class Bar(NamedTuple):
 
 
 class Cell(NamedTuple):
-    """Messages from a core to another in a step, and the darkness that they are drawn in."""
+    """Messages from one core to another in a step, and the darkness that they are drawn in."""
 
     source: int
     target: int
@@ -54,7 +54,7 @@ class Row(NamedTuple):
 
 
 class Rule(NamedTuple):
-    """Hints or violations of one rule, with the cure of all; empty if it differs by row."""
+    """Hints or violations of one rule, with their common cure; empty if cures differ by row."""
 
     id: str
     rule: str
@@ -124,7 +124,7 @@ class View:
     Attributes
     ----------
     calibration : str
-        The calibration that cores and modules are coloured by: the first with times, or any.
+        The calibration whose costs the page draws: the first with times, or else the first.
     """
 
     def __init__(self, report: Json, title: str) -> None:
@@ -139,7 +139,7 @@ class View:
     def bars(self) -> list[Bar]:
         """The use of every resource."""
         rows = self.report["resources"].items()
-        # One chip of one is no news.
+        # A use of one chip of one needs no row.
         one_chip = self.report["resources"]["chips"]["limit"] == 1
         return [self._bar(name, row) for name, row in rows if not (one_chip and name == "chips")]
 
@@ -149,7 +149,7 @@ class View:
         limits, cores = self.report["limits_of_a_core"], self.report["cores"]
         if name not in limits or not cores:
             return Bar(words, used, limit, share, "", None, None)
-        # The first of several that are equally full.
+        # The first core, if several are equally full.
         core = max(range(len(cores)), key=lambda number: cores[number][name])
         most, of_core = cores[core][name], limits[name]
         text = f"{_amount(name, most)} of {_amount(name, of_core)}"
@@ -237,7 +237,7 @@ def by_rule(rows: Iterable[Json]) -> list[Rule]:
 
 
 def _cure(rows: Sequence[Json]) -> str:
-    """Return the cure that all rows have; an empty text if there are several."""
+    """Return the cure that all rows have; an empty text if there are several cures."""
     cures: set[str] = {row["cure"] for row in rows}
     return cures.pop() if len(cures) == 1 else ""
 

@@ -33,7 +33,7 @@ SCHEMA = 2
 
 @dataclass(frozen=True)
 class Modules:
-    """The modules of an image by name, and the activity of one in which each has its own core."""
+    """The names of an image's modules, and the activity if each module had a core of its own."""
 
     names: tuple[str, ...]
     activity: Activity
@@ -55,12 +55,12 @@ class Report:
 
     ``cores`` holds the use of every core, ``errors`` the quantisation error of every block,
     ``warnings`` the warnings of nengo-loihi's builder. ``placed`` names the blocks on each
-    core, ``passes`` holds name, options and findings of every pass, ``lower_bound`` how few cores
-    the blocks could take, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` what
-    compiles but is lost or left out, ``offloaded`` the ensembles that were moved to the host,
-    ``on_host`` those that were there already, ``host`` the traffic with the host. The report on a
-    network with nothing on the chip has no cores, no traffic, and an empty digest; so has one that
-    does not fit, whose ``violations`` say why.
+    core. ``passes`` holds name, options and findings of every pass, ``lower_bound`` lower bounds of
+    the number of cores, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` the hints
+    on parts that are lost or left out. ``offloaded`` holds the ensembles that were moved to the
+    host, ``on_host`` the ensembles that were not meant for the chip, ``host`` the traffic with the
+    host. The report on a network with nothing on the chip has no cores, no traffic and an empty
+    digest. So does the report on a network that does not fit, whose ``violations`` say why.
     """
 
     chip: ChipModel
@@ -122,13 +122,14 @@ class Report:
         Parameters
         ----------
         activity : Activity, optional
-            The counts of a run, or those expected at ``rates``: with them come energy and timing.
+            The counts of a run, or those expected at ``rates``; without them, the report has no
+            energy and timing.
         rates : Rates, optional
-            The rates that the counts are expected at; None: they are those of a run.
+            The rates that the counts are expected at; None: the counts are those of a run.
         loss : mapping, optional
             The result of a run on floating-point and on integer blocks, as plain data.
         modules : Modules, optional
-            The counts by module: with them comes the energy of each.
+            The counts by module; without them, the report has no energy by module.
         """
         return {
             "schema": SCHEMA,
@@ -175,7 +176,7 @@ class Report:
 
 
 def places(n_cores: int, chip: ChipModel) -> Json:
-    """Return where cores lie: chip, and column and row of the tile, each a list by core.
+    """Return the places of cores: chip, and column and row of the tile, each a list by core.
 
     Columns and rows are None where the chip's mesh is not public.
     """
@@ -201,7 +202,7 @@ def traffic(activity: Activity) -> Json:
 
 
 def _basis(activity: Activity | None, rates: Rates | None) -> Json | None:
-    """Return the activity that energy and timing are reckoned from."""
+    """Return the basis of energy and timing: the steps of a run, or stated rates."""
     if activity is None:
         return None
     stated = None if rates is None else {"all": rates.all_hz, **rates.by_name_hz}
@@ -209,9 +210,9 @@ def _basis(activity: Activity | None, rates: Rates | None) -> Json | None:
 
 
 def costs(chip: ChipModel, activity: Activity | None) -> Json:
-    """Return energy and timing of a run in every calibration of a chip; None for both without one.
+    """Return energy and timing in every calibration of a chip; without activity, both are None.
 
-    The timing of a calibration without any time is None.
+    The timing in a calibration without any time is None.
     """
     if activity is None:
         return {"energy": None, "timing": None}
@@ -225,6 +226,6 @@ def costs(chip: ChipModel, activity: Activity | None) -> Json:
 
 
 def in_result(report: Json | None) -> Json:
-    """Return the parts of a report that a run's ``result.json`` repeats; without one, None each."""
+    """Return the parts of a report that a run's ``result.json`` repeats; without report, Nones."""
     parts = ("image_digest", "resources", "energy", "timing", "host_io")
     return {key: report and report[key] for key in parts}

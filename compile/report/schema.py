@@ -1,6 +1,6 @@
 """The schema of the report as plain data, which ``spikeport compile --json`` writes.
 
-`schema` is the JSON Schema of it, which ``docs/report.schema.json`` publishes.
+`schema` returns its JSON Schema, which ``docs/report.schema.json`` publishes.
 """
 
 from typing import Any
@@ -31,7 +31,7 @@ def _row(named_tuple: type[tuple[object, ...]]) -> type[BaseModel]:
 
 
 class Resource(BaseModel):
-    """Use of a resource by all cores; ``limit`` null: not public. ``lower_bound`` of cores only."""
+    """Use of a resource by all cores. ``limit`` null: not public. Only cores have a lower bound."""
 
     model_config = STRICT
 

@@ -37,14 +37,14 @@ def resources(report: "Report") -> Table:
 
 
 def cores_in_words(report: "Report") -> str:
-    """Return how many cores, and chips where it takes several, in words."""
+    """Return the number of cores, and of chips if there are several, in words."""
     cores = f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
     chips = chips_used(len(report.cores), report.chip)
     return cores if chips <= 1 else f"{cores} of {chips} chips"
 
 
 def verdict(report: "Report") -> str:
-    """Return the last line: whether it fits, on how much, and what image it is."""
+    """Return the last line: if the network fits, on how many cores, and the image's digest."""
     if report.violations:
         rules = sorted({violation.id for violation in report.violations})
         return f"does not fit chip '{report.chip.name}': breaks {', '.join(rules)}"
