@@ -1,7 +1,7 @@
-"""Points on a Dask cluster. Whoever reaches its scheduler runs code as its owner, and as us.
+"""Points on a Dask cluster. Anyone who reaches its scheduler can run code as its owner, and as us.
 
-``tls://`` asks both sides for certificates, which Dask's configuration names; over ``tcp://`` the
-cluster's own security is all there is.
+With ``tls://`` both sides need certificates, which Dask's configuration names. With ``tcp://``
+there is only the cluster's own security.
 """
 
 import contextlib
@@ -23,13 +23,13 @@ ANSWER_S = 5
 """The time a scheduler has to answer, and a cluster to have a worker."""
 
 PATIENCE_S = 60
-"""The time a sweep waits without any worker: Dask mostly restarts those that died."""
+"""The time a sweep waits without any worker: Dask usually restarts workers that died."""
 
 TLS = "tls://"
 
 CONFIG = {
     "distributed.comm.timeouts.connect": f"{ANSWER_S}s",
-    "scheduler": None,  # taken back at the end: a closed client may leave it, and xarray looks here
+    "scheduler": None,  # restored at the end: a closed client may leave it, and xarray looks here
 }
 
 
@@ -37,14 +37,14 @@ CONFIG = {
 def outcomes(
     scheduler: str, points: Sequence[Point], run: Run
 ) -> Iterator[Iterator[tuple[Point, PointOutcome]]]:
-    """Open a cluster, and yield every point as it ends, with what is kept of it or why it failed.
+    """Open a cluster, and yield every point as it ends, with its files or the reason it failed.
 
     Raises
     ------
     UsageError
-        The scheduler does not answer, or its workers are none or run several points at a time.
+        If the scheduler does not answer or has no worker, or a worker has several threads.
     BackendError
-        While points are run: no worker is left.
+        If no worker is left while points are run.
     """
     with dask.config.set(CONFIG), _silent(), _opened(scheduler) as client:
         _check(client, scheduler)
@@ -55,8 +55,8 @@ def outcomes(
 def _opened(scheduler: str) -> Iterator[Client]:
     client = _connected(scheduler)
     if client is None:
-        # Dask's client that got nowhere is closed now: later, while another one starts in this
-        # thread, closing it would wait for ever for the lock that starting holds.
+        # Close the client that could not connect now. Later, while another client starts in this
+        # thread, its close would wait for ever for the lock that the start holds.
         gc.collect()
         keys = " with the certificates that Dask's configuration names (distributed.comm.tls)"
         raise UsageError(
@@ -72,7 +72,7 @@ def _connected(scheduler: str) -> Client | None:
     """Return a client of a scheduler; None if it does not answer as one."""
     try:
         return Client(scheduler, timeout=ANSWER_S)
-    except Exception:  # what answers but is no scheduler confuses Dask in many ways
+    except Exception:  # a server that is no scheduler confuses Dask in many ways
         return None
 
 
@@ -92,20 +92,20 @@ def _check(client: Client, scheduler: str) -> None:
 def _outcomes(
     client: Client, points: Sequence[Point], run: Run
 ) -> Iterator[tuple[Point, PointOutcome]]:
-    """Yield outcomes; no more points are under way than there are workers.
+    """Yield outcomes, with no more points under way than there are workers.
 
-    Else the next one to kill its worker would take with it what that worker has not handed over.
+    Otherwise a point that kills its worker would also lose results the worker still holds.
     """
     waiting, running = Queue(points), dict[Future, Point]()
     on_worker = _in_its_folder(run)
 
     def submit(made: str | None) -> None:
-        """Submit points; the worker that is free is most likely the one that made a network."""
+        """Submit points; the free worker is most likely the one that made the network ``made``."""
         free = len(client.nthreads()) - len(running)
         for _ in range(max(free, not running)):
             if waiting:
                 point = waiting.take(made)
-                # not pure: Dask must not take another sweep's outcome for that of an equal point
+                # not pure: Dask must not return another sweep's outcome for an equal point
                 running[client.submit(on_worker, point, pure=False)] = point
 
     submit(None)
@@ -117,7 +117,7 @@ def _outcomes(
 
 
 def _in_its_folder(run: Run) -> Callable[[Point], PointFiles]:
-    """Return a function that runs a point in the folder of the worker it is on."""
+    """Return a function that runs a point in the folder of its worker."""
 
     def on_worker(point: Point) -> PointFiles:
         return run(point, get_worker().local_directory)
@@ -126,7 +126,7 @@ def _in_its_folder(run: Run) -> Callable[[Point], PointFiles]:
 
 
 def _ended(client: Client, running: Iterable[Future]) -> Iterable[Future]:
-    """Wait some time for one to end, and return those that did; BackendError without workers."""
+    """Wait for futures to end, and return the ended ones; raises BackendError without workers."""
     try:
         done: Iterable[Future] = wait(
             list(running), timeout=PATIENCE_S, return_when="FIRST_COMPLETED"

@@ -1,7 +1,8 @@
 """The figure of a sweep: a row of panels for each metric, over the settings that are varied.
 
-The first one varied is the abscissa, the second has a line for each value, and every combination of
-the others a column. Lines are means over the seeds, bands reach from the least to the largest.
+The first varied setting is the abscissa, the second has a line for each value, and every
+combination of the others has a column. Lines are means over the seeds, and bands reach from the
+smallest to the largest value.
 """
 
 import itertools
@@ -19,7 +20,7 @@ from spikeport.experiments.sweep.plan import SEED, Sweep
 from spikeport.plots import plain
 
 LOG_RATIO = 30.0
-"""The ratio of largest to least value from which on the scale is logarithmic."""
+"""The ratio of largest to smallest value above which the scale is logarithmic."""
 
 
 def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
@@ -28,7 +29,7 @@ def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
 
 
 def metrics_figure(sweep: Sweep, table: xr.Dataset, metrics: Sequence[str]) -> Figure:
-    """Draw some metrics; ``table`` is that of `spikeport.experiments.sweep.table`."""
+    """Draw some metrics; ``table`` is the dataset of `spikeport.experiments.sweep.table`."""
     over, *keys = sweep.varied or (SEED,)
     places = list(_places(table, keys[1:]))
     width, height = max(6.4, 4.6 * len(places)), 1 + 3 * len(metrics)
@@ -72,7 +73,7 @@ def _draw_panel(axes: Axes, values: xr.DataArray, over: str, key: Sequence[str])
 
 def _draw_line(axes: Axes, values: xr.DataArray, over: str, color: Any, label: str) -> None:
     seeds = [name for name in values.dims if name != over]
-    if _is_text(values[over]):  # they have no scale, and stand side by side, in their order
+    if _is_text(values[over]):  # texts have no scale: they are evenly spaced, in their order
         at = np.arange(values.sizes[over])
     else:
         values = values.sortby(over)

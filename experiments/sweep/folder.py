@@ -1,8 +1,8 @@
 """A sweep's folder: ``sweep.json``, a file for each finished point, ``table.nc``, ``figure.png``.
 
-``sweep.json`` says what was asked for and of which version of spikeport, and has digests of the
-files that were named. Every file is there whole or not at all, and a point's ``points/NAME.json``
-is written last of all it leaves: what has one is finished.
+``sweep.json`` holds the plan, the version of spikeport, and digests of the files that the plan
+names. Every file is written whole or not at all. A point's ``points/NAME.json`` is written after
+its other files: a point that has one is finished.
 """
 
 import contextlib
@@ -22,18 +22,18 @@ from spikeport.files import read_json, write_json
 from spikeport.reading.mismatch import shown
 
 MOST_METRICS = 100
-"""Metrics of a result: experiments have some twenty, and a figure draws each."""
+"""The most metrics of a result: experiments have about twenty, and a figure draws each of them."""
 
 
 FILES, VERSION = "files", "spikeport"
-"""The keys of a plan under which digests of files and the version are."""
+"""The keys of a plan for the digests of files and the version."""
 
 NONE = "none"
-"""The digest of a file that a plan does not have: a schedule may name others than it did."""
+"""Stands for the digest of a file that a plan lacks: a changed schedule may name other files."""
 
 
 class PointFiles(NamedTuple):
-    """The files kept of a point: its ``result.json``, and ``probes.nc`` if that is asked for."""
+    """The files kept of a point: its ``result.json``, and ``probes.nc`` if it is asked for."""
 
     result: dict[str, Any]
     probes: bytes | None
@@ -51,11 +51,11 @@ class SweepFolder:
         return self.path / "sweep.json"
 
     def result_path(self, point: Point) -> Path:
-        """Return where a finished point's figures are."""
+        """Return the path of a finished point's result."""
         return self.path / "points" / f"{point.name}.json"
 
     def probes_path(self, point: Point) -> Path:
-        """Return where a finished point's time series are, if they are kept."""
+        """Return the path of a finished point's time series, if they are kept."""
         return self.path / "points" / f"{point.name}.nc"
 
     def holds(self, point: Point) -> bool:
@@ -76,7 +76,7 @@ class SweepFolder:
         Raises
         ------
         UsageError
-            If the file was altered to what is no result, or is of a run that this point is not.
+            If the file was altered and holds no result, or the result of another run.
         """
         path = self.result_path(point)
         cure = "remove it to run its point again"
@@ -127,7 +127,7 @@ def _is_metrics(value: object) -> bool:
 
 
 def _asked(point: Point) -> dict[str, Any]:
-    """Return what a point's result says of its run, by place."""
+    """Return the values of its run that a point's result must have, by their dotted keys."""
     options = point.options
     asked: dict[str, Any] = {
         "experiment": point.sweep.experiment,
@@ -146,14 +146,14 @@ def _part(result: object, place: str) -> object:
 
 
 def _as_json(value: dict[str, Any]) -> dict[str, Any]:
-    """Return a value as it is once it was written and read."""
+    """Return a value as it is after being written and read."""
     read: dict[str, Any] = json.loads(json.dumps(value))
     return read
 
 
 @contextlib.contextmanager
 def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
-    """Make the folder of a sweep or an evaluation, or go on with what is there.
+    """Make the folder of a sweep or an evaluation, or continue an earlier one.
 
     By default it is ``runs/sweep-...`` or ``runs/evaluation-...``.
 
@@ -186,7 +186,7 @@ def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
 
 
 def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
-    """Refuse a folder whose plan is another, naming all that differs."""
+    """Refuse a folder with another plan; the error names every difference."""
     try:
         held = read_json(folder.plan)
     except UsageError:
@@ -196,7 +196,7 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
         raise UsageError(f"{folder.plan}: is no plan of a sweep; choose another --out")
     asked = _as_json(dataclasses.asdict(sweep))
     now = asked.pop(FILES)
-    # Plans of earlier versions do not have theirs.
+    # Plans of earlier versions do not name their version.
     held.setdefault(VERSION, asked[VERSION])
     differing = sorted(key for key in held.keys() | asked if held.get(key) != asked.get(key))
     if differing:
@@ -211,8 +211,8 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
 def _check_files(
     folder: SweepFolder, files: Mapping[str, object] | None, now: Mapping[str, str]
 ) -> None:
-    """Refuse files of other contents than those that a folder's points are of."""
-    # Without digests nobody knows which contents finished points are of, so they may be others.
+    """Refuse files whose contents have changed since the folder's points were run."""
+    # Without digests nobody knows whether finished points read the present contents.
     if files is None and now:
         raise UsageError(
             f"{folder.plan}: of an earlier spikeport, does not say what was in "

@@ -1,8 +1,8 @@
-"""The files that the points of a plan read, held to the contents that they had when it began.
+"""A check that the files that a plan's points read do not change after the plan began.
 
-Digests of files stand in the plan, and so in ``sweep.json``. A point compares them before it reads
-its files, and once more when it is done: a file that changed meanwhile would leave results of two
-contents side by side.
+The plan, and so ``sweep.json``, has digests of the files. A point compares them before it reads its
+files, and once more when it is done. Otherwise, a file that changes meanwhile would leave results
+from two contents side by side.
 """
 
 import dataclasses
@@ -62,19 +62,19 @@ def with_inputs(plan: S) -> S:
 
 
 def check(point: Point) -> None:
-    """Refuse to go on with a point whose files are not as they were when its plan began.
+    """Refuse to go on with a point whose files have changed since its plan began.
 
     On a cluster these are the files of the worker's machine.
 
     Raises
     ------
     UsageError
-        Naming the first file that differs, or cannot be read.
+        If a file differs or cannot be read; the error names the first one.
     """
     held = point.sweep.files
     if not held:
         return
-    # A schedule that changed may name other files by now; it is compared itself.
+    # A changed schedule may name other files; the schedule itself is compared, too.
     for path in files_of(point):
         name = str(path)
         if name in held and (found := digest(path)) != held[name]:
@@ -87,7 +87,7 @@ def check(point: Point) -> None:
 
 @dataclasses.dataclass(frozen=True)
 class Unchanged:
-    """Runs points in a worker, and keeps nothing of one whose files changed meanwhile."""
+    """A runner of points in a worker, which refuses a point whose files changed meanwhile."""
 
     run: Run
 

@@ -15,8 +15,8 @@ from spikeport.experiments.run_folder import version_of
 SEED = "seed"
 BACKEND = "backend"
 LONGEST_NAME, KEPT = 235, 150
-"""Longest name of a point, since file systems have names of 255 bytes, of which an ending and that
-of a file half written take 20; and the letters that are kept of a longer one."""
+"""The longest name of a point, and the letters that are kept of a longer one. Names in file systems
+have up to 255 bytes, of which an ending and the ending of a half-written file take 20."""
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Sweep:
     Attributes
     ----------
     experiment : str
-        Its name, see `spikeport.experiments.registry`.
+        The experiment's name, see `spikeport.experiments.registry`.
     backend, chip, pipeline, seconds
         As in `spikeport.experiments.options.Options`.
     settings : mapping
@@ -34,14 +34,14 @@ class Sweep:
     varied : mapping
         The values of each setting that differs from point to point; ``backend`` can be one.
     seeds : tuple of int
-        Seeds of the run and, where it is neither set nor varied, of the network.
+        Seeds of the run, and of the network where ``network_seed`` is neither set nor varied.
     probes : bool
         True if the time series of each point are kept, too.
     files : mapping
         A digest of each file that settings or chip name, as it was when the sweep began; see
         `spikeport.experiments.sweep.inputs`.
     spikeport : str
-        The version whose results its points are.
+        The version of spikeport that its points are run by.
     """
 
     kind: ClassVar[str] = "sweep"
@@ -65,7 +65,7 @@ class Sweep:
         return {**self.varied, SEED: self.seeds}
 
     def points(self) -> list["Point"]:
-        """Return all points, seed by seed: what is finished first shows all settings."""
+        """Return all points, seed by seed, so that the first results cover all settings."""
         *varied, seeds = self.axes.values()
         return [
             Point(self, dict(zip(self.axes, (*values, seed), strict=True)))
@@ -74,12 +74,12 @@ class Sweep:
         ]
 
     def of_a_seed(self) -> "list[Point]":
-        """Return the points of the first seed, which have all settings but seeds."""
+        """Return the points of the first seed, which cover all settings other than seeds."""
         return replace(self, seeds=self.seeds[:1]).points()
 
     @property
     def lasts(self) -> list[float]:
-        """The simulated times of its points, each once: several where schedules vary."""
+        """The simulated times of its points, without duplicates: several if schedules vary."""
         return sorted({point.seconds for point in self.of_a_seed()})
 
 
@@ -91,7 +91,7 @@ class Point(NamedTuple):
 
     @property
     def name(self) -> str:
-        """The name of its file, which ends with a digest if it were too long."""
+        """The name of its file; a name that would be too long is cut, and ends with a digest."""
         name = ",".join(f"{key}={_quoted(value)}" for key, value in self.place.items())
         if len(name) <= LONGEST_NAME:
             return name
@@ -118,7 +118,7 @@ class Point(NamedTuple):
 
     @property
     def seconds(self) -> float:
-        """The simulated time of its run: that of the sweep, or that of a shorter schedule."""
+        """The simulated time of its run: the sweep's, or the time of a shorter schedule."""
         experiment = registry.get(self.sweep.experiment)
         if experiment.lasts is None:
             return self.sweep.seconds
@@ -126,7 +126,7 @@ class Point(NamedTuple):
 
     @property
     def network(self) -> str:
-        """A text that points of the sweep share whose networks are the same."""
+        """A text that is the same for all points of the sweep with the same network."""
         of_run = registry.get(self.sweep.experiment).of_run
         deciding = {key: value for key, value in self.settings.items() if key not in of_run}
         return digest_of((self.options.backend, deciding))

@@ -1,4 +1,4 @@
-"""A point of a sweep, run by a worker, which keeps the network that it made for the next one."""
+"""A point of a sweep, run by a worker that keeps the network it made for the next point."""
 
 import contextlib
 import tempfile
@@ -27,7 +27,7 @@ class PointRun(Sharing):
     """The runner of a sweep's points."""
 
     def __call__(self, point: Point, scratch: str) -> PointFiles:
-        """Run a point; what it needs on the way is in folders within ``scratch``."""
+        """Run a point; its temporary files are in folders within ``scratch``."""
         options = replace(point.options, cache=self.store(scratch))
         experiment = registry.get(point.sweep.experiment)
         trial = experiment.trial(experiment.settings(**point.settings), options)
@@ -48,7 +48,7 @@ _KEPT = _Kept()
 
 @contextlib.contextmanager
 def kept_if_whole() -> Iterator[None]:
-    """Keep what is made ready in the block, unless it fails or has a board at a link's end."""
+    """Keep the network prepared in the block, unless the block fails or a board is linked."""
     try:
         yield
     except BaseException:
@@ -60,7 +60,7 @@ def kept_if_whole() -> Iterator[None]:
 
 
 def _ready(key: tuple[str, str], trial: Trial[Any, Any]) -> Ready[Any]:
-    """Return what was made ready for a trial with the same network, else make it ready."""
+    """Return the loop prepared for a trial with the same network, or else prepare one."""
     if _KEPT.ready is None or _KEPT.key != key:
         drop()
         _KEPT.key, _KEPT.ready = key, driver.prepare(trial)
@@ -68,10 +68,10 @@ def _ready(key: tuple[str, str], trial: Trial[Any, Any]) -> Ready[Any]:
 
 
 def drop() -> None:
-    """Let go of the network that is kept, if there is one."""
+    """Close the network that is kept, if there is one."""
     ready, _KEPT.ready = _KEPT.ready, None
     if ready is not None:
-        # Entered to be left: that closes both, even if one of them raises.
+        # Leaving the block closes both, even if one of them raises.
         with ready.sim, closing(ready.closed.rig.plant):
             pass
 
@@ -79,7 +79,7 @@ def drop() -> None:
 def _files(
     trial: Trial[Any, Any], ready: Ready[Any], keeps_probes: bool, scratch: str
 ) -> PointFiles:
-    """Perform a trial, and return what is kept of it: pictures and pages are not made."""
+    """Perform a trial, and return the files that are kept; no pictures or pages are made."""
     try:
         done = driver.perform(trial, ready)
     except SimulationError as error:

@@ -1,4 +1,4 @@
-"""Points that wait for workers, those of a network together: who has it made goes on with it."""
+"""Points that wait for workers, by network: a worker that made a network continues with it."""
 
 from collections import deque
 from collections.abc import Iterable
@@ -7,7 +7,7 @@ from spikeport.experiments.sweep.plan import Point
 
 
 class Queue:
-    """Points that wait, by network; those of a network in their order.
+    """Points that wait, grouped by network, and in order within each group.
 
     Parameters
     ----------
@@ -26,14 +26,14 @@ class Queue:
         return bool(self._waiting)
 
     def put(self, point: Point) -> None:
-        """Let a point wait behind the others of its network."""
+        """Add a point behind the others of its network."""
         self._waiting.setdefault(point.network, deque()).append(point)
 
     def take(self, network: str | None) -> Point:
-        """Take a point for a worker that has a network made, or none.
+        """Take a point for a worker that has made ``network``, or None.
 
-        It is one of that network, else the first of a network that no worker has, else one of the
-        network of which most wait.
+        The point is of this network if one waits. Else it is the first one of a network that no
+        worker has begun, or else of the network with the most points that wait.
         """
         chosen = network if network in self._waiting else self._other()
         self._begun.add(chosen)
@@ -44,6 +44,6 @@ class Queue:
         return point
 
     def _other(self) -> str:
-        # Another network first: a second worker on one would compile it once more.
+        # A new network first: a second worker on the same network would compile it once more.
         new = next((network for network in self._waiting if network not in self._begun), None)
         return new or max(self._waiting, key=lambda network: len(self._waiting[network]))

@@ -1,4 +1,4 @@
-"""Runs the points of a sweep or an evaluation that are not finished yet."""
+"""The run of all points of a sweep or an evaluation that are not finished yet."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -32,33 +32,33 @@ def run(
     progress: Progress,
     counted: str = "points",
 ) -> list[Failure]:
-    """Run the points that a folder lacks; an interrupt leaves what is finished.
+    """Run the points that a folder lacks; an interrupt keeps the finished ones.
 
     Parameters
     ----------
     points : sequence of Point
         Points of the plan, finished or not.
     run_point : callable
-        Runs one, in a worker.
+        Runs a point in a worker.
     folder : SweepFolder
-        Takes up what is kept of them.
+        The folder that keeps their files.
     scheduler : str or None
         The address of a Dask cluster; None for processes on this machine.
     n_workers : int
-        The number of those processes.
+        The number of processes on this machine.
     progress : Progress
-        Hears how many points have ended.
+        Called with the number of points that have ended.
     counted : str
-        The word for points in what it hears.
+        The word for points in its messages.
 
     Raises
     ------
     UsageError, BackendError
         As `spikeport.experiments.sweep.cluster.outcomes`.
     MissingExtraError
-        A scheduler is asked for, and Dask is absent.
+        If a scheduler is asked for, and Dask is absent.
     """
-    # A sweep that was interrupted goes on with these.
+    # An interrupted sweep goes on with the missing points.
     missing = [point for point in points if not folder.holds(point)]
     if not missing:
         return []

@@ -1,4 +1,4 @@
-"""Temporary folders of sweeps; one that a killed sweep left is removed by the next."""
+"""Temporary folders of sweeps; a sweep removes the folders that killed ones left."""
 
 import contextlib
 import fcntl
@@ -14,7 +14,7 @@ PREFIX = "spikeport-sweep-"
 
 @contextlib.contextmanager
 def scratch_folder() -> Iterator[str]:
-    """Make a temporary folder that is locked while it is used, and remove it with what is in it."""
+    """Make a temporary folder, lock it while it is used, and remove it with its content."""
     remove_leftovers()
     path, lock = _locked()
     try:
@@ -25,11 +25,11 @@ def scratch_folder() -> Iterator[str]:
 
 
 def remove_leftovers() -> None:
-    """Remove the folders of sweeps that were killed: those of ours that nobody has locked."""
+    """Remove the folders of sweeps that were killed: folders of this user without a lock."""
     for path in Path(tempfile.gettempdir()).glob(f"{PREFIX}*"):
         with contextlib.suppress(OSError):
             status = path.lstat()
-            # A temporary folder is shared: others may have put something there under this name.
+            # The system's folder is shared: other users may have put something there by this name.
             if status.st_uid != os.getuid() or not stat.S_ISDIR(status.st_mode):
                 continue
             lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
@@ -41,7 +41,7 @@ def remove_leftovers() -> None:
 
 
 def _locked() -> tuple[str, int]:
-    """Return a new folder and its lock; the system gives that back when this process ends."""
+    """Return a new folder and its lock, which the system releases when this process ends."""
     while True:
         path = tempfile.mkdtemp(prefix=PREFIX)
         lock = os.open(path, os.O_RDONLY | os.O_DIRECTORY)

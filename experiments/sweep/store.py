@@ -1,4 +1,4 @@
-"""Results that the workers of a sweep share: each is made once, and whoever needs it too waits."""
+"""Results that workers of a sweep share: one makes a result, and others that need it wait."""
 
 import contextlib
 import fcntl
@@ -19,8 +19,8 @@ class Store(Cache):
     """A cache in which one process makes a result at a time, while others wait for it.
 
     A lock ends with the process that holds it, so a worker that dies leaves its work to the next.
-    On a file system without locks, or one that is full, nobody waits: some results are then made
-    more than once, and are the same.
+    On a file system without locks, or one that is full, no process waits: some results are then
+    made more than once, and are the same.
     """
 
     def kept(self, kind: str, inputs: object, make: Callable[[], Arrays]) -> Arrays:
@@ -39,21 +39,21 @@ class Store(Cache):
             yield
         finally:
             if lock is not None:
-                # Removed while it is locked: who waits for it finds that, and makes another.
+                # Removed while it is locked: a waiting process notices this, and makes another.
                 (self.folder / name).unlink(missing_ok=True)
                 os.close(lock)
 
 
 @dataclass(frozen=True)
 class Sharing:
-    """Base of the runners of points, sent to each worker: says where their results are shared.
+    """Base of the runners of points, sent to each worker; chooses the place of shared results.
 
     Attributes
     ----------
     sweep : str
-        A text that no other sweep has: a worker of a cluster may see several.
+        A text that no other sweep has: a worker of a cluster may run several sweeps.
     keeps : bool
-        True if the user's cache is used; else results are shared by the workers of a folder alone.
+        True if the user's cache is used; else only the workers of a folder share results.
     """
 
     sweep: str
@@ -61,7 +61,7 @@ class Sharing:
 
     @classmethod
     def new(cls) -> Self:
-        """Return the runner of a sweep that begins."""
+        """Return the runner of a new sweep."""
         return cls(secrets.token_hex(8), os.environ.get(cache.FOLDER) != cache.OFF)
 
     def store(self, scratch: str) -> Store:
@@ -80,4 +80,4 @@ def _locked(path: Path) -> int:
         with contextlib.suppress(FileNotFoundError):
             if os.path.samestat(os.fstat(lock), path.stat()):
                 return lock
-        os.close(lock)  # who held it before has removed it
+        os.close(lock)  # its previous holder has removed it

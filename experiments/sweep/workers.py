@@ -1,8 +1,8 @@
-"""Points in processes of this machine, which are reached through private pipes alone.
+"""Points in processes of this machine, which communicate through private pipes only.
 
-No port is opened: whoever can connect to a worker has it run code as its owner, and on a machine
-of many users these are all who can reach the loopback. A process runs one point after the other,
-in one thread; one that dies costs its point an attempt, and is replaced.
+No port is opened: anyone who can connect to a worker can make it run code as its owner, and on a
+machine of many users each of them can reach the loopback. A process runs one point after the other,
+in one thread. A process that dies costs its point an attempt, and is replaced.
 """
 
 import contextlib
@@ -40,11 +40,11 @@ ONE_THREAD = dict.fromkeys(
 """The environment of a worker: points side by side share the cores."""
 
 SPAWN = multiprocessing.get_context("spawn")
-"""Processes that begin anew: a fork of one with threads may hang, and would share its pipes."""
+"""New processes, since the fork of a process with threads may hang, and would share its pipes."""
 
 
 def died(times: int, cure: str, how: str = "") -> str:
-    """Return why a point is given up; ``cure`` helps where memory ran out."""
+    """Return the reason for giving up a point; ``cure`` helps if memory ran out."""
     by = f" ({how})" if how else ""
     return f"its worker died {times} times{by}; cure: {cure}, if memory ran out"
 
@@ -53,9 +53,9 @@ def died(times: int, cure: str, how: str = "") -> str:
 def outcomes(
     n_workers: int, points: Sequence[Point], run: Run
 ) -> Iterator[Iterator[tuple[Point, PointOutcome]]]:
-    """Start workers, and yield every point as it ends, with what is kept of it or why it failed.
+    """Start workers, and yield every point as it ends, with its files or the reason it failed.
 
-    Workers end with the block, whatever is under way.
+    Workers end with the block, even in the middle of a point.
     """
     with scratch_folder() as scratch, contextlib.closing(_Pool(n_workers, run, scratch)) as pool:
         yield pool.outcomes(points)
@@ -70,7 +70,7 @@ class _Worker(NamedTuple):
     def end(self) -> str:
         """End the process, and return how it ended."""
         self.pipe.close()
-        # Asked to end first, killed if it does not within its time.
+        # Ask it to end first, and kill it if it does not end in time.
         self.process.terminate()
         self.process.join(END_S)
         self.process.kill()
@@ -121,7 +121,7 @@ class _Pool:
         worker, network = self._idle.popitem()
         # A point with the network that the worker made last, if one waits.
         point = waiting.take(network)
-        with contextlib.suppress(OSError):  # it died while it was idle: its pipe's end says so
+        with contextlib.suppress(OSError):  # it died while it was idle: reading its pipe shows this
             worker.pipe.send(point)
         self._running[worker] = point
 
@@ -131,7 +131,7 @@ class _Pool:
         return [worker for worker in self._running if worker.pipe in ready]
 
     def _outcome(self, worker: _Worker, point: Point) -> tuple[PointOutcome | None, str]:
-        """Return what a worker made of its point; nothing if it died, and how."""
+        """Return the outcome of a worker's point; or None, and how the worker died."""
         try:
             outcome: PointOutcome = worker.pipe.recv()
         except (EOFError, OSError):
@@ -147,7 +147,7 @@ class _Pool:
         process = SPAWN.Process(target=_serve, args=arguments, daemon=True)
         with uninterruptible(), _environment(ONE_THREAD):
             process.start()
-        # Else this process would hold the other end open, and never see it end with the worker.
+        # Otherwise this process would hold the worker's end open, and never see it close.
         theirs.close()
         return _Worker(process, ours)
 
@@ -165,12 +165,12 @@ def _attempt(run: Run, point: Point, scratch: str) -> PointOutcome:
         return run(point, scratch)
     except SpikeportError as error:
         return str(error)
-    except BaseException as error:  # an exit, too, is one of the point and not of the worker
+    except BaseException as error:  # an exit also ends the point alone, and not the worker
         return repr(error)
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent was killed, also in the middle of a point."""
+    """End this process when its parent is killed, even in the middle of a point."""
     parent = multiprocessing.parent_process()
     if parent is not None:
         wait([parent.sentinel])

@@ -1,10 +1,10 @@
-"""Holds the robot by its pelvis while the arm works, as the paper does.
+"""An anchor that holds the robot by its pelvis while the arm works, as in the paper.
 
     p(t) = p_0 + (p_1 - p_0) w(t / T),    w(tau) = 10 tau^3 - 15 tau^4 + 6 tau^5
 
-The weld begins where the walking robot is, p_0, and within T brings it to where it stood at the
-start of the run, p_1: at the same height above the floor and upright, but in place and heading of
-now. It stands when it is let go.
+The weld begins at the pose p_0 of the walking robot, and within T brings it to the pose p_1 of a
+standing one: upright, and as high above the floor as at the start of the run, but at the place and
+heading of p_0. So the robot stands when it is released.
 """
 
 from collections.abc import Iterator
@@ -32,12 +32,12 @@ class Anchor:
         self._moves: Iterator[np.ndarray] = iter(())
 
     def reset(self) -> None:
-        """Note how high the robot stands."""
+        """Note the height of the standing robot."""
         self._height_m = self._plant.height_m
         self._moves = iter(())
 
     def update(self, holds: bool) -> None:
-        """Weld the pelvis, or go on with it, where the robot is to be held; else let it go."""
+        """Weld the pelvis, or move the weld on, if the robot is to be held; else release it."""
         if not holds:
             if self._plant.anchored:
                 self._plant.release()
@@ -50,14 +50,14 @@ class Anchor:
             break
 
     def _way(self) -> np.ndarray:
-        """Return (n, 8) poses of the pelvis, and angles of the torso, at every physics step."""
+        """Return poses of the pelvis with angles of the torso, (n, 8), at every physics step."""
         data = self._plant.data
         begin = np.append(data.qpos[:7], data.joint("torso").qpos)
         w, _, _, z = begin[3:7]
-        turn = np.hypot(w, z)  # what is left of the rotation about the vertical
+        turn = np.hypot(w, z)  # the norm of the part about the vertical
         floor_m = begin[2] - self._plant.height_m
         # Upright: the part of the quaternion about x and y is left out.
         end = np.array([*begin[:2], floor_m + self._height_m, w / turn, 0, 0, z / turn, 0])
-        # The last pose is exact, whatever the step.
+        # The last pose is exact with any time step.
         share = np.append(minimum_jerk(RAISING_S, self._plant.dt_s), 1.0)
         return begin + np.outer(share, end - begin)

@@ -41,7 +41,7 @@ def spiking_humanoid(
     region : ArmRegion
         States of the arm.
     layers, ranges
-        The policy's layers, solved for, and the ranges of its units.
+        The policy's layers as they were solved, and the ranges of its units.
     """
     # The last layer's bias is a constant, which no gate could silence: it comes from neurons of its
     # own.
@@ -63,7 +63,7 @@ def spiking_humanoid(
 
 
 def analytic_humanoid(exact: ExactControllers, balances: bool) -> HumanoidNetwork:
-    """Build the humanoid without neurons: the exact controllers, and a selection at once."""
+    """Build the humanoid without neurons: the exact controllers, and an immediate selection."""
     net = HumanoidNetwork(label="analytic humanoid")
     with net:
         net.arm, net.policy = analytic_arm(exact.law), analytic_policy(exact.policy)
@@ -95,7 +95,7 @@ def _highest(_t: float, utilities: np.ndarray) -> np.ndarray:
 
 
 def _gated(values: nengo.Node, gate: nengo.base.ObjView) -> nengo.Node:
-    """Return the values where a gate is 1, and nothing where it is 0."""
+    """Return a node with the values while a gate is 1, and with zeros while it is 0."""
     size = values.size_out
     product = nengo.Node(lambda _t, x: x[:-1] * x[-1], size_in=size + 1, size_out=size)
     nengo.Connection(values, product[:-1], synapse=None)

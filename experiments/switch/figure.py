@@ -1,8 +1,8 @@
 """The figure of a switching run, after the paper's Figs. 1 and 6.
 
-Above, the robot in every phase, where pictures can be drawn, and what its arm did. Below, over
-time, phases and spikes (`experiments.switch.nuclei_figure`), with a switch in milliseconds beside
-them; dotted lines lead from each picture to its moment. At the bottom, where the robot went.
+Above are the robot in every phase, if pictures can be drawn, and the work of its arm. Below, over
+time, are phases and spikes (`experiments.switch.nuclei_figure`), with a switch in milliseconds
+beside them; dotted lines lead from each picture to its moment. At the bottom is the robot's way.
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ BESIDE = slice(13, COLUMNS)
 def switch_figure(run: SwitchRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
     """Draw the figure; ``result`` is the content of ``result.json``.
 
-    ``pictures`` (height, width, 3) are those of the robot in the middle of each phase.
+    ``pictures`` (height, width, 3) show the robot in the middle of each phase.
     """
     rows = [*NUCLEI] if run.spikes else ["strD1", "gpi"]
     figure = Figure(figsize=(17, 8.6 + 1.2 * len(rows)))
@@ -121,7 +121,7 @@ def _show_pictures(
     time_s: np.ndarray,
     shown: list[tuple[Goal, np.ndarray, int]],
 ) -> None:
-    """Show pictures of goals, each with its physics step, and lead to their moments."""
+    """Show pictures of goals, and draw a line from each to the moment of its physics step."""
     whole = grid[0, OVER_TIME].subgridspec(1, max(1, len(shown)), wspace=0.03)
     for number, (goal, picture, step) in enumerate(shown):
         axes = figure.add_subplot(whole[0, number])
@@ -155,7 +155,7 @@ def _label(axes: Axes, goal: Goal) -> None:
 
 
 def _draw_way(axes: Axes, run: SwitchRun) -> None:
-    """Draw the way of the pelvis, and the paths it was to take."""
+    """Draw the way of the pelvis, and the paths it was to follow."""
     for goal, path in zip(run.goals, run.paths, strict=False):
         if path is not None:
             way = np.array([path.at(t)[:2] for t in np.linspace(0, goal.phase.seconds, 200)])

@@ -1,11 +1,11 @@
-"""Frames in which the arm sees places, each as if the robot were anchored and upright.
+"""Frames of the arm's places, each as if the robot were anchored and upright.
 
     local = home + R^T (world - origin)
 
-The torso's is what the arm's controller knows. A sheet to draw on is upright, whichever way the
-torso leans, and hangs before the right shoulder. Once the pen is down it follows the mean of the
-shoulder's place, s' = s + (shoulder - s) dt / tau: the drawing is steady while the robot sways, and
-a robot that drifts off is not pulled over by a sheet that it leaves behind.
+The arm's controller observes places in the torso's frame. A sheet to draw on is upright, whichever
+way the torso leans, and hangs in front of the right shoulder. Once the pen is down, the sheet
+follows the mean of the shoulder's place, s' = s + (shoulder - s) dt / tau: the drawing is steady
+while the robot sways, and a robot that drifts off is not pulled over by a sheet left behind.
 """
 
 import math
@@ -17,13 +17,13 @@ from spikeport.experiments.arm.reach_task import SHOULDER_M
 from spikeport.robot.engine import mujoco
 
 FOLLOWING_S = 1.0
-"""Time constant tau of a sheet, longer than a step takes."""
+"""Time constant tau of a sheet, longer than a stride."""
 ANCHORED_PELVIS_M = np.array([0.0, 0.0, 1.06])
 _SHOULDER = np.array(SHOULDER_M)
 
 
 class Frame(NamedTuple):
-    """A frame of axes ``rotation`` (3, 3), whose ``origin`` (3,) of the world is ``home`` in it.
+    """A frame with axes ``rotation`` (3, 3), in which the world's ``origin`` (3,) is ``home``.
 
     Places are in m.
     """
@@ -43,10 +43,10 @@ class Frame(NamedTuple):
         return _upright(self.rotation[:2, 0], self.world(_SHOULDER), _SHOULDER)
 
     def following(self, other: "Frame", seconds: float) -> "Frame":
-        """Return an upright frame, after it followed another for a short time."""
+        """Return an upright frame after it has followed another one for a short time."""
         share = seconds / FOLLOWING_S
         ahead = self.rotation[:2, 0]
-        # A low-pass filter of direction and origin, one step of it.
+        # One step of a low-pass filter of direction and origin.
         forward = ahead + share * (other.rotation[:2, 0] - ahead)
         return _upright(forward, self.origin + share * (other.origin - self.origin), self.home)
 
@@ -55,7 +55,7 @@ class Frame(NamedTuple):
         return np.asarray(self.home + (world - self.origin).dot(self.rotation))
 
     def world(self, local: np.ndarray) -> np.ndarray:
-        """Return the places of the world, the inverse of `local`."""
+        """Return places (..., 3) of this frame in the world, the inverse of `local`."""
         return np.asarray(self.origin + (local - self.home).dot(self.rotation.T))
 
 

@@ -1,8 +1,8 @@
-"""A schedule at work: utilities and goals in its phases, and gates that decide what drives.
+"""A schedule at work: utilities and goals of its phases, and the gates of legs and arm.
 
-The schedule sets utilities and goals, no more: what drives the robot is decided by the gates that
-the controller returns. While the arm's is open its torques drive the right arm; all other joints
-follow the policy's targets, which are the default pose while the policy is silent.
+The schedule only sets utilities and goals; the gates that the controller returns decide what drives
+the robot. While the arm's gate is open, torques drive the right arm. The other joints follow the
+policy's targets, which are the default pose while the policy is silent.
 
 The arm's controller observes places in the torso's frame (`experiments.switch.frames`).
 """
@@ -28,12 +28,12 @@ from spikeport.networks.region import Box
 from spikeport.robot.plant import Plant
 
 OPEN = 0.5
-"""Above it a gate is open."""
+"""A gate above this value is open."""
 DRAW = ACTIONS.index("draw")
 
 
 class Workplace:
-    """The place where the arm works in a phase: on a sheet, before the torso, or nowhere.
+    """The place where the arm works in a phase: on a sheet, in front of the torso, or nowhere.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ class Workplace:
     sheet : Frame
         The frame of the sheet to draw on.
     local_hand : (3,) array
-        The hand in the frame of its task, in m: on its sheet, or in the torso's.
+        The hand in the frame of its task, the sheet's or the torso's, in m.
     hand : (3,) array
         The hand's place in the world, in m.
     """
@@ -67,7 +67,7 @@ class Workplace:
         self.task = goal.task(frame.local(self._plant.hand_position()))
 
     def look(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return hand and target (3,) in the torso's frame; the same while the robot walks."""
+        """Return hand and target (3,) in the torso's frame; both are the hand in walking phases."""
         torso = self._torso_frame()
         frame = self._frame(torso)
         self.hand = self._plant.hand_position()
@@ -102,7 +102,7 @@ class WorkRecording(Recording):
     Attributes
     ----------
     local_m : (n, 3) array
-        The hand in the frame of its task, in m: on its sheet, or in the torso's.
+        The hand in the frame of its task, the sheet's or the torso's, in m.
     hands_m : (n, 3) array
         The hand's place in the world, in m.
     """
@@ -119,9 +119,9 @@ class ScheduleGate(Port):
     plant : Plant
         The robot.
     walk : WalkPort
-        Its legs, which follow the path of each phase that walks.
+        The port of its legs, which follow the path of each walking phase.
     arm : ArmPort
-        Its arm.
+        The port of its arm.
     place : Workplace
         The workplace of the arm.
     anchors : bool
@@ -130,11 +130,11 @@ class ScheduleGate(Port):
     Attributes
     ----------
     goals : sequence of Goal
-        The schedule's.
+        The goals of the schedule.
     utilities : (2,) array
         The utilities of the present phase.
     paths : list of WalkPath or None
-        The path of every phase so far, where it was laid down; None where the arm worked.
+        The path of every phase so far, at its place in the world; None where the arm worked.
     """
 
     size_in = size_out = len(ACTIONS)
@@ -150,14 +150,14 @@ class ScheduleGate(Port):
         self.paths: list[WalkPath | None] = []
 
     def begin(self) -> None:
-        """Begin the schedule, the robot standing."""
+        """Begin the schedule, with the robot standing."""
         self.paths, self._rows = [], []
         self._walk.follow(NOWHERE)
         if self._anchor is not None:
             self._anchor.reset()
 
     def observe(self) -> np.ndarray:
-        """Return the utilities of the phase, after beginning it if it is time to."""
+        """Begin the next phase if it is time to, and return the utilities of the present one."""
         number = len(self.paths)
         if number < len(self.goals):
             goal = self.goals[number]
@@ -171,15 +171,15 @@ class ScheduleGate(Port):
         self._place.begin(goal)
         path = goal.path
         if path is not None:
-            # A path counts from the place, as its follower knows it, from which the robot sets off:
-            # wherever the phases before have left it.
+            # A path begins at the robot's present place, wherever earlier phases have left it, as
+            # the follower observes it.
             now = self._plant.in_plane
             path = path.laid(now[1:3], now[0])
             self._walk.follow(path)
         self.paths.append(path)
 
     def drive(self, gates: np.ndarray) -> None:
-        """Give the arm to the torques while its gate is open, and weld the pelvis if asked to."""
+        """Let torques drive the arm while its gate is open, and weld the pelvis if asked to."""
         draws = gates.item(DRAW) > OPEN
         self._rows.append((self._plant.time_s, self._place.local_hand, self._place.hand))
         if self._anchor is not None:
@@ -187,7 +187,7 @@ class ScheduleGate(Port):
         self._walk.lends_arm = self._arm.drives = draws
 
     def recording(self) -> WorkRecording:
-        """Return where the hand was so far."""
+        """Return the recording of the hand so far."""
         return WorkRecording.of(self._rows)
 
 
@@ -216,7 +216,7 @@ class HumanoidRig(Rig):
         super().__init__(plant, [self.walk, self.arm], dt_s, self.gate)
 
     def begin(self, seed: int, goals: Sequence[Goal]) -> None:
-        """Put the robot where the first phase begins, standing as a seed varies it."""
+        """Put the robot where the first phase begins, in a standing pose that the seed varies."""
         self.plant.reset(seed)
         self.gate.goals = goals
         self.loop.begin()

@@ -1,12 +1,12 @@
-"""The goal of a phase: a path to walk, or something for the arm to do.
+"""The goal of a phase: a path to walk, or a task of the arm.
 
-A path p(t) is walked from a stand to a stand, p(w(t)) with
+A path p(t) is walked from standing to standing, as p(w(t)) with
 
     dw/dt = min(1, t / t_r, (T - t) / t_r)
 
-T being the time for which the reference moves, that of the phase and its lead on the robot.
+where T is the time for which the reference moves: that of the phase and of the reference's lead.
 
-Hand and targets are as the arm sees them (`experiments.switch.frames`).
+Hand and targets are in the frames of the arm (`experiments.switch.frames`).
 """
 
 from dataclasses import dataclass
@@ -35,9 +35,9 @@ BOX = BOXES["small"]
 
 @dataclass(frozen=True)
 class Goal:
-    """A phase, with the path to walk from where the robot will be; None while the arm works.
+    """A phase, with the path to walk from the robot's place, or None if the arm works.
 
-    ``digit`` is what a drawing phase draws, ``seed`` draws the targets of a reach phase.
+    ``digit`` is the digit of a drawing phase, ``seed`` draws the targets of a reach phase.
     """
 
     phase: Phase
@@ -46,7 +46,7 @@ class Goal:
     seed: int
 
     def task(self, hand: np.ndarray) -> ArmTask | None:
-        """Return what the arm does, its hand being at (3,) in m; None while the robot walks."""
+        """Return the task of the arm, whose hand is at (3,) in m; None while the robot walks."""
         if self.phase.arm == "digit":
             return DrawTask(self.stroke, hand, self.phase.seconds)
         if self.phase.arm == "retract":
@@ -85,9 +85,9 @@ def _path(phase: Phase) -> WalkPath | None:
 
 
 def from_stand_to_stand(path: WalkPath, seconds: float) -> WalkPath:
-    """Cut a path to what is walked in a time, with its speed reached and left in ramps."""
+    """Return the part of a path that is walked in a time, with ramps of speed at both ends."""
     times = np.linspace(0, seconds, 1 + round(seconds / PATH_DT_S))
-    # A short phase is all ramps: it speeds up for half of its time, and slows down.
+    # A short phase has only ramps: it speeds up for half of its time, and then slows down.
     ramp_s = min(RAMP_S, seconds / 2)
     speed = np.clip(np.minimum(times, seconds - times) / ramp_s, 0, 1)
     walked_s = cumulative_trapezoid(speed, times, initial=0)
@@ -95,12 +95,12 @@ def from_stand_to_stand(path: WalkPath, seconds: float) -> WalkPath:
 
 
 def hanging_hand() -> np.ndarray:
-    """Return (3,) where the right hand is while the arm hangs as for walking, in m."""
+    """Return the place (3,) of the right hand while the arm hangs as in walking, in m."""
     return ArmDynamics().at([DEFAULT_POSE[joint] for joint in ARM_JOINTS]).position
 
 
 class RetractTask:
-    """Goal of going back to where the hand is while walking, in a smooth move.
+    """A smooth move of the hand back to its place while walking.
 
     Parameters
     ----------

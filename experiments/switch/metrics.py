@@ -3,7 +3,7 @@
 A phase is a success if the robot stands to its end, the gate of its action alone is open from
 `LATEST_SWITCH_S` on, and
 
-- walking, the pelvis stays near the path, and ends near the place it is to be at;
+- walking, the pelvis stays near the path, and ends near the reference;
 - drawing, the digit is read as the one asked for, and its shape is near the template;
 - retracting, the hand ends near where it hangs;
 - reaching, it reaches a target.
@@ -32,7 +32,7 @@ LATEST_SWITCH_S = 0.045
 LARGEST_PATH_ERROR_M = 0.2
 FARTHEST_BEHIND_M = 1.0
 LARGEST_SHAPE_ERROR_M = {True: 0.008, False: 0.012}
-"""The limit for a robot that is anchored, and for one that is not."""
+"""The limits for an anchored robot, and for one that is not anchored."""
 LARGEST_HAND_ERROR_M = 0.04
 
 
@@ -48,13 +48,13 @@ def metrics(run: SwitchRun) -> dict[str, object]:
 
     - ``falls``: 1 if the robot fell, which ends the run, else 0; ``fallen_at_s``: when;
     - ``phases``: see `phase_metrics`;
-    - ``phases_done``: how many of these were a success;
+    - ``phases_done``: how many of these were successful;
     - ``recognised_as``: the digit a classifier reads in the first drawing, None where there is
       none, or no classifier;
     - ``shape_error_rms_m``: of all drawings together, None where there is none;
     - ``spikes_by_nucleus``: of the action selection;
     - ``spikes_per_second``: of all neurons;
-    - ``readout_spikes``: spikes of read-outs, 0 unless one saturated; None off the chip;
+    - ``readout_spikes``: spikes of read-outs, 0 unless one saturated; None without a chip;
     - ``real_time_factor``: simulated over wall-clock time of the loop, physics included.
     """
     sim, phases = run.sim, phase_metrics(run)
@@ -81,8 +81,8 @@ def _shape_error(run: SwitchRun) -> float | None:
 def phase_metrics(run: SwitchRun) -> list[Result]:
     """Return for each phase its name, ``success``, ``switching_time_s``, and its errors.
 
-    The switching time is that from the beginning of the phase until the gate of its action alone is
-    open, for all the rest of the phase. A phase that the robot fell before has no errors.
+    The switching time lasts from the beginning of the phase until the gate of its action alone is
+    open, and stays so for the rest of the phase. A phase after a fall has no errors.
     """
     return [_of_phase(run, number) for number in range(len(run.goals))]
 
@@ -105,19 +105,19 @@ def _of_phase(run: SwitchRun, number: int) -> Result:
 
 
 def within(time_s: np.ndarray, phase: Phase) -> np.ndarray:
-    """Return (n,) whether times are in a phase."""
+    """Return whether times (n,) are in a phase."""
     return np.asarray((time_s > phase.begin_s - ROUNDING_S) & (time_s < phase.end_s - ROUNDING_S))
 
 
 def pen_down(run: SwitchRun, goal: Goal) -> np.ndarray:
-    """Return (n,) at which physics steps a phase drew on its sheet."""
+    """Return whether a phase drew on its sheet at each physics step, (n,)."""
     time_s, phase = run.recording.time_s, goal.phase
     drawing = time_s > phase.begin_s + DrawTask.begin_s - ROUNDING_S
     return within(time_s, phase) & drawing & (phase.arm == "digit")
 
 
 def drawn(run: SwitchRun, goal: Goal) -> np.ndarray:
-    """Return (n, 3) where on its sheet the hand was while a phase drew, in m."""
+    """Return the places (n, 3) of the hand on its sheet while a phase drew, in m."""
     return np.asarray(run.local_m[pen_down(run, goal)])
 
 
@@ -127,7 +127,7 @@ def _shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
 
 
 def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
-    """Return from when on, in s, gates (n, actions) are open for the phase's action alone."""
+    """Return the time in s from which gates (n, actions) are open for the phase's action alone."""
     during = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
     wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)
     wrong = np.flatnonzero(((during > OPEN) != wanted).any(axis=1))

@@ -1,7 +1,7 @@
-"""Spikes of the basal ganglia, inputs and outputs over them (paper, Fig. 6).
+"""Spikes of the basal ganglia, under their inputs and outputs (paper, Fig. 6).
 
-Neurons are in the order of their rates, action by action. Over the whole run their colour says how
-often they fire; around a switch every spike is a line.
+The neurons of each action are sorted by rate. Over the whole run, their colour shows how often they
+fire; around a switch, every spike is a line.
 """
 
 from typing import NamedTuple
@@ -23,10 +23,10 @@ BIN_S = 0.02
 BEFORE_S, AFTER_S = 0.04, 0.10
 """The time before and after a switch in the figure."""
 STRONGEST = 0.75
-"""Share of their colour that the fastest have over the whole run, for lines to stand out."""
+"""Opacity of the fastest neurons over the whole run, below 1 so that lines stand out."""
 LINE_WIDTH = 2.6
 HALO = [Stroke(linewidth=6, foreground="white"), Normal()]
-"""Around lines that lie over spikes of their colour."""
+"""The outline of lines that lie over spikes of the same colour."""
 
 
 class Window(NamedTuple):
@@ -97,7 +97,7 @@ def draw_nuclei(rows: dict[str, Axes], run: SwitchRun, window: Window) -> None:
 
 
 def name_nuclei(rows: dict[str, Axes]) -> None:
-    """Write beside each nucleus what it is, and which of its neurons are which action's."""
+    """Write the name of each nucleus beside it, and each action beside its neurons."""
     for name, axes in rows.items():
         axes.set_ylabel(NUCLEI[name], fontsize=13, fontweight="bold", labelpad=34)
         for number, action in enumerate(ACTIONS):
@@ -114,14 +114,14 @@ def name_nuclei(rows: dict[str, Axes]) -> None:
 
 
 def _draw_spikes(axes: Axes, raster: np.ndarray, window: Window) -> None:
-    """Draw spikes (n_steps, n_neurons), those of each action in its colour."""
+    """Draw spikes (n_steps, n_neurons), in the colours of their actions."""
     size = raster.shape[1] // len(ACTIONS)
     order = np.argsort(raster.sum(axis=0).reshape(-1, size), axis=1)
     ordered = raster[:, (order + size * np.arange(len(ACTIONS))[:, np.newaxis]).ravel()]
     times, rates = window.binned(ordered)
     colours = np.repeat([to_rgb(colour) for colour in COLOURS.values()], size, axis=0)
     strongest = 1.0 if window.bin_s == DT_S else STRONGEST
-    # A root, which shows slow neurons beside fast ones.
+    # The square root makes slow neurons visible beside fast ones.
     share = strongest * np.sqrt(rates.T / max(rates.max(), DT_S))
     image = np.concatenate(
         (np.broadcast_to(colours[:, np.newaxis], (*share.shape, 3)), share[..., np.newaxis]), axis=2

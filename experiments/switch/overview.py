@@ -1,7 +1,7 @@
 """The paper's overview of the whole system, drawn from the network itself.
 
-Boxes are the parts of a network with their populations and neurons, arrows its connections between
-parts; dashed ones bring what the robot is at, as in the paper.
+Boxes are the parts of a network with their populations and neurons, and arrows are its connections
+between parts. Dashed arrows bring the robot's state, as in the paper.
 """
 
 import re
@@ -30,11 +30,11 @@ WIDTH, LINE = 0.27, 0.032
 Populations = Mapping[str, int]
 """Neurons of each population, by name."""
 Arrow = tuple[str, str]
-"""A part, and one that it is connected to."""
+"""A part, and another part that it sends values to."""
 
 
 def populations(part: nengo.Network) -> Populations:
-    """Return the neurons of a part's ensembles; those of numbered names are one."""
+    """Return the neurons of a part's populations; ensembles with numbered names are one."""
     found: dict[str, int] = {}
     for ensemble in part.all_ensembles:
         # Numbered ensembles, such as the units of a layer, are one population; strD1 is a name.
@@ -66,7 +66,7 @@ def _whole(obj: NengoObject | ObjView | Neurons) -> NengoObject:
 
 
 def overview_figure(network: nengo.Network) -> Figure:
-    """Draw the parts of the humanoid in a network, their neurons and how they are wired."""
+    """Draw the parts of the humanoid in a network, their neurons and their connections."""
     (humanoid,) = (one for one in network.all_networks if isinstance(one, HumanoidNetwork))
     parts = {name: getattr(humanoid, name) for name in PLACES if name != ROBOT}
     figure = Figure(figsize=(12, 9))
@@ -85,7 +85,7 @@ def overview_figure(network: nengo.Network) -> Figure:
 
 
 def _draw_part(axes: Axes, name: str, held: Populations) -> float:
-    """Draw a part with its populations; returns half its height."""
+    """Draw a part with its populations, and return half of its height."""
     x, y, colour = PLACES[name]
     total = sum(held.values())
     title = f"{name}: {total:,} neurons" if held else name

@@ -1,4 +1,4 @@
-"""The marks in pictures of the humanoid: the paths it walks, and where its hand went."""
+"""The marks in pictures of the humanoid: the paths it walks, and the trace of its hand."""
 
 from bisect import bisect
 
@@ -15,7 +15,7 @@ from spikeport.robot.render import Mark
 COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
 PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
 HAND_RGBA = (1.0, 0.2, 0.15, 1.0)
-"""Bright, to stand out before the robot."""
+"""A bright colour, to stand out in front of the robot."""
 PATH_DT_S = 0.2
 HAND_M = 0.007
 TRACE_STEPS = 6
@@ -30,7 +30,7 @@ def middles(run: SwitchRun) -> list[int]:
 
 
 def switch_marks(run: SwitchRun) -> Marks:
-    """Mark the paths of all phases, and where the hand was in the world while it drew."""
+    """Mark the paths of all phases, and the hand's places in the world while it drew."""
     path, trace, numbers = _paths(run), *_traces(run)
 
     def marks(end: int) -> list[Mark]:
@@ -42,14 +42,14 @@ def switch_marks(run: SwitchRun) -> Marks:
 
 
 def switch_captions(run: SwitchRun) -> Captions:
-    """Caption with phase and selection, in the colour of the action whose gate is open."""
+    """Return captions with phase and selection, in the colour of the selected action."""
     begins_s = [goal.phase.begin_s for goal in run.goals]
 
     def caption(end: int) -> Caption:
         time_s = run.recording.time_s[end - 1]
         phase = run.goals[bisect(begins_s, time_s + ROUNDING_S) - 1].phase
         wanted = ", ".join(f"{action} {utility:g}" for action, utility in phase.utilities.items())
-        # Gates are sampled at the controller's steps, poses at the physics'.
+        # Gates are sampled at the controller's steps, poses at those of the physics.
         selected = ACTIONS[int(run.gates[round(time_s / DT_S)].argmax())]
         return Caption(
             f"{time_s:5.1f} s   {phase.name}   utilities: {wanted}   selected: {selected}",

@@ -26,13 +26,13 @@ class SwitchRun(NamedTuple):
     goals : sequence of Goal
         The goals of all phases.
     paths : list of WalkPath or None
-        The path of each phase that began, where it was laid down; None where the arm worked.
+        The path of each phase that began, at its place in the world; None where the arm worked.
     recording, arm : WalkRecording, ArmRecording
         Legs and arm at all physics steps.
     local_m : (n, 3) array
-        The hand in the frame of its task, in m: on its sheet, or in the torso's.
+        The hand in the frame of its task, the sheet's or the torso's, in m.
     hands_m : (n, 3) array
-        The hand's place in the world.
+        The hand's place in the world, in m.
     gates : (n_steps, n_actions) array
         1 for the action that is selected.
     spikes : dict of str to (n_steps, n_neurons) array

@@ -1,6 +1,6 @@
-"""A schedule done by the exact controllers: what the spiking ones are made for.
+"""Rehearsals of a schedule by the exact controllers, for which the spiking ones are made.
 
-The exact controllers switch at once, where the schedule wants it.
+The exact controllers switch at once when the schedule does.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -27,7 +27,7 @@ from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.plant import Plant
 
 SEEDS = (1000, 1001, 1002)
-"""No evaluation uses them."""
+"""The seeds of rehearsals; no evaluation uses them."""
 
 
 class ExactControllers(NamedTuple):
@@ -37,9 +37,9 @@ class ExactControllers(NamedTuple):
     policy: WalkingPolicy
 
     def outputs(self, rig: HumanoidRig, anchored: bool, policy: Policy) -> np.ndarray:
-        """Return [action, command, torque, gates] for what a robot's ports have observed.
+        """Return [action, command, torque, gates] for the last observation of a robot's ports.
 
-        ``policy`` walks in place of the exact one.
+        ``policy`` walks in place of the exact policy.
         """
         observation, reference, state = rig.walk.inputs
         gates = np.eye(len(ACTIONS))[rig.gate.utilities.argmax()]
@@ -53,18 +53,18 @@ class ExactControllers(NamedTuple):
 
 
 class Rehearsed(NamedTuple):
-    """The states of the arm at work, and the policy's observations (n, 69) while in charge."""
+    """The states of the arm at work, and the observations (n, 69) of the policy in charge."""
 
     region: ArmRegion
     observations: np.ndarray
 
     def arrays(self) -> dict[str, np.ndarray]:
-        """Return them as arrays, for a cache."""
+        """Return region and observations as arrays, for a cache."""
         return {**self.region.arrays(), "observations": self.observations}
 
     @classmethod
     def of(cls, arrays: Arrays) -> "Rehearsed":
-        """Return those of arrays."""
+        """Return region and observations from arrays of a cache."""
         return cls(ArmRegion.of(arrays), arrays["observations"])
 
 
@@ -78,9 +78,9 @@ class Rehearsals:
         The controllers.
     anchors : bool
         True if the pelvis is held while the arm works. If it is not, the policy balances, and its
-        observations of the arm at work count too.
+        observations while the arm works count, too.
     goals : callable
-        The goals of the schedule, from a seed.
+        Returns the goals of the schedule for a seed.
     file : Path
         The schedule, for messages.
     perturbations : sequence of Perturbation
@@ -108,7 +108,7 @@ class Rehearsals:
                     f"{self.file}: the exact controllers fall at {rig.walk.fallen_at_s:.1f} s, "
                     "before the arm works; cure: a slower or wider path"
                 )
-            # Taken now: the rig is the same for all seeds, and begins anew.
+            # Taken now, since the same rig begins anew for the next seed.
             observations.append(self._observed(rig, draws))
             arms.append(rig.arm.recording().where(draws))
         whole = ArmRecording.join(arms)
@@ -119,11 +119,11 @@ class Rehearsals:
 
     @property
     def walks(self) -> Walks:
-        """The walks of a robot by another policy."""
+        """The walks of a robot on another policy."""
         return Walks(self._observations, drift_trim)
 
     def _observations(self, policy: Policy) -> np.ndarray:
-        """Return (n, 69) observations of another policy, whether the robot falls or not."""
+        """Return the observations (n, 69) of another policy, whether the robot falls or not."""
         observed = [self._observed(rig, draws) for rig, draws in self._runs(policy)]
         return np.concatenate((record_gait(policy, self.perturbations), *observed))
 
@@ -132,7 +132,7 @@ class Rehearsals:
         return rig.walk.recording().observation[~draws | (not self.anchors)]
 
     def _runs(self, policy: Policy) -> Iterator[tuple[HumanoidRig, np.ndarray]]:
-        """Yield runs that are over, and (n,) at which physics steps the arm worked."""
+        """Yield the rig after each run, and whether the arm worked at each physics step, (n,)."""
         rig = HumanoidRig(Plant(), self.anchors, None, OBSERVATION_DT_S, OBSERVATION_DT_S)
         for seed in SEEDS:
             yield rig, self._run(rig, policy, seed)
@@ -140,7 +140,7 @@ class Rehearsals:
     def _run(self, rig: HumanoidRig, policy: Policy, seed: int) -> np.ndarray:
         goals = self.goals(seed)
         rig.begin(seed, goals)
-        # One step late, as a network's values are.
+        # One step late, like a network's values.
         output, draws = np.zeros(rig.loop.size_in), []
         for _ in range(round(goals[-1].phase.end_s / OBSERVATION_DT_S)):
             rig.loop.step(output)

@@ -1,6 +1,6 @@
 """The schedule of the humanoid: phases with utilities and goals, from a TOML file.
 
-Files beside this one are shipped; ``switch.toml`` says what may stand in such a file.
+The schedules beside this file are shipped; ``switch.toml`` explains the entries of such a file.
 """
 
 from itertools import pairwise
@@ -21,7 +21,7 @@ SHIPPED = {file.stem: file for file in sorted(Path(__file__).parent.glob("*.toml
 ROUNDING_S = 1e-9
 SHORTEST_PHASE_S = 0.1
 SHORTEST_ARM_S = {"digit": SHORTEST_S, "retract": 1.0, "reach": 0.5}
-"""The least time of what an arm can do."""
+"""The least time of each task of the arm."""
 GOALS = {"walk": ("path", "speed_m_s"), "draw": ("arm",)}
 """Keys that describe the goal of an action; the first one is required."""
 
@@ -31,16 +31,16 @@ Speed = Annotated[float, Field(gt=0, le=FASTEST_M_S, strict=True)]
 
 
 class _Strictly(BaseModel):
-    """Base of all parts of a schedule: cannot be changed, knows all its keys."""
+    """Base of all parts of a schedule: it cannot be changed, and has no unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Phase(_Strictly):
-    """A time with its utilities, and the goal of the action that has the highest.
+    """A time with its utilities, and the goal of the action with the highest utility.
 
     ``path`` and ``speed_m_s`` are the goal of walking, as `experiments.walk.paths.find_path` takes
-    them; ``arm`` is that of drawing.
+    them; ``arm`` is the goal of drawing.
     """
 
     name: Name
@@ -71,7 +71,7 @@ class Phase(_Strictly):
         does, least_s = "it", SHORTEST_PHASE_S
         if self.arm:
             does, least_s = f'arm = "{self.arm}"', SHORTEST_ARM_S[self.arm]
-        # The difference of two decimal times is a little off.
+        # The difference of two decimal times has a rounding error.
         if self.seconds < least_s - ROUNDING_S:
             raise ValueError(f"lasts {self.seconds:g} s, {does} takes at least {least_s:g} s")
         return self
@@ -113,7 +113,7 @@ class Phase(_Strictly):
 
 
 class Schedule(_Strictly):
-    """Phases one after the other, from 0 s on, without gaps; in one at least the arm works."""
+    """Phases one after the other, from 0 s on, without gaps; the arm works in at least one."""
 
     phases: tuple[Phase, ...]
 
@@ -145,12 +145,12 @@ class Schedule(_Strictly):
 
 
 def load(path: Path, seconds: float) -> Schedule:
-    """Load the schedule in a TOML file, for a run of at most so many seconds.
+    """Load the schedule in a TOML file, for a run of at most ``seconds``.
 
     Raises
     ------
     UsageError
-        The file cannot be read, is no schedule, or a phase is longer than the run.
+        If the file cannot be read or is no schedule, or a phase ends after the run.
     """
     schedule = read_model(path, Schedule, "schedule")
     for phase in schedule.phases:

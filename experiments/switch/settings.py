@@ -17,14 +17,14 @@ SELECTIONS = ("own", "spa")
 
 @dataclass(frozen=True, kw_only=True)
 class SwitchSettings(PolicySettings):
-    """Settings of the schedule and the controller; see `PolicySettings` for the others.
+    """Settings of the schedule and the controller; see `PolicySettings` for the other settings.
 
-    ``schedule`` is a shipped one, ``switch`` or ``free-standing``, or a TOML file like
-    ``switch.toml``; ``digit`` is what its drawing phases draw. While the arm is at work, the pelvis
-    is welded to the world if ``anchor`` is set, as in the paper; else the policy goes on, and keeps
-    the robot standing. ``preset`` is the size of the arm's controller, ``lean`` or ``paper``.
-    ``selection`` is ``own``, by basal ganglia that the chip can hold, or ``spa``, by nengo_spa's as
-    they are, in float alone.
+    ``schedule`` is a shipped schedule, ``switch`` or ``free-standing``, or a TOML file like
+    ``switch.toml``; ``digit`` is the digit of its drawing phases. While the arm works, the pelvis
+    is welded to the world if ``anchor`` is true, as in the paper; else the policy goes on, and
+    keeps the robot standing. ``preset`` is the size of the arm's controller, ``lean`` or ``paper``.
+    ``selection`` is ``own`` for basal ganglia that the chip can hold, or ``spa`` for the unchanged
+    basal ganglia of nengo_spa, in float only.
     """
 
     schedule: str = "switch"
@@ -46,7 +46,7 @@ class SwitchSettings(PolicySettings):
 
     @property
     def files(self) -> list[Path]:
-        """The files that a run reads: those of the schedule's paths, too."""
+        """The files that a run reads, including those of the schedule's paths."""
         found = super().files
         if self.schedule not in SHIPPED:
             phases = load(self.schedule_file, math.inf).phases
@@ -60,9 +60,9 @@ class SwitchSettings(PolicySettings):
         return SHIPPED.get(self.schedule, Path(self.schedule))
 
     def lasts(self, seconds: float) -> float:
-        """Return the time at which the schedule ends, in a run of at most so many seconds."""
+        """Return the time at which the schedule ends, in a run of at most ``seconds``."""
         return self.load_schedule(seconds).end_s
 
     def load_schedule(self, seconds: float) -> Schedule:
-        """Load the schedule, for a run of at most so many seconds; see `schedule.load`."""
+        """Load the schedule, for a run of at most ``seconds``; see `schedule.load`."""
         return load(self.schedule_file, seconds)

@@ -48,7 +48,7 @@ from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
 
 LONGEST_S = 60.0
-"""The longest schedule where no time is asked for; a run ends with its schedule."""
+"""The longest schedule if no time is asked for; a run ends with its schedule."""
 GATES = "gates"
 
 
@@ -75,16 +75,16 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
     @property
     def recorded(self) -> dict[str, object]:
-        """Everything that the rehearsals depend on beside the policy."""
+        """Everything that the rehearsals depend on, besides the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
         for goal in self.goals(self.options.seed):
             if goal.path is not None and path_files(str(goal.phase.path)):
                 # A user's file may change under the same name.
                 digest.update(goal.path.points.tobytes())
-        # Settings that change what is recorded of the exact controllers; sizes of neurons do not.
+        # Settings that change the recordings of the exact controllers; numbers of neurons do not.
         names = ("digit", "anchor", "gait")
         chosen = {name: getattr(self.settings, name) for name in names}
-        # A policy's digest is of its weights alone.
+        # A policy's digest covers its weights alone.
         gains = self.settings.walking_policy().gains
         return {
             "experiment": self.name,
@@ -94,7 +94,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         }
 
     def goals(self, seed: int) -> list[Goal]:
-        """Return what the robot is to do; raises UsageError if a path cannot be followed."""
+        """Return the goals of all phases; raises UsageError if a path cannot be followed."""
         try:
             return find_goals(self.schedule, self.settings.digit, seed)
         except UsageError as error:
@@ -126,14 +126,14 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         return ExactControllers(law, self.settings.walking_policy())
 
     def rehearsals(self, exact: ExactControllers) -> Rehearsals:
-        """Return runs of the schedule by the exact controllers, still to be done."""
+        """Return the rehearsals of the schedule by the exact controllers, before they are run."""
         settings = self.settings
         return Rehearsals(
             exact, settings.anchor, self.goals, settings.schedule_file, GAITS[settings.gait]
         )
 
     def calibrate(self) -> DecoderCalibration:
-        """Fit the policy's read-out to what its neurons do where they run."""
+        """Fit the policy's read-out to the spikes of its neurons on the backend."""
         exact = self.exact()
         layers, rehearsals = policy_layers(exact.policy), self.rehearsals(exact)
         gait = self._rehearsed(rehearsals).observations
@@ -148,12 +148,12 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         return Rehearsed.of(self.options.cache.kept("rehearsal", inputs, rehearse))
 
     def _spiking(self, exact: ExactControllers) -> tuple[HumanoidNetwork, Box]:
-        """Build the humanoid for states that the exact controllers pass, and its encoding."""
+        """Build the humanoid for the states of the rehearsals, and return it with its encoding."""
         settings, rehearsals = self.settings, self.rehearsals(exact)
         rehearsed = self._rehearsed(rehearsals)
         layers, gait = policy_layers(exact.policy), rehearsed.observations
         ranges, options = record_ranges(layers, gait), settings.policy_options
-        # made before: layers are solved for, and a policy calibrated, in networks of their own
+        # made first, since solving layers and calibrating a policy build networks of their own
         solved = solved_layers(layers, ranges, options, settings.network_seed, gait)
         found = calibrated(self, layers, ranges, gait, rehearsals.walks)
         self.options.progress("building the controller", None)
@@ -169,8 +169,8 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         Raises
         ------
         UsageError
-            If a path of the schedule cannot be followed, the policy is not for this robot, or its
-            calibration was made for another.
+            If a path of the schedule cannot be followed, the policy is for another robot, or its
+            calibration was made for another policy or other settings.
         """
         settings, box, every_s = self.settings, None, CONTROL_DT_S
         self.check()
@@ -214,7 +214,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             wall_s=wall_s,
         )
 
-    # what is made of it
+    # results
 
     def metrics(self, run: SwitchRun) -> dict[str, object]:
         """Return the figures of a run, see `experiments.switch.metrics`."""
@@ -229,7 +229,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         return dataset(run)
 
     def scenes(self, run: SwitchRun) -> Scenes:
-        """Return paths, drawing and phases, with the robot in the middle of each phase."""
+        """Return scenes in the middle of each phase, with paths, drawing and names of phases."""
         return Scenes(switch_marks(run), "track", switch_captions(run), middles(run))
 
     def figure(self, run: SwitchRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
@@ -248,7 +248,7 @@ def _connect(net: HumanoidNetwork, rig: HumanoidRig) -> None:
 def _probes(net: HumanoidNetwork) -> dict[str, nengo.Probe]:
     """Probe all neurons of each nucleus."""
     nuclei = net.selection.nuclei
-    # The populations of a nucleus are views of one ensemble's neurons: that is probed whole.
+    # The populations of a nucleus are views of one ensemble's neurons; these are probed whole.
     return {name: nengo.Probe(populations[0].obj) for name, populations in nuclei.items()}
 
 

@@ -20,7 +20,7 @@ DECIMALS = 6
 
 
 def draw_work(axes: Axes, run: SwitchRun, phases: list[Result]) -> None:
-    """Draw drawings over their templates, and ways through targets."""
+    """Draw drawings over their templates, and the hand's ways through targets."""
     for goal in run.goals:
         if len(trace := drawn(run, goal)):
             _draw_trace(axes, goal.stroke, color=TEMPLATE, ls="--", lw=1.5)
@@ -34,9 +34,9 @@ def draw_work(axes: Axes, run: SwitchRun, phases: list[Result]) -> None:
 
 
 def _draw_reaches(axes: Axes, run: SwitchRun, goal: Goal) -> None:
-    """Draw the way of the hand, and as circles how near it had to come to its targets."""
+    """Draw the way of the hand, with a circle around each target that it had to enter."""
     now = within(run.recording.time_s, goal.phase)
-    # A target is the same for many steps, but for rounding from the torso's frame and back.
+    # A target is the same for many steps, except for rounding in the change of frames.
     for place in np.unique(run.arm.target[now].round(DECIMALS), axis=0):
         centre = 100 * Sheet().read(place[np.newaxis])[0]
         axes.add_patch(Circle(centre, 100 * REACHED_M, fill=False, color=TEMPLATE, ls="--"))
@@ -49,7 +49,7 @@ def _draw_trace(axes: Axes, points: np.ndarray, **style: Any) -> None:
 
 
 def _results(phases: list[Result]) -> str:
-    """Return what came of drawing and reaching, in a line each."""
+    """Return the results of drawing and of reaching, each in its own line."""
     found = {
         key: [phase[key] for phase in phases if phase.get(key) is not None]
         for key in ("shape_error_rms_m", "recognised_as", "targets_reached")
