@@ -63,7 +63,7 @@ def advice(
     if n_neurons > room:  # no pass removes neurons
         return OFFLOAD * movable
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
-        # nengo-loihi's builder mostly refuses the same in a rewritten network.
+        # nengo-loihi's builder refuses most of these objects in a rewritten network, too.
         worth_it = passes == COMPACT and isinstance(error, DoesNotFitError)
         return TRY_COMPACT if worth_it else OFFLOAD * movable
     try:

@@ -59,6 +59,6 @@ CURES = {
 
 
 def cure_of(error: Exception) -> str:
-    """Return what to do about a refusal by nengo-loihi."""
+    """Return the cure for a refusal by nengo-loihi."""
     reason = reason_of(error)
     return next((cure for words, cure in CURES.items() if words in reason), ANY)

@@ -1,7 +1,7 @@
 """Loops between chip and host that are slower than in float Nengo: rule SP415.
 
-Values that the host sends wait to be encoded as spikes, and pass a filter of 5 ms on the chip; what
-the chip sends back arrives a step later.
+Values that the host sends wait to be encoded as spikes, and pass a filter of 5 ms on the chip.
+Values that the chip sends back arrive a step later.
 """
 
 from collections.abc import Iterator, Sequence

@@ -141,7 +141,7 @@ def _slope(connection: nengo.Connection) -> np.ndarray:
 
 
 def _points(connection: nengo.Connection) -> np.ndarray:
-    """Return evaluation points of a connection, (n_points, dimensions), or few random ones."""
+    """Return evaluation points of a connection, (n_points, dimensions); few if they are random."""
     ensemble = connection.pre_obj
     points = connection.eval_points
     if points is None:
@@ -177,7 +177,7 @@ def _assembled(parts: Sequence[Part], ways: Sequence[Way]) -> sparse.csr_array:
 
 
 def _past_nodes(matrix: sparse.csr_array, n: int, n_nodes: int) -> sparse.csr_array:
-    """Return the matrix between the first n values, past those of nodes, which have no filter."""
+    """Return the matrix between the first n values; values of nodes, without filter, drop out."""
     whole, passed = matrix[:n, :n], matrix[n:, :n]
     for _ in range(n_nodes):  # paths through one node, then two, and so on
         whole = whole + matrix[:n, n:] @ passed

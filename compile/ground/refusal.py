@@ -46,7 +46,7 @@ class RefusedError(CompileError, BuildError):
     about : tuple of str
         The names of the objects that are refused, and of the ends of connections among them.
     advice : str
-        A last line of the message, on what else may help.
+        The last line of the message: what else may help.
     everywhere : bool
         True if the network would also be refused on the host, or rewritten.
     """

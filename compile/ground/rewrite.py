@@ -42,9 +42,9 @@ class Rewrite:
     """A network and its relation to the one that the user wrote.
 
     A pass puts objects that it need not change into its network as they are, and never alters them.
-    ``stand_ins`` maps the user's probes to the probes that record the same here; ``built`` maps the
-    user's ensembles and connections that are no longer here to what Nengo built for them. Objects
-    in neither mapping are themselves in this network.
+    ``stand_ins`` maps the user's probes to the probes that record the same values here; ``built``
+    maps the user's ensembles and connections that are no longer here to what Nengo built for them.
+    Objects in neither mapping are themselves in this network.
 
     Attributes
     ----------

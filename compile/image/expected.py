@@ -1,8 +1,8 @@
 """Activity expected of an image at stated firing rates, before any run.
 
 Per step of length dt, a source (a neuron, or a spiking input) that fires at f Hz spikes f dt times.
-Each spike costs what `spikeport.compile.image.fanout` counts, and weights that learn are updated
-once in an epoch of T_learn steps, whatever spikes:
+`spikeport.compile.image.fanout` counts the costs of a spike. Weights that learn are updated once in
+an epoch of T_learn steps, whether or not anything spikes:
 
     N_spk = sum_s f_s dt,   N_syn = sum_s f_s dt n_syn,s,   N_msg = sum_s f_s dt n_cores,s
     N_learn = sum_g N_weights,g / T_learn,g

@@ -21,8 +21,8 @@ WEIGHT_BITS, DIGIT_BITS = 8, 7
 def soft_row_bits(image: ChipImage) -> np.ndarray:
     """Return the bits of each group's rows, (n_groups,): no less than the writer takes.
 
-    The writer stores equal rows of a core once; this count does so for axons with the same row and
-    base alone.
+    The writer stores equal rows of a core once; this count does so only for axons with the same row
+    and base.
     """
     words = _row_words(image)
     group = np.repeat(np.arange(len(image.groups)), np.diff(image.groups.axon_start))

@@ -243,7 +243,7 @@ class Inputs(Table):
 
 @dataclass(frozen=True, eq=False)
 class Outputs(Table):
-    """Values that the host decodes from what compartments hold."""
+    """Values that the host decodes from the state of compartments."""
 
     NAME = "outputs"
     start: np.ndarray = column(

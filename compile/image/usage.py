@@ -94,7 +94,7 @@ def out_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
 
 
 def _share_lists(image: ChipImage) -> np.ndarray:
-    """Return the compartments that share an earlier one's axons in their block, (n_compartments,).
+    """Return the compartments that share axons with an earlier one in a block, (n_compartments,).
 
     A compartment points to a list of axons, and names its atom in the population. Compartments
     that send to the same axons point to one list, if all axons belong to populations. Source:

@@ -51,7 +51,7 @@ class Gains:
         self._cores[core] = self._heard(blocks)
 
     def of(self, block: int, home: int, core: int) -> np.ndarray:
-        """Return the gain of swapping a block of one core with each of another, in their order."""
+        """Return the gains of swapping a block of one core with each block of another, in order."""
         mine, sources, count = self._audiences[block], self._sources, self._count
         ours, theirs = self._cores[home], self._cores[core]
         np.add.at(count, theirs.audience, 1)

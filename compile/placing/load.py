@@ -20,7 +20,7 @@ SHARED = ("clipping", "noise", "learning")
 
 
 class Load(NamedTuple):
-    """The load of a block, of a part of one, or of several together.
+    """The load of a block, of a part of a block, or of several blocks together.
 
     ``amounts`` follow `AMOUNTS`; ``profiles`` follow `PROFILES` and `SHARED`, each a bit mask with
     one bit for every profile of the image.

@@ -81,7 +81,7 @@ class Relief:
     def _changes(
         self, place: np.ndarray, core: int, others: np.ndarray, places: np.ndarray
     ) -> LinkLoads:
-        """Return the change of loads if a core is swapped with each of others, on these places."""
+        """Return the changes in loads if a core swaps with each of ``others``, on ``places``."""
         swap, message = self._touched(core, others)
         ends = self._messages.source[message], self._messages.target[message]
         number = self._messages.number[message]

@@ -72,7 +72,7 @@ def write_page(path: Path, report: Json, title: str) -> None:
     report : dict
         The report as plain data, see `spikeport.compile.report.report.Report.to_dict`.
     title : str
-        The name of what was compiled.
+        The name of the compiled network.
     """
     write_text(path, _template().render(title=title, views=[View(report, title)], changes=None))
 
@@ -119,7 +119,7 @@ class View:
     report : dict
         The report as plain data.
     title : str
-        The name of what was compiled.
+        The name of the compiled network.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class View:
     def bars(self) -> list[Bar]:
         """The use of every resource."""
         rows = self.report["resources"].items()
-        # A use of one chip of one needs no row.
+        # If there is only one chip, its use needs no row.
         one_chip = self.report["resources"]["chips"]["limit"] == 1
         return [self._bar(name, row) for name, row in rows if not (one_chip and name == "chips")]
 
