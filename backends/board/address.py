@@ -14,7 +14,7 @@ from spikeport.errors import BackendError, UsageError
 
 FORMS = "unix:PATH or tcp://HOST:PORT"
 TLS_HANDSHAKE_S = 5.0
-"""Time that the other side has for the handshake of TLS, before it is hung up on."""
+"""Time that the other side has for the TLS handshake, before this side hangs up."""
 CONNECT_S = 10.0
 MOST_PORT = 2**16 - 1
 MOST_PATH = 107
@@ -23,12 +23,12 @@ MOST_PATH = 107
 
 @dataclass(frozen=True)
 class Certificates:
-    """Files for TLS: an own certificate with its key, and who signed the other side's.
+    """Files for TLS: a certificate with its key, and the authority of the other side's.
 
     Attributes
     ----------
     certificate, key : Path
-        The own certificate and its private key, PEM.
+        The certificate of this side and its private key, PEM.
     authority : Path
         The certificate of the authority that signed the other side's certificate, PEM.
     """
@@ -38,12 +38,12 @@ class Certificates:
     authority: Path
 
     def context(self, server: bool) -> ssl.SSLContext:
-        """Return the context of one side, which demands a certificate of the other.
+        """Return the context of one side, which demands a certificate from the other.
 
         Raises
         ------
         UsageError
-            If a file is missing or no certificate or key; names it.
+            If a file is missing, or is not a certificate or key; the message names it.
         """
         for path in (self.certificate, self.key, self.authority):
             if not os.access(path, os.R_OK):  # ssl does not say which file it cannot read
@@ -56,7 +56,7 @@ class Certificates:
             context.load_cert_chain(self.certificate, self.key)
             files = f"{self.authority}: no certificate in PEM"
             context.load_verify_locations(self.authority)
-        except OSError as error:  # ssl.SSLError is one
+        except OSError as error:  # ssl.SSLError is an OSError
             raise UsageError(f"TLS: {files} ({reason_of(error)})") from None
         return context
 
@@ -68,7 +68,7 @@ class Address:
     Attributes
     ----------
     text : str
-        As it was written.
+        The address, as it was written.
     host, port : str, int
         The TCP host and port.
     path : Path or None
@@ -87,13 +87,13 @@ class Address:
             return cls(text, path=_socket_path(text.removeprefix("unix:")))
         host, _, port = text.removeprefix("tcp://").rpartition(":")
         if text.startswith("tcp://") and host and port.isdecimal():
-            # An IPv6 address stands in brackets.
+            # An IPv6 address is in brackets.
             return cls(text, _host(text, host.strip("[]")), _port(text, port))
         raise UsageError(f"address {text!r}: write {FORMS}")
 
     @property
     def is_local(self) -> bool:
-        """True of a Unix socket and of a loopback address, which no other machine reaches."""
+        """True for a Unix socket and for a loopback address: no other machine reaches these."""
         if self.path is not None or self.host == "localhost":
             return True
         try:
@@ -106,7 +106,7 @@ class Address:
 
 
 def _host(text: str, host: str) -> str:
-    """Return the host of an address; UsageError if no name is written so."""
+    """Return the host of an address; UsageError if it is not a valid name."""
     try:
         host.encode("idna")  # as sockets do
     except UnicodeError:
@@ -118,9 +118,9 @@ def _host(text: str, host: str) -> str:
 
 
 def _port(text: str, digits: str) -> int:
-    """Return the port of an address; UsageError if TCP has none of so many digits."""
+    """Return the port of an address; UsageError if it is above TCP's largest port."""
     digits = digits.lstrip("0") or "0"
-    # By their number first: Python makes no integer of thousands of digits.
+    # Count the digits first: Python refuses to make an integer of thousands of digits.
     if len(digits) > len(str(MOST_PORT)) or int(digits) > MOST_PORT:
         raise UsageError(
             f"address {text!r}: port {digits}, limit {MOST_PORT:,}; choose a smaller one"
@@ -129,7 +129,7 @@ def _port(text: str, digits: str) -> int:
 
 
 def _socket_path(text: str) -> Path:
-    """Return the path of a Unix socket; UsageError if it is too long, or of something else."""
+    """Return the path of a Unix socket; UsageError if it is too long, or not a socket's."""
     if (size := len(os.fsencode(text))) > MOST_PATH:
         raise UsageError(
             f"unix:{text}: the path has {size} bytes, limit {MOST_PATH}; choose a shorter one"
@@ -149,8 +149,8 @@ def client_context(
     Raises
     ------
     UsageError
-        If the board is on another machine and there are no certificates, it is a Unix socket and
-        there are some, or a file is wrong.
+        If the board is on another machine and there are no certificates, if the address is a Unix
+        socket's and there are certificates, or if a file is wrong.
     """
     if not address.is_local and certificates is None:
         raise UsageError(
@@ -163,7 +163,7 @@ def client_context(
 def _context(
     address: Address, certificates: Certificates | None, server: bool
 ) -> ssl.SSLContext | None:
-    # The path of a Unix socket has no host to be named in a certificate.
+    # A Unix socket has no host that a certificate could name.
     if address.path is not None and certificates is not None:
         raise UsageError(
             f"{address}: TLS is for tcp://HOST:PORT; cure: leave --cert, --key and --ca out"
@@ -179,7 +179,7 @@ def connect(address: Address, certificates: Certificates | None = None) -> socke
     UsageError
         See `client_context`.
     BackendError
-        If nobody answers there, without TLS, or with a certificate that is refused.
+        If no board answers there, if it has no TLS, or if its certificate is refused.
     """
     context = client_context(address, certificates)
     try:
@@ -199,7 +199,7 @@ def connect(address: Address, certificates: Certificates | None = None) -> socke
             f"board {address}: its certificate is refused ({error.verify_message}); it must be "
             f"signed by --ca {certificates.authority}, name {address.host} and not have expired"
         ) from None
-    except OSError as error:  # ssl.SSLError is one
+    except OSError as error:  # ssl.SSLError is an OSError
         raise BackendError(
             f"board {address}: no TLS ({reason_of(error)}); does it serve with --cert, --key and "
             "--ca?"
@@ -233,14 +233,14 @@ def listening(
 ) -> Iterator[tuple[socket.socket, ssl.SSLContext | None]]:
     """Yield a socket that listens, and the context of its TLS, None without certificates.
 
-    The file of a Unix socket, for its owner only, is taken away after.
+    The file of a Unix socket is for its owner only, and is removed at the end.
 
     Raises
     ------
     UsageError
-        If the address is in use, cannot be listened on, is open to other machines without
-        ``allow_remote`` or without certificates, is a Unix socket's with one of them, or a file is
-        wrong.
+        If the address is in use or cannot be listened on, if other machines can reach it and
+        ``allow_remote`` or certificates are missing, if it is a Unix socket's and either is there,
+        or if a file is wrong.
     """
     given = {"--allow-remote": allow_remote, "--cert, --key and --ca": certificates is not None}
     missing = " with ".join(option for option, is_given in given.items() if not is_given)
@@ -266,7 +266,7 @@ def listening(
 
 @contextlib.contextmanager
 def _taken_away(path: Path | None) -> Iterator[None]:
-    """Take the file of a Unix socket away at the end, unless it is another server's by then."""
+    """Remove the file of a Unix socket at the end, unless it is another server's by then."""
     if path is None:
         yield
         return
@@ -296,7 +296,7 @@ def _bound(address: Address) -> socket.socket:
 
 
 def _remove_dead(path: Path) -> None:
-    """Remove the file of a socket that a killed server left; one that is in use stays."""
+    """Remove the file of a socket that a killed server left; a socket that is in use stays."""
     if not path.is_socket():
         return
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
@@ -314,7 +314,7 @@ def bound_text(address: Address, listener: socket.socket) -> str:
 
 
 def accepted(listener: socket.socket) -> socket.socket | None:
-    """Return the next connection; None if it hung up."""
+    """Return the next connection; None if the host hung up."""
     try:
         connected, _ = listener.accept()
     except OSError:
@@ -326,7 +326,7 @@ def accepted(listener: socket.socket) -> socket.socket | None:
 
 
 def _keep_alive(connected: socket.socket) -> None:
-    """Have the system find out within half a minute that a host lost its power or its network."""
+    """Let the system find out within half a minute if a host lost its power or its network."""
     connected.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for option, value in (
         (socket.TCP_KEEPIDLE, 10),
@@ -339,7 +339,7 @@ def _keep_alive(connected: socket.socket) -> None:
 def secured(
     plain: socket.socket, context: ssl.SSLContext | None, say: Callable[[str], None]
 ) -> socket.socket | None:
-    """Return a connection, in TLS where there is a context; None, and say why, if there is none."""
+    """Return a connection, with TLS if there is a context; if TLS fails, say why, return None."""
     if context is None:
         return plain
     try:

@@ -1,4 +1,4 @@
-"""A board: it takes an image, builds the chip of it, and answers one frame after the other.
+"""A board: it takes an image, builds a chip from it, and answers one frame after the other.
 
 It knows nothing of sockets and clocks, so that tests can step it by hand.
 """
@@ -25,7 +25,7 @@ IMAGE_BYTES = 256 << 20
 """Size of the largest image's file that a board takes."""
 IMAGES_KEPT = 4
 WARM_STEPS = 50
-"""Steps of a chip that is then thrown away: the first steps of a process are slow ones."""
+"""Steps of a chip that is then discarded: the first steps of a process are slow."""
 
 
 class CountingChip(Chip, Protocol):
@@ -33,7 +33,7 @@ class CountingChip(Chip, Protocol):
 
     @property
     def log(self) -> StepLog:
-        """The counts of its steps."""
+        """The counts of the chip's steps."""
 
 
 class Machine(NamedTuple):
@@ -92,7 +92,7 @@ class Board:
         """End the session, and return the reason for the host."""
         number = 0 if self.session is None else self.session.number
         self.end()
-        body = printable(reason, kept="\n").encode()  # a reason may be several rows
+        body = printable(reason, kept="\n").encode()  # a reason may have several lines
         return Frame(Kind.REFUSAL, number, frame.step, body)
 
     def _answer(self, frame: Frame) -> Sequence[Frame]:
@@ -141,17 +141,17 @@ class Board:
         if image.digest != self._hello.digest:
             raise BodyError(f"an image {image.digest[:12]}, not {self._hello.digest[:12]}")
         while len(self._images) >= IMAGES_KEPT:
-            # The oldest goes: dicts keep the order of insertion.
+            # Remove the oldest image: dicts keep the order of insertion.
             del self._images[next(iter(self._images))]
         self._images[image.digest] = image
         return [self._open(image, self._hello)]
 
     def _open(self, image: ChipImage, hello: Hello) -> Frame:
-        """Begin a session, with the chip at rest; it answers when the first step can come."""
+        """Begin a session, with the chip at rest; return the answer when a step can come."""
         self._upload.clear()
         self._hello = None  # one greeting, one session: another image would replace its chip
-        # Warmed on a chip of its own, since the session's chip has to begin at rest. Lines that it
-        # prints about its steps are not the session's.
+        # Warm up another chip, since the session's chip has to begin at rest. Lines that this chip
+        # prints about its steps are not about the session.
         self._say(f"board: warm-up and check of the machine: {WARM_STEPS} steps without spikes")
         with _of_machine():
             steps_per_s = _warm(self._machine.load(image, hello.seed))
@@ -163,7 +163,7 @@ class Board:
         return Frame(Kind.WELCOME, number, body=body)
 
     def _step(self, frame: Frame) -> Frame:
-        """Step the chip; a step that was asked for before is answered again, and not repeated."""
+        """Step the chip; if the host asks for a step again, repeat the answer, not the step."""
         session = self._session_of(frame)
         # The answer was lost on its way: a second step would put the chip ahead of the host.
         if frame.step == session.at and session.last is not None:
@@ -182,7 +182,7 @@ class Board:
         return session.last
 
     def _session_of(self, frame: Frame) -> Session:
-        """Return the session of a frame: one from before a restart is never gone on with."""
+        """Return the session of a frame; a session from before a restart is never continued."""
         if frame.session == 0:
             raise BodyError(
                 "the head has session 0; begin with HELLO, and send the number that the head of "
@@ -204,19 +204,19 @@ class Board:
 
 @contextmanager
 def _of_machine() -> Iterator[None]:
-    """Name the machine in errors that are none of ours: of its files, programs or packages."""
+    """Name the machine in errors from outside spikeport: of files, programs or packages."""
     try:
         yield
     except SpikeportError:
         raise
     except OSError as error:
         raise BackendError(f"the board's machine: {reason_of(error)}") from error
-    except Exception as error:  # which must not end a board that serves others, too
+    except Exception as error:  # no error may end a board, which serves other hosts, too
         raise BackendError(f"the board's machine: {in_words(error)}") from error
 
 
 def pieces(kind: Kind, data: bytes, session: int) -> Iterator[Frame]:
-    """Yield the frames of a content that may be too large for one."""
+    """Yield the frames of a content that may be too large for one frame."""
     for start in range(0, max(1, len(data)), MOST_BODY):
         body = data[start : start + MOST_BODY]
         more = MORE if start + MOST_BODY < len(data) else 0
@@ -224,7 +224,7 @@ def pieces(kind: Kind, data: bytes, session: int) -> Iterator[Frame]:
 
 
 def _warm(chip: CountingChip) -> float:
-    """Step a chip that is thrown away, and return its steps a second."""
+    """Step a chip, discard it, and return its steps per second."""
     silence = np.zeros(0, dtype=np.int64)
     with closing(chip):
         begin = time.perf_counter()

@@ -36,13 +36,13 @@ class LinkFigures:
     steps : int
         Steps of the host.
     held : int
-        Steps in which the last outputs were held, because the board's were late.
+        Steps in which the last outputs were held, because the board's answer was late.
     skipped_spikes : int
-        Spikes of steps that never were sent, because the board was still in an earlier one.
+        Spikes of steps that were never sent, because the board was still in an earlier step.
     asked_again, discarded : int
-        Steps that were asked for again; frames that were no answer to the step under way.
+        Steps that were asked for again; frames that did not answer the step under way.
     damaged : int
-        Times that bytes came that were no frame.
+        Times that bytes came that were not a frame.
     overruns : int
         Steps that began late, in real time.
     """
@@ -62,7 +62,7 @@ class BoardChip:
     Parameters
     ----------
     image : ChipImage
-        The image to run; the board gets it if it does not have it.
+        The image to run; it is sent to the board if the board does not have it.
     seed : int
         Seed of the chip.
     line : Line
@@ -76,21 +76,21 @@ class BoardChip:
     clock : Clock, optional
         The clock that times are measured by.
     faults : sequence of Fault
-        The plan of faults of the board's answers; closing warns of those that were never reached.
+        The plan of faults of the board's answers; closing warns of faults that were never reached.
 
     Attributes
     ----------
     figures : LinkFigures
         The figures of the session.
     welcome : Welcome
-        The board's own words.
+        The board's answer to the greeting: its machine and speed.
 
     Raises
     ------
     BackendError
         If the board refuses the image.
     BoardLostError
-        If it does not answer.
+        If the board does not answer.
     """
 
     def __init__(
@@ -145,7 +145,7 @@ class BoardChip:
         return welcome
 
     def _answer(self, within_s: float, *kinds: Kind) -> Frame:
-        """Return the next frame of some kinds; others are discarded."""
+        """Return the next frame of some kinds; frames of other kinds are discarded."""
         end = self._clock.now() + within_s
         while (left := end - self._clock.now()) > 0:
             frame = self._line.receive(left)
@@ -157,7 +157,7 @@ class BoardChip:
         raise BoardLostError(f"the board does not answer within {within_s:g} s")
 
     def _check(self, frame: Frame) -> None:
-        """Raise the reason of a refusal, which ends the session."""
+        """Raise an error if the board refuses, or speaks another version of the link."""
         if frame.kind == Kind.REFUSAL and frame.session in (0, self._session):
             raise BoardLostError(f"the board refuses: {frame.body.decode(errors='replace')}")
         if frame.version != VERSION:
@@ -172,7 +172,7 @@ class BoardChip:
         ------
         BoardLostError
             If the board hung up, refused, or was late for more steps than outputs are held. The
-            state of its neurons is unknown: the session is never gone on with.
+            state of its neurons is unknown: the session is never continued.
         BackendError
             If the chip is closed.
         """
@@ -211,7 +211,7 @@ class BoardChip:
             self._open = Frame(Kind.STEP, self._session, self._at + 1, body, flags)
             self._open_spikes = len(spikes)
             self._send_open()
-        else:  # the board is behind, and what it missed is never delivered late
+        else:  # the board is behind, and spikes that it missed are never delivered late
             self.figures.skipped_spikes += len(spikes)
         answer = self._awaited(end)
         if answer is None:
@@ -236,9 +236,9 @@ class BoardChip:
         return None
 
     def _taken(self, frame: Frame) -> bool:
-        """Take a frame as the answer, if it is the one."""
+        """Take a frame if it answers the step under way, and return whether it does."""
         self._check(frame)
-        # Late answers of earlier steps, and of sessions before a restart, end here.
+        # Late answers of earlier steps, and of sessions before a restart, are discarded.
         if (frame.kind, frame.session, frame.step) != (Kind.STATE, self._session, self._at + 1):
             self.figures.discarded += 1
             return False
@@ -280,7 +280,7 @@ class BoardChip:
         at, more = 0, MORE
         while more:
             frame = self._answer(TOTALS_S, Kind.TOTALS)
-            if frame.step == at:  # another one is a piece that came twice
+            if frame.step == at:  # any other frame is a piece that came twice
                 yield frame.body
                 at, more = at + len(frame.body), frame.flags & MORE
 
@@ -306,17 +306,17 @@ class BoardChip:
             return
         self._closed = True
         with ExitStack() as stack:
-            # Last, as a user may have made errors of warnings.
+            # Last, as a user may have turned warnings into errors.
             stack.callback(self._warn_of_faults)
-            # Even if the board sends wrong totals, which the log asks for as well.
+            # Also if the board sends wrong totals, for which the log asks as well.
             stack.callback(self._line.close)
             if self._recorder is not None:
                 stack.callback(self._recorder.close)
             if not self._lost:
-                with suppress(BackendError):  # it may be lost by now
+                with suppress(BackendError):  # the board may be lost by now
                     self._totals = self._asked_totals()
                     self._line.send(Frame(Kind.STOP, self._session, self._at))
-            with suppress(BoardLostError):  # a board that is gone says no more of its messages
+            with suppress(BoardLostError):  # a lost board cannot report its messages any more
                 self._log.close()
 
     def _warn_of_faults(self) -> None:

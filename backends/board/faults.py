@@ -1,4 +1,4 @@
-"""Faults of a link, on request: a line that does to answers what bad links and boards do."""
+"""Faults of a link, on request: a line that spoils answers as bad links and boards do."""
 
 import random
 from collections.abc import Callable, Sequence
@@ -22,7 +22,7 @@ KINDS = {
     "half-open": "the board falls silent",
     "restart": "the board starts anew, at rest, on the same connection",
 }
-"""The kinds of faults, and what becomes of an answer."""
+"""The kinds of faults, and their effects on an answer."""
 FAULTS = Faults("--fault", tuple(KINDS), timed=("slow",))
 
 
@@ -47,7 +47,7 @@ class FaultyLine:
     restart : callable
         Starts the board anew.
     seed : int
-        Draws the steps of shares.
+        Seed of the steps and bits that are drawn at random.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class FaultyLine:
             self._line.send_bytes(data)
 
     def _spoilt(self, sent: list[bytes], fault: Fault, frame: Frame) -> list[bytes]:
-        """Return the bytes that a fault leaves of those to be sent for a frame."""
+        """Return the bytes to send for a frame, after a fault has changed them."""
         match fault.kind:
             case "duplicate":
                 return sent * 2

@@ -1,9 +1,9 @@
 """Frames of the link, and the splitter that finds them in a stream of bytes.
 
 A frame is a head of 36 bytes, a body, and a CRC-32 behind each, all little-endian; docs/link.md has
-the table. A stream that was damaged is searched for the next frame that is whole, so that one
-flipped bit costs one frame: a head has a CRC of its own, because a length that was flipped up would
-make the reader wait for bytes that never come.
+the table. A damaged stream is searched for the next whole frame, so that one flipped bit costs one
+frame. A head has a CRC of its own, because a length with a flipped bit could make the reader wait
+for bytes that never come.
 """
 
 import struct
@@ -15,7 +15,7 @@ from typing import NamedTuple
 MAGIC = b"SPKL"
 VERSION = 1
 HEAD = struct.Struct("<4sBBHIQQII")
-"""Magic, version, kind, flags, session, step, time of sending, length of the body, time it took."""
+"""Magic, version, kind, flags, session, step, time of sending, length of body, time of the step."""
 CRC = struct.Struct("<I")
 CHECKED_HEAD = struct.Struct(f"{HEAD.format}I")
 """A head, and its CRC-32."""
@@ -25,7 +25,7 @@ SMALLEST = BODY + CRC.size
 MOST_BODY = 1 << 20
 """Bytes in the largest body; images and totals, which may be larger, go in several frames."""
 MORE = 1
-"""The flag of a frame whose content goes on in the next one."""
+"""The flag of a frame whose content continues in the next frame."""
 
 
 class Kind(IntEnum):
@@ -36,9 +36,9 @@ class Kind(IntEnum):
     WANT_IMAGE = 3  # B: no image of that digest is known
     IMAGE = 4  # H: a piece of the image's file; `step` is its first byte
     STEP = 5  # H: spikes and learning errors of a step
-    STATE = 6  # B: what the outputs hold after the step, and its counts
-    ASK_TOTALS = 7  # H: for the messages of all steps
-    TOTALS = 8  # B: a piece of them; `step` is its first byte
+    STATE = 6  # B: the state of the outputs after the step, and its counts
+    ASK_TOTALS = 7  # H: a request for the messages of all steps
+    TOTALS = 8  # B: a piece of the totals; `step` is its first byte
     REFUSAL = 9  # B: why the session ends, in words
     STOP = 10  # H: the session ends
 
@@ -49,7 +49,7 @@ class Frame(NamedTuple):
     Attributes
     ----------
     kind : int
-        A `Kind`; a number that is none is a frame of somebody else.
+        A `Kind`, or another number if the frame is of an unknown kind.
     session, step : int
         The session, 0 before there is one, and the step that the frame belongs to.
     body : bytes
@@ -93,7 +93,7 @@ class Splitter:
     Attributes
     ----------
     bad : int
-        Times that bytes were skipped because they were no whole frame.
+        Times that bytes were skipped because they were not a whole frame.
     """
 
     def __init__(self) -> None:
@@ -119,7 +119,7 @@ class Splitter:
         return None
 
     def _body(self, end: int) -> bytes | None:
-        """Take a frame off the stream; return its body, None if that is damaged."""
+        """Take a frame off the stream; return its body, None if the body is damaged."""
         body = bytes(memoryview(self._buffer)[BODY:end])
         (crc,) = CRC.unpack_from(self._buffer, end)
         del self._buffer[: end + CRC.size]
@@ -129,7 +129,7 @@ class Splitter:
         return None
 
     def _skip(self) -> None:
-        """Drop what is before the next magic, and at least one byte."""
+        """Drop the bytes before the next magic, at least one."""
         found = self._buffer.find(MAGIC, 1)
         # the last bytes may be the beginning of a magic
         del self._buffer[: found if found > 0 else len(self._buffer) - len(MAGIC) + 1]

@@ -11,12 +11,12 @@ from spikeport.constants import LARGEST_SEED
 from spikeport.reading.mismatch import shown
 
 MOST = 4096
-"""Bytes in the largest of them."""
+"""Bytes in the largest body."""
 
 
 @dataclass(frozen=True)
 class Greeting:
-    """A body in JSON, whose fields are checked when it is read; ``keys`` are these in words."""
+    """A body in JSON, whose fields are checked when it is read; ``keys`` has them in words."""
 
     keys: ClassVar[str]
     __pydantic_config__ = ConfigDict(extra="forbid", strict=True)
@@ -27,7 +27,7 @@ class Greeting:
 
     @classmethod
     def unpack(cls, body: bytes) -> Self:
-        """Return the content of a body; BodyError if it is another one."""
+        """Return the content of a body; BodyError if it does not have exactly these fields."""
         try:
             return TypeAdapter(cls).validate_json(body[:MOST])
         except ValidationError as error:
@@ -59,7 +59,7 @@ class Welcome(Greeting):
     runs : str
         The machine that it runs on.
     steps_per_s : float
-        Steps a second of the chip alone, measured before the session.
+        Steps per second of the chip alone, measured before the session.
     """
 
     digest: str

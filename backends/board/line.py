@@ -1,4 +1,4 @@
-"""A line: frames over a socket, within a time."""
+"""A line: frames over a socket, with limits of time."""
 
 import re
 import select
@@ -14,14 +14,14 @@ from spikeport.errors import BoardLostError
 CHUNK = 1 << 18
 NOT_YET = (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
 SYSTEM_WAITS_S = 0.2
-"""Time that taking bytes off a plain socket waits for some; to select first costs a call more."""
+"""Time that reading a plain socket waits for bytes; a `select` before it costs another call."""
 SYSTEM_WAITS = struct.pack("ll", 0, int(1e6 * SYSTEM_WAITS_S))
 SEND_S = 5.0
-"""Time in which the other side must take a frame; buffers of the system hold hundreds of them."""
+"""Time in which the other side must read a frame; buffers of the system hold hundreds of frames."""
 
 
 def reason_of(error: OSError) -> str:
-    """Return the reason of an error, without the places in its source that Python's ssl adds."""
+    """Return the reason of an error, without the source locations that Python's ssl adds."""
     return re.sub(r"^\[[^]]*\] |^_ssl\.c:\d+: | \(_ssl\.c:\d+\)$", "", error.strerror or str(error))
 
 
@@ -42,7 +42,7 @@ class Line(Protocol):
 
     @property
     def bad(self) -> int:
-        """The number of times that bytes were skipped, because they were no frame."""
+        """The number of times that bytes were skipped, because they were not a frame."""
 
     def close(self) -> None:
         """Hang up."""
@@ -56,7 +56,7 @@ class SocketLine:
     connected : socket
         A stream socket, with or without TLS.
     name : str
-        The other side, for messages.
+        The name of the other side, for messages.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class SocketLine:
 
     @property
     def bad(self) -> int:
-        """The number of times that bytes were skipped, because they were no frame."""
+        """The number of times that bytes were skipped, because they were not a frame."""
         return self._splitter.bad
 
     def send(self, frame: Frame) -> None:
@@ -105,14 +105,14 @@ class SocketLine:
         return frame
 
     def _may_take(self, within_s: float) -> bool:
-        """Return whether bytes are there or come in time, or can be waited for by taking them."""
+        """Return True if bytes are there or come in time, or if reading can wait for them."""
         if self._tls is None and within_s > SYSTEM_WAITS_S:
             return True
-        if self._tls is not None and self._tls.pending() > 0:  # of which the system knows nothing
+        if self._tls is not None and self._tls.pending() > 0:  # bytes that select does not see
             return True
         if self._socket.fileno() < 0:
             raise self._lost("it is closed")
-        # poll() would round up to whole milliseconds, which is a step of real time
+        # poll() would round up to whole milliseconds: a step of real time takes one
         return bool(select.select([self._socket], [], [], max(0.0, within_s))[0])
 
     def _take(self) -> None:

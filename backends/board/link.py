@@ -1,4 +1,4 @@
-"""A link as a user asks for it: which board, by which clock, recorded or not."""
+"""The options of a link: the board, its clock, and a record."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -51,7 +51,7 @@ class LinkOptions:
     def __post_init__(self) -> None:
         """Check the types of values."""
         check_fields(self, "LinkOptions: ")
-        if isinstance(self.faults, str):  # a sequence, too, of letters
+        if isinstance(self.faults, str):  # which is a sequence, too: of letters
             raise UsageError(
                 f"LinkOptions: faults={self.faults!r}: is one text, expected a sequence of them; "
                 f"cure: faults=({self.faults!r},)"
@@ -67,7 +67,7 @@ class LinkOptions:
 
 
 OWN_STUB = LinkOptions()
-"""The link where none is asked for: a stub, in simulated time."""
+"""The default link: a stub, in simulated time."""
 
 
 def record_of(link: LinkOptions) -> Path:

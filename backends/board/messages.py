@@ -1,4 +1,4 @@
-"""Bodies of frames: the spikes and errors of a step, what outputs hold, and totals of a run."""
+"""Bodies of frames: spikes and errors of a step, the state of outputs, and totals of a run."""
 
 import struct
 from collections.abc import Iterable, Iterator, Mapping
@@ -19,19 +19,19 @@ ERRORS = struct.Struct("<IH")
 TOTALS = struct.Struct("<QI")
 """Spikes of read-outs, and number of pairs of cores between which there were messages."""
 BITMAP = 2
-"""The flag of a step whose spikes are a bit for each source, where that is shorter than a list."""
+"""The flag of a step whose spikes are a bit for each source, if that is shorter than a list."""
 I32, U32, F64 = np.dtype("<i4"), np.dtype("<u4"), np.dtype("<f8")
 OF_BYTE = np.unpackbits(np.arange(256, dtype=np.uint8)).astype(np.int32).reshape(256, 8)
-"""The bits of each byte, the first in the highest."""
+"""The bits of each byte, the highest bit first."""
 PAIR = np.dtype([("source", "<u4"), ("target", "<u4"), ("messages", "<u8")])
 
 
 class BodyError(ValueError):
-    """A body that is not what its frame says."""
+    """The error of a body whose content does not fit its frame."""
 
 
 class Stepped(NamedTuple):
-    """The answer to a step: what each output holds, and the counts of `PER_STEP`, (6, n_cores)."""
+    """The answer to a step: the state of outputs, and the counts of `PER_STEP`, (6, n_cores)."""
 
     held: list[np.ndarray]
     counts: np.ndarray
@@ -61,13 +61,13 @@ class Codec:
     def __init__(self, image: ChipImage) -> None:
         self._n_inputs = image.n_inputs
         self._bitmap_bytes = -(-image.n_inputs // 8)
-        # numbers below 0 would count from the end: of the second half, which has no source
+        # numbers below 0 count from the end: there they fall into a second half without sources
         self._spiking = np.zeros(2 * image.n_inputs, dtype=bool)
         as_bits = [output.key == "spiked" for output in image.manifest.outputs]
         sizes = np.diff(image.outputs.start)
         n_spikes = int(sizes[as_bits].sum())
         n_values = int(sizes.sum()) - n_spikes
-        # a state is laid out in place: these are views of its body, but for the spikes
+        # a state is packed in place: these arrays are views of its body, except for the spikes
         counts_at = 4 * n_values - (-n_spikes // 8)
         n_bytes = counts_at + 4 * len(PER_STEP) * image.n_cores
         if n_bytes > MOST_BODY:
@@ -149,7 +149,7 @@ class Codec:
             spikes = self._sources(body[SPIKES.size : SPIKES.size + size], flags)
         except BodyError:
             raise
-        except (struct.error, ValueError):  # their texts are Python's own
+        except (struct.error, ValueError):  # Python's messages do not name the body
             raise BodyError(
                 f"the step's body is cut: {len(body)} bytes, fewer than its counts ask for"
             ) from None
@@ -179,12 +179,12 @@ class Codec:
         return bytes(self._state)
 
     def unpack_state(self, body: bytes) -> Stepped:
-        """Return the content of an answer, valid until the next one; BodyError if it is another."""
+        """Return the content of an answer, valid until the next; BodyError if its size is wrong."""
         if len(body) != len(self._state):
             raise BodyError(f"an answer of {len(body)} bytes, not {len(self._state)}")
         self._state[:] = body
-        # A table of 256 rows, in place: `unpackbits` would make an array in each step. "clip"
-        # spares NumPy a buffer.
+        # Look the bytes up in a table, in place: `unpackbits` would make an array in each step.
+        # "clip" spares NumPy a buffer.
         OF_BYTE.take(self._bits, 0, self._spikes, "clip")
         return Stepped(self._views, self._counts.astype(np.int64))
 
@@ -204,7 +204,7 @@ class Codec:
         return head + from_host.astype("<u8").tobytes() + pairs.tobytes()
 
     def unpack_totals(self, data: bytes) -> Totals:
-        """Return totals; BodyError if they are not those of this image."""
+        """Return totals; BodyError if they do not fit this image."""
         n = self._n_cores
         try:
             readout_spikes, n_pairs = TOTALS.unpack_from(data)

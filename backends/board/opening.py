@@ -1,4 +1,4 @@
-"""A link, opened: the chip at the other end of it."""
+"""The opening of a link, with the chip at its other end."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -17,14 +17,14 @@ from spikeport.errors import BoardLostError, UsageError
 
 
 class _StubLine(SocketLine):
-    """A line to a board of one's own, which ends with it."""
+    """A line to a stub, which ends with the line."""
 
     def __init__(self, stub: Stub) -> None:
         super().__init__(connect(stub.address), "the board")
         self._stub = stub
 
     def close(self) -> None:
-        """Hang up, and wait for the board's end."""
+        """Hang up, and wait until the stub has ended."""
         super().close()
         self._stub.close()
 
@@ -35,7 +35,7 @@ def check(link: LinkOptions) -> None:
     Raises
     ------
     UsageError
-        If they do not go together, or one is wrong.
+        If options exclude each other, or one is wrong.
     """
     for text in link.faults:
         FAULTS.parse(text)
@@ -58,7 +58,7 @@ def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) ->
     Raises
     ------
     UsageError
-        If the link's options do not go together, or the record's file cannot be written.
+        If the link's options exclude each other, or the record's file cannot be written.
     BackendError
         If the board cannot be reached, or refuses.
     """
@@ -70,7 +70,7 @@ def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) ->
         recorder = None
         if link.record is not None:
             recorder = recorder_at(link.record)
-            # A record of nothing would be in the way of the next try.
+            # An empty record would be in the way of the next try.
             undo.callback(recorder.discard)
         try:
             faults = [FAULTS.parse(text) for text in link.faults]
@@ -95,7 +95,7 @@ def _hung_up(error: BoardLostError, link: LinkOptions) -> BoardLostError:
 
 
 def recorder_at(path: Path) -> SessionRecorder:
-    """Return the recorder of a file, in a folder that is made; UsageError if it cannot be."""
+    """Make the folder of a file, and return its recorder; UsageError if that fails."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         return SessionRecorder(path)
@@ -105,7 +105,7 @@ def recorder_at(path: Path) -> SessionRecorder:
 
 def _line(link: LinkOptions) -> SocketLine:
     if link.board == STUB:
-        # A process of its own, which has to end with its host, at an interrupt too.
+        # The stub is a process that has to end with its host, also after an interrupt.
         stub = Stub(link.faults)
         try:
             return _StubLine(stub)

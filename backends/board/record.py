@@ -1,8 +1,8 @@
-"""The record of a session: what the host sent and got, step by step, in an append-only file.
+"""The record of a session: an append-only file of what the host sent and received in each step.
 
 Every entry has its length, its kind and a CRC-32, so that a file that was cut anywhere is read to
-the last whole entry. Entries are those of the host, not the frames of the link: a step whose
-outputs were held because the board was late is in it as such, and is played back as such.
+the last whole entry. Entries are steps of the host, not frames of the link: a step whose outputs
+were held because the board was late is recorded and played back as such.
 """
 
 import json
@@ -31,14 +31,14 @@ MAGIC = b"SPKLREC1"
 ENTRY = struct.Struct("<IB3x")
 CRC = struct.Struct("<I")
 STEP = struct.Struct("<QIBB2x")
-"""Step of the board, bytes of what the host sent, its flags, and 1 where the board answered."""
+"""Step of the board, bytes that the host sent, their flags, and 1 if the board answered."""
 MOST = 1 << 28
 """Bytes in the largest entry."""
 FLUSH_S = 0.2
-"""Time after which entries are handed to the system: of a program that is killed, no more are lost.
+"""Time after which entries are handed to the system: a program that is killed loses no more.
 
-By time and not by steps: those of a slow board would be lost for long, and to hand over every one
-of a fast loop would cost it a call each.
+A number of steps would not do: a slow board would hold its steps back for long, and a fast loop
+would pay for a call in every step.
 """
 
 
@@ -56,9 +56,9 @@ class RecordedStep(NamedTuple):
     Attributes
     ----------
     board_step, flags, sent : int, int, bytes
-        The step that the board was in, and what the host sent.
+        The step that the board was in, and the flags and body that the host sent.
     answer : bytes or None
-        The board's answer; None where the last outputs were held.
+        The board's answer; None if the last outputs were held.
     totals : bytes or None
         The totals up to this step, if the host asked for them.
     """
@@ -71,7 +71,7 @@ class RecordedStep(NamedTuple):
 
 
 class _NamedFile(FileIO):
-    """A file whose errors have its name: a full disk is reported without one."""
+    """A file whose errors have its name, which Python's error of a full disk lacks."""
 
     def write(self, data: "ReadableBuffer") -> int:
         """Write bytes, and return how many were written."""
@@ -88,7 +88,7 @@ class SessionRecorder:
     Parameters
     ----------
     path : Path
-        The file; one that is there is replaced once a session begins.
+        The file; an existing file is replaced once a session begins.
 
     Raises
     ------
@@ -98,7 +98,7 @@ class SessionRecorder:
 
     def __init__(self, path: Path) -> None:
         self._path, self._is_earlier = path, path.exists()
-        # To append: a record that is there stays until there is something to replace it by.
+        # Open to append: an earlier record stays until there is a session to replace it.
         self._file = BufferedWriter(_NamedFile(str(path), "ab"), 1 << 16)
         self._flush_s = 0.0
         if not lock(self._file.fileno()):
@@ -128,12 +128,12 @@ class SessionRecorder:
 
     def _add(self, kind: Entry, payload: bytes) -> None:
         head = ENTRY.pack(len(payload), kind)
-        # With the head, so that a damaged length is found.
+        # The CRC includes the head, so that a damaged length is found.
         crc = CRC.pack(zlib.crc32(payload, zlib.crc32(head)))
         self._file.write(b"".join((head, crc, payload)))
 
     def totals(self, body: bytes) -> None:
-        """Write totals that the host asked for, before the step at whose end they were."""
+        """Write totals that the host asked for; at the end of a step, before the step itself."""
         self._add(Entry.TOTALS, body)
 
     def close(self) -> None:
@@ -142,14 +142,14 @@ class SessionRecorder:
 
     def discard(self) -> None:
         """Delete the file, unless it is still an earlier record, and close it."""
-        # While it is locked: after that, it may be another session's.
+        # Delete it while it is locked: after that, it may be another session's.
         if not self._is_earlier:
             self._path.unlink(missing_ok=True)
         self.close()
 
 
 class RecordedSession(NamedTuple):
-    """The session that a record is of."""
+    """The session of a record."""
 
     digest: str
     seed: int
@@ -170,14 +170,14 @@ class Record:
     session : RecordedSession
         Image, seed and machine.
     totals : bytes or None
-        The totals at the end; None before it, and of a session that had no end.
+        The totals at the end; None before the end is read, and for an interrupted session.
     whole : bool
-        True if the file ends where an entry ends; False before the end.
+        True if the file ends where an entry ends; False before the end is read.
 
     Raises
     ------
     UsageError
-        If the file is missing or no record.
+        If the file is missing or is not a record.
     """
 
     def __init__(self, path: Path) -> None:
@@ -214,11 +214,11 @@ class Record:
                 if CRC.unpack(crc)[0] != zlib.crc32(payload, zlib.crc32(head)):
                     return
                 yield kind, payload
-            # A rest is the beginning of an entry that was cut off.
+            # Bytes that remain are the beginning of an entry that was cut off.
             self.whole = not head
 
     def steps(self) -> Iterator[RecordedStep]:
-        """Yield the steps, once; BackendError if they are of no session, or of several."""
+        """Yield the steps, once; BackendError if entries are of several sessions, or no steps."""
         totals, at = None, 0
         for kind, payload in self._entries:
             if kind == Entry.TOTALS:

@@ -1,4 +1,4 @@
-"""``spikeport board serve``: a process that is a board, for one host at a time."""
+"""``spikeport board serve``: a process that acts as a board, for one host at a time."""
 
 import select
 import socket
@@ -28,7 +28,7 @@ from spikeport.pacing import SystemClock, in_steps
 LOOK_S = 0.5
 """Time between looks for other hosts, which are refused."""
 HELLO_S = 10.0
-"""Time in which a host must greet the board, which serves no other meanwhile."""
+"""Time in which a host must greet the board, which serves no other host meanwhile."""
 GREETING_S = 1.0
 """Time in which a host that is refused must greet the board, to be answered."""
 BUSY = b"it is in use by another host; one at a time"
@@ -49,7 +49,7 @@ class Service:
     allow_remote : bool
         True if it may listen where other machines reach it.
     faults : sequence of Fault
-        A plan of faults, for each connection anew.
+        A plan of faults, which begins anew with each connection.
     once : bool
         End after the first session.
     idle_s : float, optional
@@ -110,7 +110,7 @@ def _host(
             for frame in _frames(line, listener, context, say):
                 greeted |= frame.kind == Kind.HELLO
                 if frame.kind == Kind.STOP:
-                    ended, steps = True, _steps(board)  # now, as the answer ends the session
+                    ended, steps = True, _steps(board)  # `answer` ends the session
                 for answer in board.answer(frame):
                     send(answer)
                     if answer.kind != Kind.STATE:
@@ -120,7 +120,7 @@ def _host(
         except BoardLostError as error:
             say(f"board: {error}")
         finally:
-            # Also where an interrupt ends the board: a real chip is to be shut down.
+            # Also if an interrupt ends the board: a real chip has to be shut down.
             steps = steps or _steps(board)
             board.end()
     for text in _ending(service, ended, steps):
@@ -129,7 +129,7 @@ def _host(
 
 
 def _ending(service: Service, ended: bool, steps: int) -> Iterator[str]:
-    """Yield how a session ended, and its faults that were never reached, in words."""
+    """Yield a line on how a session ended, and lines on faults that were never reached."""
     if ended:
         yield f"session ended after {in_steps(steps)}"
     else:
@@ -167,7 +167,7 @@ def _frames(
         if frame is not None:
             is_met = True
             yield frame
-        elif line.bad and not is_met:  # it would wait long for an answer
+        elif line.bad and not is_met:  # such a host would wait long for an answer
             raise BoardLostError(
                 "the host's first bytes are no frame; one with --cert, --key and --ca needs a "
                 "board with them"
@@ -191,7 +191,7 @@ def _refuse(
     if connected is not None:
         with closing(SocketLine(connected, "another host")) as line:
             try:
-                line.receive(GREETING_S)  # bytes that nobody reads would reset the connection
+                line.receive(GREETING_S)  # unread bytes would reset the connection
                 line.send(Frame(Kind.REFUSAL, body=BUSY))
             except BoardLostError:
                 pass

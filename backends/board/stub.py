@@ -1,4 +1,4 @@
-"""A board of one's own: a server that is started for one session, and ended with it."""
+"""A stub of a board: a server that is started for one session, and ended with it."""
 
 import tempfile
 from collections.abc import Sequence
@@ -24,7 +24,7 @@ class Stub:
     Raises
     ------
     BackendError
-        If it does not start; has its last words.
+        If it does not start; the message has its output.
     """
 
     def __init__(self, faults: Sequence[str] = ()) -> None:
@@ -44,6 +44,6 @@ class Stub:
         return self._child.process_id
 
     def close(self) -> None:
-        """Wait for its end, which its one session brings, or end it."""
+        """Wait until the server ends after its one session, or end it."""
         self._child.close()
         self._folder.cleanup()

@@ -1,8 +1,8 @@
 """The two clocks of a link: simulated time waits for the board, real time does not.
 
-In simulated time a run is a function of its seeds, whatever the board takes. In real time step n
-begins at t_0 + n dt; an answer that is not there when the next step begins is replaced by the one
-before it, for a few steps.
+In simulated time a run is a function of its seeds, however long the board takes. In real time step
+n begins at t_0 + n dt. If an answer is not there when the next step begins, the previous answer
+replaces it, for a few steps.
 """
 
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from typing import ClassVar
 from spikeport.pacing import Clock, Deadlines, in_steps
 
 ASKS = 3
-"""The number of times a step of real time is asked for before it is over."""
+"""The number of times that the host asks for a step of real time before the step is over."""
 
 
 @dataclass(frozen=True)
 class SimulatedTime:
-    """The clock that waits.
+    """The clock that waits for the board.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ WAITING = SimulatedTime()
 
 @dataclass(frozen=True)
 class RealTime:
-    """The clock that does not wait.
+    """The clock that does not wait for the board.
 
     Attributes
     ----------

@@ -27,26 +27,26 @@ from spikeport.hardware_models.timing import timing
 HELD = {"current": Held.U, "voltage": Held.V, "spiked": Held.SPIKE}
 """The register of each kind of output."""
 PLACES = {Held.U: 0, Held.V: 1, Held.SPIKE: 2}
-"""The places of registers in what `Simulation.read` returns."""
+"""The places of registers in the return value of `Simulation.read`."""
 
 
 class SoftChip(ABC):
     """An image on soft cores. Implements `spikeport.backends.board.board.CountingChip`.
 
-    The native chip steps beside it: counts are of that one, and what can be read of the soft cores
-    is compared with it after every step.
+    The native chip steps beside it and gives the counts. After every step, the values that can be
+    read from the soft cores are compared with the native chip's.
 
     Parameters
     ----------
     image : ChipImage
         The image.
     seed : int
-        A seed of no effect: what draws random numbers is refused.
+        A seed without effect: images that draw random numbers are refused.
     memory : MemoryImage
         The image as the cores hold it.
     say : callable
-        Is called with a line at the first step that differs, and at the end with a line on what
-        differed, and one on cycles.
+        Is called with a line at the first step that differs, and at the end with a line on the
+        values that differed, and one on cycles.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class SoftChip(ABC):
         return self._twin.activity()
 
     def close(self) -> None:
-        """Free the soft cores, and say what differed and how many cycles steps took."""
+        """Free the soft cores, and say how many values differed and how many cycles steps took."""
         if self._closed:
             return
         self._closed = True
@@ -127,7 +127,7 @@ class SoftChip(ABC):
         self._twin.close()
 
     def _words(self) -> Iterator[str]:
-        """Yield what differed, and cycles beside those of the chip's file."""
+        """Yield a line on differing values, and one on measured and expected cycles."""
         n = self.n_steps * sum(self.compared.values())
         differing = ", ".join(f"{name} {self.differing[name]:,}" for name in self.compared)
         yield f"{n:,} states compared in {self.n_steps:,} steps; differing: {differing}"
@@ -146,14 +146,14 @@ class SoftChip(ABC):
 class RtlChip(SoftChip):
     """An image on soft cores in Verilator, all states compared.
 
-    Outputs are read by the cores' own port.
+    Outputs are read through the cores' own port.
 
     Parameters
     ----------
     image, seed, say
         See `SoftChip`.
     build : Build, optional
-        Another chip than that with as many cores as are used.
+        A chip to use instead of one with as many cores as are used.
 
     Raises
     ------
@@ -202,7 +202,7 @@ class DeviceChip(SoftChip):
     image, seed, say
         See `SoftChip`.
     line : Line
-        The line, which is closed with the chip, and where no chip comes of it.
+        The line; it is closed with the chip, and if the chip cannot be made.
 
     Raises
     ------
@@ -230,7 +230,7 @@ class DeviceChip(SoftChip):
     def _load(self) -> None:
         """Load the board, and clear both banks of its sums."""
         self._line.restart(port.ASK)
-        # Its answer has the checksum of all that was loaded.
+        # The answer has the checksum of everything that was loaded.
         self._exchange(port.loading(self._memory, self._listed) + port.ASK)
         nothing = np.zeros((0, 2), dtype=np.int64)
         for _ in range(2):
@@ -243,7 +243,7 @@ class DeviceChip(SoftChip):
         values = np.empty(len(self._listed), dtype=np.int32)
         values[self._sent_order] = answer.values
         self._compare("outputs", values, np.concatenate([*expected, []]))
-        return answer.cycles, np.split(values, self._ends)[:-1]  # the rest behind the last end
+        return answer.cycles, np.split(values, self._ends)[:-1]  # the last part is empty
 
     def _take(self, messages: np.ndarray, clear: bool = False) -> port.Answer:
         for sent in port.stepping(messages, clear):

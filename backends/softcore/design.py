@@ -1,4 +1,4 @@
-"""The design of a board: Verilog's parameters, by which cores are cut to a memory image."""
+"""The design of a board: Verilog parameters that fit the cores to a memory image."""
 
 from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, SUM_BITS, MemoryImage
 from spikeport.compile.image.soft_rows import WORD_BITS
@@ -13,9 +13,9 @@ def parameters(memory: MemoryImage, n_outputs: int, pool: SoftMemory) -> str:
     memory : MemoryImage
         The memory contents that the host writes.
     n_outputs : int
-        Values and spikes that the host reads after each step.
+        Number of values and spikes that the host reads after each step.
     pool : SoftMemory
-        The chip's blocks of memory, by which rows and output axons grow, and its queues.
+        The chip's memory, with the units in which rows and output axons grow, and its queues.
     """
     most = max(len(core.constants) for core in memory.cores)
     rows = [len(core.rows) for core in memory.cores]

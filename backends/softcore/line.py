@@ -15,9 +15,9 @@ from spikeport.backends.softcore.verilated import LOG_PATIENCE, BoardBuild, libr
 from spikeport.errors import BackendError, UsageError
 
 BAUD = 3_000_000
-"""The fastest that an FT231X on a ULX3S does; boards are built for it."""
+"""The fastest rate of the FT231X on a ULX3S; boards are built for it."""
 PATIENCE_S = 2.0
-"""Time after which an answer does not come any more."""
+"""Time after which an answer is not waited for any more."""
 QUIET_S = 0.3
 """Silence after which a board has dropped a command that was not whole, and sends nothing more."""
 
@@ -26,7 +26,7 @@ class Line(Protocol):
     """A line that carries bytes to a board and answers back."""
 
     def exchange(self, sent: bytes, n: int) -> bytes:
-        """Send bytes, and return the n bytes that are answered.
+        """Send bytes, and return the n bytes of the answer.
 
         Raises
         ------
@@ -35,7 +35,7 @@ class Line(Protocol):
         """
 
     def restart(self, sent: bytes) -> None:
-        """Wait until the line is quiet, send bytes, and drop all that is answered.
+        """Wait until the line is quiet, send bytes, and drop the answer.
 
         Raises
         ------
@@ -55,12 +55,12 @@ class SerialLine:
     path : Path
         The device.
     baud : int
-        Bits a second; of no effect on a FIFO to USB.
+        Bits per second; without effect on a FIFO to USB.
 
     Raises
     ------
     UsageError
-        If the device cannot be opened, is no serial line, or does not do that speed.
+        If the device cannot be opened, is not a serial line, or does not support the speed.
     """
 
     def __init__(self, path: Path, baud: int = BAUD) -> None:

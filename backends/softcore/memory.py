@@ -19,7 +19,7 @@ VALUE_BITS, DELAY_BITS = 24, 6
 
 
 class Select(IntEnum):
-    """The memories of a core, by the number that the host writes them by."""
+    """The memories of a core, by the number that the host addresses them with."""
 
     CONSTANTS = 0
     AXONS = 1
@@ -66,7 +66,7 @@ class MemoryImage:
     cores : tuple of CoreMemory
         The memories of each core.
     host_start : (n_inputs + 1,) int array
-        Messages of each source on the host.
+        Start of each host source's messages in ``host_messages``.
     host_messages : (n, 2) int array
         Core and row of each message.
     order : (n_compartments,) int array
@@ -91,7 +91,7 @@ class MemoryImage:
         return np.cumsum([0, *sizes[:-1]])
 
     def entries(self) -> np.ndarray:
-        """Return what the host writes: core, memory, address, and both halves of a word, (n, 5)."""
+        """Return the words that the host writes: core, memory, address, both halves, (n, 5)."""
         parts = [
             np.column_stack(
                 [
@@ -136,7 +136,7 @@ class MemoryImage:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of all that the host writes and of its table of messages."""
+        """SHA-256 of everything that the host writes, and of its table of messages."""
         found = hashlib.sha256()
         for array in (self.entries(), self.host_start, self.host_messages, self.unit):
             # One byte order, so that the digest is the same on any machine.
@@ -151,7 +151,7 @@ def core_bits(n_cores: int) -> int:
 
 
 def wrapped(values: np.ndarray, bits: int) -> np.ndarray:
-    """Return integers as registers of so many bits hold them, in two's complement."""
+    """Return integers as registers of ``bits`` bits hold them, in two's complement."""
     half = 1 << (bits - 1)
     result: np.ndarray = (np.asarray(values, dtype=np.int64) + half) % (2 * half) - half
     return result

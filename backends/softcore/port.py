@@ -1,6 +1,6 @@
 """The bytes of the host's port of a board with soft cores, see ``softcore/board/host.v``.
 
-A command writes words to a memory; that of the number `Target.ANSWER` is answered.
+A command writes words to a memory; the board answers a command with the number `Target.ANSWER`.
 """
 
 import binascii
@@ -16,11 +16,11 @@ from spikeport.errors import BackendError
 CRC_BYTES, CYCLES_BYTES, VALUE_BYTES = 2, 4, 3
 MOST_WORDS = (1 << 16) - 1
 BUFFER_BYTES = 512
-"""Bytes that wait on the board while a message waits for the bus."""
+"""Bytes that the board can hold while a message waits for the bus."""
 
 
 class Target(IntEnum):
-    """The numbers of what is written besides the memories of a core, `Select`."""
+    """The numbers of targets that are not memories of a core; for these, see `Select`."""
 
     OUTPUTS = 7
     BUS = 8
@@ -76,7 +76,7 @@ def command(target: int, core: int, words: np.ndarray, first: int = 0) -> bytes:
     words : (n,) array
         Words, of which the lowest `WIDTHS` bytes are written.
     first : int
-        The address of the first one.
+        The address of the first word.
     """
     parts = []
     for at in range(0, len(words), MOST_WORDS):
@@ -101,7 +101,7 @@ def loading(memory: MemoryImage, outputs: Sequence[Output]) -> bytes:
 
 
 def stepping(messages: np.ndarray, clear: bool = False) -> Iterator[bytes]:
-    """Yield the bytes of a step, in parts that a board without flow control holds.
+    """Yield the bytes of a step, in parts that a board without flow control can hold.
 
     Each part is answered before the next one is sent. ``messages``: (n, 2), core and row.
     """
@@ -120,9 +120,9 @@ class Answer(NamedTuple):
     Attributes
     ----------
     cycles : int
-        Cycles since the step began until all was quiet.
+        Cycles from the beginning of the step until all was quiet.
     values : (n,) array
-        What the outputs hold, in the list's order.
+        The registers of the outputs, in the list's order.
     """
 
     cycles: int
@@ -147,7 +147,7 @@ def answered(sent: bytes, received: bytes, outputs: Sequence[Output]) -> Answer:
     Parameters
     ----------
     sent : bytes
-        The bytes since the answer before.
+        The bytes that were sent since the previous answer.
     received : bytes
         The answer.
     outputs : sequence of Output
@@ -164,7 +164,7 @@ def answered(sent: bytes, received: bytes, outputs: Sequence[Output]) -> Answer:
             "cure: load the bitstream that was made for this image"
         )
     content, crc = received[:-CRC_BYTES], int.from_bytes(received[-CRC_BYTES:], "big")
-    # Polynomial 0x1021 from 0.
+    # CRC-16 with polynomial 0x1021 and initial value 0.
     if binascii.crc_hqx(sent + content, 0) != crc:
         raise BackendError(
             "the board's checksum is not that of the bytes sent and received: the line changed or "

@@ -32,7 +32,7 @@ def encoded(first: int, targets: np.ndarray, weights: np.ndarray, unit: int) -> 
 
 
 def _parts(weights: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
-    """Yield weights of 8 bits and a shift, whose sum are the weights."""
+    """Yield parts of 8-bit weights, each with a shift; their sum is the weights."""
     if not len(weights):
         return
     union = int(np.bitwise_or.reduce(weights))
@@ -40,7 +40,7 @@ def _parts(weights: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
     shift = (union & -union).bit_length() - 1
     weights = weights >> shift
     half = 1 << (WEIGHT_BITS - 1)
-    # Low digits first, without sign; what is left at the end has the sign.
+    # Low digits first, without sign; the last part has the sign.
     while weights.min() < -half or weights.max() >= half:
         low = weights & ((1 << DIGIT_BITS) - 1)
         if low.any():
@@ -50,11 +50,11 @@ def _parts(weights: np.ndarray) -> Iterator[tuple[np.ndarray, int]]:
 
 
 def _row(first: int, targets: np.ndarray, weights: np.ndarray, shift: int) -> np.ndarray:
-    """Return the words of a row; weights of zero, of a part, are left out."""
+    """Return the words of a row, without the weights that are zero in this part."""
     kept = weights != 0
     targets, octets = targets[kept].astype(np.int64), weights[kept] & 0xFF
     span = int(targets[-1] - targets[0]) + 1
-    # A dense entry has no gap and takes half a word, so it pays with holes in between, too.
+    # A dense entry has no gap and takes half a word, so a dense row pays even with holes.
     is_dense = span <= DENSE_MOST * len(targets)
     words = _dense(targets, octets, span) if is_dense else _sparse(targets, octets)
     entries = span if is_dense else len(words)
@@ -70,7 +70,7 @@ def _dense(targets: np.ndarray, octets: np.ndarray, span: int) -> np.ndarray:
 
 
 def _sparse(targets: np.ndarray, octets: np.ndarray) -> np.ndarray:
-    """Return entries with gaps; a gap of more than 8 bits takes entries of weight 0 on its way."""
+    """Return entries with gaps; entries of weight 0 bridge a gap of more than 8 bits."""
     gaps = np.diff(targets, prepend=targets[0])
     before = np.maximum(gaps - 1, 0) // MOST_GAP
     words = np.full(len(targets) + int(before.sum()), MOST_GAP << 8, dtype=np.int64)

@@ -20,9 +20,9 @@ class Stepped(NamedTuple):
     Attributes
     ----------
     cycles : int
-        Cycles from its beginning until nothing is under way.
+        Cycles from the beginning of the step until nothing is under way.
     weights : (n_cores,) array
-        Weights that were added on each core, those of value 0 on the way to others included.
+        Number of weights that were added on each core, including zeros that bridge gaps.
     messages : int
         Messages that the bus moved.
     """
@@ -40,7 +40,7 @@ class Simulation:
     memory : MemoryImage
         The memory contents that the host writes.
     build : Build, optional
-        Another chip than that with as many cores as are used.
+        A chip to use instead of one with as many cores as are used.
 
     Attributes
     ----------
@@ -65,12 +65,12 @@ class Simulation:
         self._library.softcore_write(self._opened, _pointer(entries), len(entries))
         unused = np.array([[core, 5, 0, 0, 0] for core in range(n_cores, build.cores)], np.uint32)
         self._library.softcore_write(self._opened, _pointer(unused), len(unused))
-        for _ in range(2):  # banks of sums
+        for _ in range(2):  # clear both banks of sums
             self._step(np.zeros((0, 2), dtype=np.uint32), clear=True)
         self.state[:] = 0
 
     def step(self, messages: np.ndarray) -> Stepped:
-        """Take a step, with the host's messages, which arrive in the next one.
+        """Take a step, with the host's messages, which arrive in the next step.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class Simulation:
         return Stepped(cycles, self._counts[: self._n_cores].copy(), int(self._counts[-1]))
 
     def read(self, core: int, compartment: int) -> tuple[int, int, int]:
-        """Return u, v and spike of a compartment of a core, by the chip's own port."""
+        """Return u, v and spike of a compartment of a core, through the chip's own port."""
         held = np.zeros(3, dtype=np.int32)
         self._library.softcore_read(self._opened, core, compartment, _pointer(held))
         u, v, spike = held.tolist()

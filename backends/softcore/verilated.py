@@ -1,4 +1,4 @@
-"""The soft core in Verilator: a library, built of its Verilog for a number of cores."""
+"""The soft core in Verilator: a library, built from its Verilog for a number of cores."""
 
 import ctypes
 import functools
@@ -18,17 +18,17 @@ from spikeport.errors import BackendError, MissingExtraError
 FOLDER = Path(hardware_models.__file__).parent / "softcore"
 PROGRAMS = ("verilator", "g++", "make")
 BUILD_S = 1800.0
-"""Time after which a build is given up: some 15 s of CPU time, on a machine that others use."""
+"""Time after which a build is given up; it takes some 15 s, and longer on a busy machine."""
 LOG_PATIENCE = 12
 """Cycles, 2^12, after which a board in simulation drops a command that is not whole."""
 
 
 class Design(Hashable, Protocol):
-    """Verilog, and C++ that is its surroundings, of which a library is built."""
+    """Verilog, and the C++ around it, from which a library is built."""
 
     @property
     def top(self) -> str:
-        """The name of the module on top."""
+        """The name of the top module."""
 
     @property
     def files(self) -> list[Path]:
@@ -123,7 +123,7 @@ def sources() -> list[Path]:
 
 
 def require_verilator() -> str:
-    """Look for what builds the core, and return Verilator's version.
+    """Look for the programs that build the core, and return Verilator's version.
 
     Raises
     ------
@@ -155,7 +155,7 @@ def library(build: Design) -> ctypes.CDLL:
     # Everything that the library depends on: a change of the Verilog builds it anew.
     inputs = (version, files, build.options, build.include)
     kept = cache.of_user().kept("verilated", inputs, lambda: {"library": _built(build)})
-    # A library is loaded from a file, which a process does not need any more once it has it.
+    # A library is loaded from a file, which the process does not need afterwards.
     with tempfile.NamedTemporaryFile(suffix=".so") as file:
         file.write(kept["library"].tobytes())
         file.flush()
@@ -167,7 +167,7 @@ def _built(build: Design) -> np.ndarray:
     with tempfile.TemporaryDirectory(prefix="spikeport-softcore-") as folder:
         for name, text in build.include.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
-        # Beside each other, by their names alone: make knows no paths with spaces.
+        # In one folder, by their names alone: make does not know paths with spaces.
         for path in build.files:
             shutil.copy(path, folder)
         options = ["--cc", "--exe", "--build", "-O3", "-Wno-WIDTH"]
@@ -178,7 +178,7 @@ def _built(build: Design) -> np.ndarray:
 
 
 def _said(command: list[str], folder: str | None = None) -> str:
-    """Run a program to its end, and return what it said; BackendError if it fails."""
+    """Run a program to its end, and return its output; BackendError if it fails."""
     try:
         return subprocess.run(
             command, cwd=folder, capture_output=True, text=True, check=True, timeout=BUILD_S

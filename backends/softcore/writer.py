@@ -1,4 +1,4 @@
-"""Image -> memory image: what the host writes into soft cores, or every rule that is broken."""
+"""Writer of memory images for soft cores; its error lists every rule that an image breaks."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
@@ -30,7 +30,7 @@ from spikeport.errors import BackendError
 from spikeport.hardware_models import chip as chips
 
 MODEL = "softcore-ecp5-85f"
-"""The largest chip of soft cores: a feature that it lacks is in none of them."""
+"""The largest chip of soft cores: no other has a feature that it lacks."""
 MOST_UNIT = 6
 """Weights that nengo-loihi discretised are multiples of 2^6."""
 
@@ -43,7 +43,7 @@ class Message(NamedTuple):
 
 
 def written(image: ChipImage, unit: int | None = None, cores: int = 1) -> MemoryImage:
-    """Return the memory image of an image; the same image gives the same one.
+    """Return the memory image of an image; equal images have equal memory images.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def written(image: ChipImage, unit: int | None = None, cores: int = 1) -> Memory
     Raises
     ------
     BackendError
-        If the image breaks a rule of the soft core; names all that it breaks.
+        If the image breaks rules of the soft core; the message names all of them.
     """
     image = image.checked
     refuse(_unheld(image))
@@ -142,9 +142,9 @@ def _core(
     rows: np.ndarray,
     bits: int,
 ) -> CoreMemory:
-    """Return the memories of a core with these compartments; ``bits`` of a core's number."""
+    """Return the memories of a core with these compartments; core numbers have ``bits`` bits."""
     constants = image.compartments
-    # nengo-loihi's currents lose one more of 4096 than their decay says, voltages do not.
+    # nengo-loihi's currents lose 1/4096 more than their decay says; voltages do not.
     keep_u, keep_v = 4095 - constants.decay_u[mine], 4096 - constants.decay_v[mine]
     # The fields of `CoreMemory.profiles`: packed first, so that equal profiles are equal numbers.
     packed = constants.refract_delay[mine] << 25 | keep_v << 12 | keep_u
@@ -152,7 +152,7 @@ def _core(
     thresholds, threshold = np.unique(constants.vth[mine], return_inverse=True)
     sizes = np.array([len(one) for one in lists], dtype=np.int64)
     axons = np.array([m.core << ROW_BITS | m.row for one in lists for m in one], dtype=np.int64)
-    # The last axon of each compartment that has any ends its list.
+    # Mark the last axon of each compartment that has axons.
     axons[np.cumsum(sizes)[sizes > 0] - 1] |= 1 << (ROW_BITS + bits)
     block = image.compartment_block[mine[:1]]
     voltages = _field(image.blocks.vmin[block]) << VALUE_BITS | _field(image.blocks.vmax[block])
@@ -172,7 +172,7 @@ def _field(values: np.ndarray) -> np.ndarray:
 
 
 def _unheld(image: ChipImage) -> Iterator[str]:
-    """Yield what a soft core cannot do or hold of an image, whatever its size."""
+    """Yield the reasons, other than its size, why a soft core cannot run an image."""
     if image.compartments.enable_noise.any():
         yield (
             f"{int(image.compartments.enable_noise.sum()):,} compartments have noise, and a soft "

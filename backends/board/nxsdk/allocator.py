@@ -1,4 +1,4 @@
-"""Our placement as an allocator of nengo-loihi."""
+"""An allocator for nengo-loihi that follows spikeport's placement."""
 
 from nengo_loihi.block import LoihiBlock
 from nengo_loihi.hardware import allocators
@@ -11,14 +11,14 @@ CORES_PER_CHIP: int = allocators.Greedy().cores_per_chip
 
 
 def n_chips(placement: Placement) -> int:
-    """Return the number of chips that a placement takes."""
+    """Return the number of chips that a placement needs."""
     return -(-len(placement.blocks_of) // CORES_PER_CHIP)
 
 
 class Allocator(allocators.Allocator):
-    """Allocator that puts blocks on the cores of a placement, also several on one.
+    """Allocator that puts blocks on the cores of a placement, also several blocks on one core.
 
-    nengo-loihi's own allocators give each block a core; its builder takes any number.
+    nengo-loihi's own allocators give each block a core; its builder takes any number of blocks.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class Allocator(allocators.Allocator):
         Raises
         ------
         BackendError
-            If the placement takes more chips than there are.
+            If the placement needs more chips than the board has.
         """
         board = Board()
         for source in model.inputs:

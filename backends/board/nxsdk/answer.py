@@ -1,8 +1,8 @@
-"""The answer of a board's host to a step, read whole.
+"""The complete answer of a board's host to a step.
 
-nengo-loihi takes a -1 in the last place of an answer for the word that the chip was shut down. An
-answer may end so by itself: its last packet is filled up with what was in the memory of the chip's
-snip, and the last voltage may be -1.
+nengo-loihi takes a -1 at the end of an answer as a sign that the chip was shut down. But a valid
+answer may end in -1: the rest of its last packet has whatever was in the memory of the chip's snip,
+and the last voltage may be -1.
 """
 
 import socket
@@ -13,21 +13,21 @@ import numpy as np
 from spikeport.errors import BackendError
 
 END = -1
-"""The value that the host's snip fills its buffer with, of 2,048, when it shuts down."""
+"""The value that fills the buffer of the host's snip, 2,048 values, when it shuts down."""
 WRITE = 1024
 """Values that the host's snip writes at once; it shuts down between writes."""
 
 
 def recv_bytes(snip: Any, bytes_expected: int) -> np.ndarray:
-    """Return the values of an answer; stands in for nengo-loihi's ``HostSnip.recv_bytes``.
+    """Return the values of an answer; this replaces nengo-loihi's ``HostSnip.recv_bytes``.
 
-    A board that shut down is known by a first value of -1 (it is the time step otherwise, which is
-    never negative), or by a last write of nothing but -1.
+    A board that shut down sends -1 as the first value (which is otherwise the time step, and never
+    negative), or sends a last write of nothing but -1.
 
     Parameters
     ----------
     snip : HostSnip
-        nengo-loihi's; its ``socket`` is read, ``recv_retries`` times for ``recv_timeout`` s.
+        nengo-loihi's snip; a read of its ``socket`` waits ``recv_retries`` x ``recv_timeout`` s.
     bytes_expected : int
         Size of the answer, in packets of 256 bytes.
 

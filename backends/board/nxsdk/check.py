@@ -1,4 +1,4 @@
-"""`check`: an image, written and read back from registers alone, runs as the image does."""
+"""`check`: a comparison of an image with the one that is read back from its registers alone."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -29,16 +29,16 @@ class Checked:
     placement : Placement
         The core of each block.
     findings : list of Finding
-        The findings that stand between the image and a chip.
+        The findings of the image in this placement.
     n_cores, n_synapses, n_registers : int
-        Numbers of what was written; 0 if it was refused.
+        Numbers of cores, synapses and registers written; 0 if the image was refused.
     n_steps, n_spikes : int
-        Numbers of what was compared.
+        Numbers of steps and spikes that were compared.
     n_read, n_phantoms : int
-        Spikes that outputs would have read (0 or 1), and those that were none: see `PHANTOMS`.
+        Spikes (0 or 1) that outputs would have read, and phantom spikes: see `PHANTOMS`.
     differing : mapping of str to int
-        Values that differ: of u, v and spikes over all steps, of the settings of noise, and
-        registers of learning.
+        Numbers of values that differ: of u, v and spikes over all steps, of the settings of noise,
+        and of registers of learning.
     """
 
     placement: Placement
@@ -54,20 +54,20 @@ class Checked:
 
     @property
     def refused(self) -> bool:
-        """True if nengo-loihi's hardware half does not take the image in this placement."""
+        """True if nengo-loihi's hardware half refuses the image in this placement."""
         return any(found.trap.refused for found in self.findings)
 
     @property
     def equal(self) -> bool:
-        """True if it was written, and nothing differs."""
+        """True if the image was written, and nothing differs."""
         return not self.refused and not any(self.differing.values())
 
 
 def check(image: ChipImage, placement: Placement, n_steps: int, seed: int = 0) -> Checked:
-    """Write an image, make an image of the registers alone, and step both.
+    """Write an image, make another from the registers alone, and step both.
 
-    Noise is compared by its settings, and is off while both are stepped, as no register holds its
-    seed; so is learning.
+    Noise is compared by its settings, and is off while both images step, as no register holds its
+    seed. The same goes for learning, whose microcode is not public.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def check(image: ChipImage, placement: Placement, n_steps: int, seed: int = 0) -
     Raises
     ------
     BackendError
-        If nengo-loihi's hardware half refuses the image for a reason that is no finding.
+        If nengo-loihi's hardware half refuses the image for a reason that is not a finding.
     """
     found = findings(image, placement)
     if any(one.trap.refused for one in found):
@@ -111,7 +111,7 @@ def check(image: ChipImage, placement: Placement, n_steps: int, seed: int = 0) -
 
 
 class _Stepped(NamedTuple):
-    """Spikes and phantom spikes of all steps, and the values of each state that differ."""
+    """Numbers of spikes and phantom spikes in all steps, and of differing values, by state."""
 
     n_spikes: int
     n_phantoms: int
@@ -122,11 +122,11 @@ def _stepped(
     image: ChipImage, back: ChipImage, order: np.ndarray, n_steps: int, seed: int
 ) -> _Stepped:
     """Step both images on the same spikes of the host."""
-    # Without noise, which chips draw for themselves, and without learning: microcode of a rule is
-    # not public.
+    # Without noise, which each chip draws for itself, and without learning: the microcode of a
+    # rule is not public.
     one, other = NativeChip(quiet(image), seed), NativeChip(quiet(back), seed)
     rng, read = np.random.default_rng(seed), spikes_read(image)
-    # nengo-loihi reads a spike off the voltage's register: off what a spike leaves there.
+    # nengo-loihi reads spikes from the register of the voltage: a spike leaves this value there.
     looks_fired = SPIKE_VOLTAGE * image.compartments.refract_delay[read]
     n_spikes, n_phantoms, differing = 0, 0, dict.fromkeys(COMPARED, 0)
     for _ in range(n_steps):
@@ -152,12 +152,12 @@ def quiet(image: ChipImage) -> ChipImage:
 
 
 def _noise_differs(image: ChipImage, back: ChipImage, order: np.ndarray) -> int:
-    """Return the number of compartments whose noise is set otherwise."""
+    """Return the number of compartments whose settings of noise differ."""
     mine, theirs = (one.compartments.enable_noise for one in (image, back))
     differs = mine[order] != theirs
     for name in NOISE:
         a = getattr(image.blocks, name)[image.compartment_block][order]
         b = getattr(back.blocks, name)[back.compartment_block]
-        # A block's noise does not matter where no compartment takes it.
+        # A block's settings do not matter to compartments without noise.
         differs |= (a != b) & (theirs == 1)
     return int(differs.sum())

@@ -39,30 +39,30 @@ class NxsdkChip:
     """An image on a board of NxSDK. Implements `spikeport.backends.board.board.CountingChip`.
 
     A second board in one process received the last messages of the first, so each board has a
-    process of its own. A board counts nothing, so the native chip steps beside it: counts are of
-    that one, and the values in which the two differ are counted.
+    process of its own. A board counts nothing, so the native chip steps beside it and gives the
+    counts. Values that differ between the two are counted, too.
 
     Parameters
     ----------
     image : ChipImage
         The image.
     seed : int
-        Seed of the native chip, and of what nengo-loihi draws.
+        Seed of the native chip, and of the numbers that nengo-loihi draws.
     half : callable
         Imports nengo-loihi's hardware half in that process: `real_half`, or `snips_half`.
     say : callable
-        Is called with a line on what differed, at the end.
+        Is called at the end, with a line on the values that differed.
 
     Attributes
     ----------
     n_values : int
         Values read from the board.
     n_phantoms : int
-        Spikes among them that the native chip does not have, and whose voltage looks like one.
+        Spikes that the native chip does not have, and whose voltage looks like a spike.
     n_counting : int
-        Voltages among them that differ while the compartment is refractory: the chip counts down.
+        Voltages that differ because the chip counts the refractory time down in their register.
     n_differing : int
-        Others that the native chip holds otherwise.
+        Other values that differ from the native chip's.
 
     Raises
     ------
@@ -98,7 +98,7 @@ class NxsdkChip:
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
-        with contextlib.suppress(OSError):  # a process that died is named when its answer is read
+        with contextlib.suppress(OSError):  # `_answer` raises an error if the process died
             self._pipe.send((np.asarray(spikes), dict(errors)))
         expected = self._twin.step(spikes, errors)
         held = self._answer()
@@ -117,7 +117,7 @@ class NxsdkChip:
         return held
 
     def _answer(self) -> list[np.ndarray]:
-        """Return what outputs hold; raise what the board's process raised."""
+        """Return the outputs' state, or raise the error that the board's process raised."""
         try:
             answer = self._pipe.recv()
         except (EOFError, ConnectionError):
@@ -139,13 +139,13 @@ class NxsdkChip:
         return self._twin.activity()
 
     def close(self) -> None:
-        """Shut the board down, end its process, and say what differed."""
+        """Shut the board down, end its process, and say how many values differed."""
         self._say(
             f"{self.n_values:,} values read; other than the native chip's: {self.n_phantoms:,} "
             f"phantom spikes, {self.n_counting:,} voltages of refractory neurons, "
             f"{self.n_differing:,} more"
         )
-        with contextlib.suppress(OSError):  # it is gone already
+        with contextlib.suppress(OSError):  # the process is gone already
             self._pipe.send(None)
         self._process.join(END_S)
         self._process.kill()
@@ -155,7 +155,7 @@ class NxsdkChip:
 
 
 def _serve(pipe: Connection, content: bytes, seed: int, half: Callable[[], Half]) -> None:
-    """Be the process of a board: build it, and step it until the other end is done."""
+    """Run the process of a board: build the board, and step it until the other end is done."""
     os.dup2(2, 1)  # snips print to standard output, which belongs to the server
     try:
         from spikeport.backends.board.nxsdk.device import Device
@@ -169,5 +169,5 @@ def _serve(pipe: Connection, content: bytes, seed: int, half: Callable[[], Half]
         pipe.send(error)
     except (EOFError, KeyboardInterrupt):
         pass  # the server is gone: the board goes with it
-    except Exception as error:  # NxSDK's own, of which nothing is known
+    except Exception as error:  # NxSDK's own errors, whose types are not known
         pipe.send(BackendError(f"the board failed: {type(error).__name__}: {error}"))

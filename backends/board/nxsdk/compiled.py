@@ -1,4 +1,4 @@
-"""nengo-loihi's snips, compiled against headers of ours."""
+"""nengo-loihi's snips, compiled against spikeport's headers."""
 
 import ctypes
 import shutil
@@ -21,7 +21,7 @@ def compiled(board: Board) -> ctypes.CDLL:
     MissingExtraError
         If there is no gcc.
     BackendError
-        If they do not compile; has the compiler's first line.
+        If they do not compile; the message has the compiler's first line.
     """
     require_gcc()
     chip = next(s for s in board.snips if s["phase"] is Phase.EMBEDDED_MGMT)

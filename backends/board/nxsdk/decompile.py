@@ -1,4 +1,4 @@
-"""Registers -> an image: what a chip would compute, read from nothing but what was written to it.
+"""An image made from registers: the computation of a chip, read from its registers alone.
 
 A core becomes a block, since registers do not say where one block of a core ends.
 """
@@ -64,15 +64,15 @@ FORMAT = {
 THRESHOLD_SHIFT = 6
 """A threshold's mantissa counts units of 2^6."""
 NOISE_SHIFTED = 6
-"""Below this exponent in the register, the chip takes noise of the next exponent."""
+"""Below this exponent in the register, the chip uses the next larger exponent for noise."""
 UPDATED = 2
 """The phase of a compartment that is in use."""
 PHASES = 4
-"""Compartments whose phases are in one register."""
+"""Number of compartments whose phases are in one register."""
 
 
 def decompile(written: Written, dt_s: float) -> ChipImage:
-    """Return the image that registers hold: without outputs, learning and names.
+    """Return the image that registers hold, without outputs, learning and names.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def decompile(written: Written, dt_s: float) -> ChipImage:
     Raises
     ------
     BackendError
-        If a register was not written, or two do not fit each other.
+        If a register was not written, or two registers contradict each other.
     ImageError
         If a register points at something that does not exist.
     """
@@ -135,7 +135,7 @@ def _blocks(cores: Sequence[Core]) -> Blocks:
     return Blocks(
         start=offsets(len(core.compartments) for core in cores),
         core=np.arange(len(cores)),
-        # The registers hold exponents: of vmin in steps of 1, of vmax in steps of 2 from 9 on.
+        # The registers hold exponents: vmin's in steps of 1, vmax's in steps of 2 from 9 on.
         vmin=1 - 2 ** values(shared, "negVmLimit"),
         vmax=2 ** (2 * values(shared, "posVmLimit") + 9) - 1,
         noise_offset=values(shared, "noiseMantOffset0"),
@@ -163,7 +163,7 @@ def _compartments(cores: Sequence[Core]) -> Compartments:
 
 
 def _updated(core: Core) -> range:
-    """Return the compartments of a core, each of which must be set to be updated."""
+    """Return the compartments of a core; BackendError if the core does not update all of them."""
     n = len(core.compartments)
     phase = core.bank("cxMetaState")
     on = all(value(phase[i // PHASES], f"phase{i % PHASES}") == UPDATED for i in range(n))

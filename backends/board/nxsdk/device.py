@@ -1,4 +1,4 @@
-"""A board on nengo-loihi's hardware interface: an image in, spikes and errors to it, state back."""
+"""A board on nengo-loihi's hardware interface: it takes spikes and errors, and returns state."""
 
 from collections.abc import Mapping
 
@@ -15,9 +15,9 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 
 RETRIES = 1_000
-"""Times 10 ms that the host waits for an answer; nengo-loihi's 10 are too few on a busy host."""
+"""Number of waits of 10 ms for an answer; nengo-loihi's 10 are too few on a busy host."""
 ENDLESS = 2**30
-"""Steps that a board is asked for: it runs until it is shut down."""
+"""Steps that a board is asked to run: it runs until it is shut down."""
 
 
 class Device:
@@ -30,7 +30,7 @@ class Device:
     half : Half
         nengo-loihi's hardware half, on a real NxSDK or a recording one.
     seed : int
-        Seed of what nengo-loihi draws: the rounding of traces, not noise.
+        Seed of the numbers that nengo-loihi draws: for rounding traces, not for noise.
 
     Raises
     ------
@@ -63,7 +63,7 @@ class Device:
         self._hardware.run_steps(ENDLESS, blocking=False)
 
     def _no_errors(self) -> dict[int, np.ndarray]:
-        """Return zeros for each group that learns: the chip waits for all of them in each step."""
+        """Return zero errors for each group that learns: the chip waits for these in each step."""
         sizes = np.diff(self._image.blocks.start)
         groups = np.flatnonzero(self._image.learns)
         return {int(g): np.zeros(sizes[self._image.groups.block[g]] // 2) for g in groups}
@@ -77,7 +77,7 @@ class Device:
             [(source, self._at, s) for source, s in zip(self._model.inputs, sent, strict=True)],
             [(self._model.synapses[g], self._at, error) for g, error in self._errors.items()],
         )
-        # Without Nengo's signals: the values are taken as the snips read them.
+        # No signals of Nengo: the values are taken as the snips read them.
         self._hardware.chip2host({})
         held = self._hardware.snips.probe_data
         return [np.ravel(held[probe].pop()).astype(np.int32) for probe in self._model.probes]

@@ -1,7 +1,7 @@
-"""Findings: what stands between an image in a placement and a real chip, each with a cure.
+"""Findings: problems of an image in a placement on a real chip, each with a cure.
 
-They are of nengo-loihi's hardware half, not of the chip, so they are no rules of a compile: an
-image that fits the chip can still not be written, or be written and not read back as it is.
+Their cause is nengo-loihi's hardware half, not the chip, so they are not rules of a compile: for an
+image that fits the chip, nengo-loihi may still fail to write it, or to read its values as they are.
 """
 
 from collections.abc import Callable, Iterator
@@ -36,7 +36,7 @@ from spikeport.compile.image.usage import INDEXED, is_consecutive
 
 
 def findings(image: ChipImage, placement: Placement) -> list[Finding]:
-    """Return the traps that an image is in, if it is placed so."""
+    """Return the traps that an image is in with a placement."""
     return [found for look in LOOKS for found in look(image, placement)]
 
 
@@ -50,11 +50,11 @@ def _thresholds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def _shared(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    """Yield settings that differ among a core's blocks, though a core has them once."""
+    """Yield settings that differ among a core's blocks, though a core has only one of each."""
     noisy = np.bincount(image.compartment_block, image.compartments.enable_noise, image.n_blocks)
     for number, blocks in enumerate(placement.blocks_of):
         for trap, names, mine in (
-            # Settings of noise do not matter where it is off.
+            # Settings of noise do not matter if noise is off.
             (NOISES, NOISE, blocks[noisy[blocks] != 0]),
             (RANGES, ("vmin", "vmax"), blocks),
         ):
@@ -82,10 +82,10 @@ def _learners(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def _dummies(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    """Yield groups that end in an axon of nothing, after which nengo-loihi cannot count on."""
+    """Yield groups that end in an axon without synapses: nengo-loihi miscounts the next group."""
     for number, blocks in enumerate(placement.blocks_of):
         mine = [g for b in blocks for g in np.flatnonzero(image.groups.block == b)]
-        # Behind the last group of a core there is none to be miscounted.
+        # No group follows the last group of a core.
         for group in mine[:-1]:
             if _ends_in_nothing(image, group):
                 label = image.manifest.groups[group].label
@@ -110,7 +110,7 @@ def _bases(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def host_axons(image: ChipImage) -> int:
-    """Return the number of axons that all sources of the host reach: spikes of a step, at most."""
+    """Return the number of axons that the host's sources reach: the most spikes of a step."""
     mine = np.repeat(image.routes.from_input == 1, np.diff(image.routes.start))
     return int((image.out_axons.axon[mine] >= 0).sum())
 
@@ -136,7 +136,7 @@ def _phantoms(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def _indices(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    """Yield rows whose format was chosen for other targets than those that are written."""
+    """Yield rows whose format was chosen for targets other than the written ones."""
     moved = _moved(image, placement)[image.groups.block]
     scattered = ~moved & ~is_consecutive(image) & ~indexed(image)
     rows = np.diff(image.groups.row_start)
@@ -169,7 +169,7 @@ def _seeds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def _refractory(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    """Yield blocks whose spikes snips would tell by the first compartment's delay alone."""
+    """Yield blocks with several delays: snips detect spikes by the first compartment's alone."""
     for block in np.unique(image.compartment_block[spikes_read(image)]):
         delays = np.unique(image.compartments.refract_delay[part(image.blocks.start, block)])
         if len(delays) > 1:
@@ -178,7 +178,7 @@ def _refractory(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def _shutdowns(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    """Yield how the answer to a step may end in -1, which nengo-loihi takes for a shutdown."""
+    """Yield the way an answer to a step may end in -1, which nengo-loihi takes for a shutdown."""
     # An answer ends with the words of the last output.
     for last in image.manifest.outputs[-1:]:
         value = "32 spikes at once" if last.key == "spiked" else f"a {last.key} of -1"
@@ -192,4 +192,4 @@ LOOKS: tuple[Callable[[ChipImage, Placement], Iterator[Finding]], ...] = (
     *(_thresholds, _shared, _populations, _learners, _dummies),
     *(_bases, _spikes, _phantoms, _indices, _seeds, _refractory, _shutdowns),
 )
-"""The looks at an image, in the order of ids."""
+"""The functions that look for findings in an image, in the order of ids."""

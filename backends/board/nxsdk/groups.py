@@ -1,4 +1,4 @@
-"""Groups of synapses, as a core's registers hold them."""
+"""Groups of synapses in a core's registers."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ BASE_UNITS = {
     "population16MapEntry": (16, 4),
     "population32MapEntry": (32, 1),
 }
-"""Kind of an axon, and the compartments that one unit of its base counts, by its entry's name."""
+"""Kind of an axon, and compartments in one unit of its base, by the name of the axon's entry."""
 
 RowPlace = tuple[int, int, int]
 """Pointer, targets and atoms of a row in a core's synapse memory."""
@@ -88,7 +88,7 @@ def value(register: Register, field: str) -> int:
     Raises
     ------
     BackendError
-        If it was not written.
+        If the field was not written.
     """
     found = getattr(register, field)
     if isinstance(found, Register):

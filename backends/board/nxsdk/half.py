@@ -1,8 +1,8 @@
-"""nengo-loihi's hardware half, imported on a NxSDK of choice.
+"""nengo-loihi's hardware half, imported with an NxSDK of choice.
 
 nengo-loihi looks for NxSDK once, when it is imported, and keeps what it finds. So the modules that
-keep it are imported a second time, with the other NxSDK in the place of the package; nothing of the
-first import changes.
+keep NxSDK are imported a second time, with the other NxSDK in place of the package; the first
+import does not change.
 """
 
 import contextlib
@@ -26,13 +26,13 @@ class Half(NamedTuple):
     interface: Any
 
     def allow_thresholds(self, most: int) -> None:
-        """Have this import of the builder take as many threshold profiles on a core."""
+        """Let this import of the builder accept up to ``most`` threshold profiles on a core."""
         # nengo-loihi asserts that there are fewer than this.
         self.builder.MAX_VTH_CFGS = most + 1
 
 
 def recording_half(modules: Mapping[str, ModuleType]) -> Half:
-    """Import the hardware half on a recording NxSDK.
+    """Import the hardware half with a recording NxSDK.
 
     Parameters
     ----------
@@ -69,10 +69,10 @@ def real_half() -> Half:
 
 @contextlib.contextmanager
 def _in_place(modules: Mapping[str, ModuleType | None]) -> Iterator[None]:
-    """Put modules in the place of others, or out of the way; put the others back at the end."""
+    """Replace modules, or remove a module whose replacement is None; restore them at the end."""
     package = sys.modules["nengo_loihi.hardware"]
     before = {name: sys.modules.get(name) for name in modules}
-    # An import also leaves the module in its package.
+    # An import also sets the module as an attribute of its package.
     attributes = dict(vars(package))
     _put(modules)
     try:

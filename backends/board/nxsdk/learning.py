@@ -1,7 +1,7 @@
-"""Learning, as registers hold it, beside what an image asks for.
+"""The registers of learning, compared with the settings of an image.
 
-Learning is compared and not run: what microcode NxSDK makes of the rule, nengo-loihi's source does
-not say.
+Learning is compared but not run: nengo-loihi's source does not tell which microcode NxSDK makes
+from a rule.
 """
 
 from collections.abc import Iterator
@@ -31,7 +31,7 @@ def learning_differs(image: ChipImage, placement: Placement, written: Written) -
     placement : Placement
         The core of each block.
     written : Written
-        The registers that were written of it.
+        The registers that were written for it.
     """
     core_of_group = placement.core[image.groups.block]
     learns = {core_of_group[g]: image.groups.learning[g] for g in np.flatnonzero(image.learns)}
@@ -43,7 +43,7 @@ def learning_differs(image: ChipImage, placement: Placement, written: Written) -
 
 
 def _differing(core: Core, expected: np.ndarray | None) -> Iterator[str]:
-    """Yield the registers of a core that are not what a group needs, or no group does."""
+    """Yield the registers of a core that differ from a group's settings, or have no group."""
     enabled = core.synapses.column("LrnEn")
     if (enabled != (expected is not None)).any():
         yield "LrnEn"
@@ -65,7 +65,7 @@ def _differing(core: Core, expected: np.ndarray | None) -> Iterator[str]:
 
 
 def _axons_differing(core: Core) -> Iterator[str]:
-    """Yield what is wrong with axons: each is followed by an entry that names its trace."""
+    """Yield registers of wrong axons: an entry that names the trace has to follow each axon."""
     entries = core.bank("synapseMap")
     axons = [number for number, entry in entries.items() if "synapsePtr" in vars(entry)]
     traced = [n + 1 for n in axons if "singleTraceEntry" in vars(entries.get(n + 1, core))]

@@ -1,8 +1,8 @@
-"""Recorded registers, brought to life behind nengo-loihi's own snips.
+"""Recorded registers that step, behind nengo-loihi's own snips.
 
-The registers are decompiled, and native kernels compute them. The host's snip and the chip's are
-those that nengo-loihi renders, compiled by gcc against headers of ours; so a step goes from Python
-over TCP to the host's snip, over a channel to the chip's, into registers, and back.
+The registers are decompiled to an image, which native kernels step. nengo-loihi renders the snips
+of the host and the chip, and gcc compiles them against spikeport's headers. So a step goes from
+Python over TCP to the host's snip, over a channel to the chip's snip, into registers, and back.
 """
 
 import ctypes
@@ -25,22 +25,22 @@ from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP
 
 LISTENS_S = 10.0
-"""The time the host's snip has until it can be connected to."""
+"""The time in which the host's snip must begin to listen."""
 ENDS_S = 5.0
 
 
 class Registers:
-    """The state of recorded registers: native kernels on what they hold.
+    """The state of recorded registers, stepped by native kernels.
 
     Parameters
     ----------
     written : Written
-        The registers. Each axon that the host can reach is a source of spikes of its own.
+        The registers. Each axon that the host can reach becomes one source of spikes.
     """
 
     def __init__(self, written: Written) -> None:
         axons = [axon for axon_map in written.inputs for all_ in axon_map.values() for axon in all_]
-        # Every axon of the host is a source by itself, and the length of a step decides nothing.
+        # Each axon of the host is a source of its own; the length of a step has no effect here.
         self.image = decompile(Written(written.board, [{i: [a] for i, a in enumerate(axons)}]), 1.0)
         self._sources: dict[tuple[int, int, int], int] = {
             (int(axon["core_id"]), int(axon["axon_id"]), int(axon["atom"])): number

@@ -29,14 +29,14 @@ class Model(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Blocks on cores: ``core`` is that of each block, (n_blocks,)."""
+    """Blocks on cores; ``core`` has the core of each block, (n_blocks,)."""
 
     name: str
     core: np.ndarray
 
     @classmethod
     def single(cls, image: ChipImage) -> "Placement":
-        """Return the placement of the first day with a board: one block a core."""
+        """Return the placement for first tests on a board: one block on each core."""
         return cls("one block a core", np.arange(image.n_blocks))
 
     @classmethod
@@ -46,7 +46,7 @@ class Placement:
 
     @property
     def is_single(self) -> bool:
-        """True where no two blocks are on one core."""
+        """True if no two blocks are on one core."""
         return len(np.unique(self.core)) == len(self.core)
 
     @property
@@ -63,16 +63,16 @@ class Placement:
 
 
 def model_of(image: ChipImage, placement: Placement) -> Model:
-    """Return the model of an image; its outputs are read as they are, for the host to decode.
+    """Return the model of an image; its outputs are read raw, for the host to decode.
 
     Blocks without noise take the noise settings of a block that shares their core: nengo-loihi's
-    builder compares them even where noise is off.
+    builder compares these settings even if noise is off.
     """
     blocks, synapses = load_blocks(image)
     _share_noise(blocks, placement)
     inputs = load_inputs(image, synapses)
     for source in inputs:
-        if not source.axons and synapses:  # the builder asserts that every input has some
+        if not source.axons and synapses:  # the builder asserts that every input has an axon
             source.add_axon(_nowhere(source.n_neurons, synapses[0]))
     return Model(
         blocks=blocks,

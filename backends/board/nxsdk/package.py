@@ -33,12 +33,12 @@ class TraceConfig(Register):
 
 
 def rule_to_microcode(rules: Sequence[str], doOptimize: bool = True) -> SimpleNamespace:
-    """Return the learning rules as they are: what microcode they become, only NxSDK knows."""
+    """Return the learning rules unchanged: only NxSDK knows their microcode."""
     return SimpleNamespace(numUCodes=len(rules), uCodes=list(rules))
 
 
 class SpikeProbe:
-    """A probe of spikes, of which nengo-loihi clears a list."""
+    """A probe of spikes; nengo-loihi clears its ``probeDict``."""
 
     probeDict: dict[str, object] = {}  # noqa: RUF012, N815 (NxSDK's)
 

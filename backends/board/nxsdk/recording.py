@@ -1,7 +1,7 @@
 """A recording NxSDK: boards of registers that nengo-loihi's hardware half writes into.
 
-It has the names that nengo-loihi 1.1.0 calls, and no others; their meaning is read from its
-source alone. `spikeport.backends.board.nxsdk.package` gives them as the package ``nxsdk`` would.
+It has only the names that nengo-loihi 1.1.0 calls; their meaning is inferred from nengo-loihi's
+source alone. `spikeport.backends.board.nxsdk.package` builds a package ``nxsdk`` from them.
 """
 
 import enum
@@ -30,7 +30,7 @@ BANKS = {
     "dendriteTimeState": 16,
     "timeState": 16,
 }
-"""Registers of a core by name and number. Sizes: Davies et al. 2018, and nengo-loihi's limits."""
+"""Numbers of a core's registers, by name. Sources: Davies et al. 2018, and nengo-loihi's limits."""
 FIRST_CORE_ID = 4
 """Ids of a chip's cores begin here: code that mistakes a core's number for its id then fails."""
 
@@ -46,7 +46,7 @@ class Contact(NamedTuple):
 
 
 class Core(Register):
-    """The registers of a core; those that are there once are made when they are written."""
+    """The registers of a core; registers outside the banks are made when they are written."""
 
     def __init__(self, chip: "Chip", number: int) -> None:
         self.parent, self.id = chip, number + FIRST_CORE_ID
@@ -71,7 +71,7 @@ class Core(Register):
 
     @property
     def n_registers(self) -> int:
-        """Number of registers that were written: those of banks, single ones, synapses, axons."""
+        """Number of written registers: in banks, single registers, synapses and axons."""
         held = [one for one in vars(self).values() if isinstance(one, Bank | Register)]
         return (
             sum(len(one) if isinstance(one, Bank) else 1 for one in held)
@@ -113,7 +113,7 @@ class Channel:
     """A channel between two snips; `live` has its own."""
 
     def connect(self, source: "Snip", target: "Snip") -> None:
-        """Take note of nothing: snips name the channels that they use."""
+        """Do nothing: snips name the channels that they use."""
 
 
 Snip = Mapping[str, object]
@@ -141,7 +141,7 @@ class Running(Protocol):
     """A board that steps; see `spikeport.backends.board.nxsdk.live`."""
 
     def close(self) -> None:
-        """Stop it."""
+        """Stop the board."""
 
 
 class AxonSource(Protocol):
@@ -181,7 +181,7 @@ class Board(Graph):
     Attributes
     ----------
     runs : callable, optional
-        Brings a board to life when it is run. None: it records, and nothing else.
+        Makes a board step when it is run. None: the board only records.
     """
 
     runs: Callable[["Board"], Running] | None = None
@@ -206,17 +206,17 @@ class Board(Graph):
         return [core for chip in self.n2Chips for core in chip.n2CoresAsList]
 
     def start(self) -> None:
-        """Take note that the board has started."""
+        """Record that the board has started."""
         self.executor.started = True
 
     def run(self, steps: int, aSync: bool = False) -> None:
-        """Bring the board to life, if it can be."""
+        """Begin to step the board, if it can step."""
         runs = type(self).runs
         if runs is not None:
             self._running = runs(self)
 
     def disconnect(self) -> None:
-        """Stop what runs."""
+        """Stop the board, if it steps."""
         self.executor.started = False
         if self._running is not None:
             self._running.close()

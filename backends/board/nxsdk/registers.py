@@ -1,6 +1,6 @@
 """Registers that remember what is written to them.
 
-Names are NxSDK's, which nengo-loihi's hardware builder writes by; a name is taken as it comes.
+Names are NxSDK's, as nengo-loihi's hardware builder uses them; any name is accepted.
 """
 
 from array import array
@@ -16,7 +16,7 @@ class Register:
     """A register with named fields, and registers within it.
 
     A field is written by `configure`, or as an attribute, and read back as an attribute. A name
-    never written is a register of its own, empty until something in it is.
+    that was never written is a register within this one, empty until a field of it is written.
     """
 
     def configure(self, **values: object) -> None:
@@ -31,7 +31,7 @@ class Register:
 
 
 class Bank(dict[int, Register]):
-    """Registers by number, as many as a core has; there is one from when it is first asked for."""
+    """Registers by number, as many as a core has; a register is made when it is first used."""
 
     def __init__(self, name: str, size: int) -> None:
         super().__init__()
@@ -47,8 +47,8 @@ class Bank(dict[int, Register]):
 class SynapseMemory:
     """The synapses of a core, which are written one after the other.
 
-    They are most of what is written, so they are kept as numbers. ``memory[i].configure(...)``
-    writes synapse i.
+    Most registers are synapses, so they are kept as numbers. ``memory[i].configure(...)`` writes
+    synapse i.
     """
 
     def __init__(self) -> None:

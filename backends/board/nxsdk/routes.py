@@ -1,4 +1,4 @@
-"""Routes: from where axons lead to the groups of synapses that they reach."""
+"""Routes from the sources of axons to the groups of synapses that the axons reach."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class Routed(NamedTuple):
 
 
 class _Source(NamedTuple):
-    """A block or an input: its number, its size, and where its spikes go."""
+    """A block or an input: its number, its size, and the contacts that its spikes reach."""
 
     from_input: bool
     number: int
@@ -76,7 +76,7 @@ def routes_of(cores: Sequence[Core], groups: Sequence[Group], inputs: Sequence[A
 
 
 def _routes(source: _Source, places: Mapping[tuple[int, int, int], Place]) -> list[_Route]:
-    """Return the routes of a source: where it reaches a group by n axons, there are n routes."""
+    """Return the routes of a source: n routes to a group that it reaches by n axons."""
     made: dict[Place, _Route] = {}
     taken: dict[Place, int] = {}
     for contact in source.contacts:

@@ -3,13 +3,13 @@
 from typing import NamedTuple
 
 MOST_THRESHOLDS = 7
-"""Threshold profiles that nengo-loihi's builder takes on a core: it asserts fewer than 8."""
+"""Threshold profiles that nengo-loihi's builder accepts on a core: it asserts fewer than 8."""
 MOST_BASE = 256
 """The largest compartment that targets may count from: nengo-loihi's builder asserts it."""
 DEFAULT_SPIKES = 50
 """The default of nengo-loihi's ``snip_max_spikes_per_step``."""
 SPIKE_VOLTAGE = 128
-"""Snips take a voltage of this times the refractory delay for a spike."""
+"""Snips take a voltage of this number times the refractory delay for a spike."""
 SINGLE = "one block a core: compile with -p unpacked, or compact_unpacked"
 
 
@@ -75,7 +75,7 @@ SHUTDOWNS = Trap(
 
 
 class Finding(NamedTuple):
-    """A trap that an image is in, where, and what is used against the limit."""
+    """A trap that an image is in: the place, and the use against the limit."""
 
     trap: Trap
     where: str

@@ -16,7 +16,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 
 REFUSALS = (AssertionError, NotImplementedError, TypeError, ValueError)
-"""The errors by which nengo-loihi's builder refuses what it cannot write."""
+"""The errors that nengo-loihi's builder raises for an image that it cannot write."""
 
 
 AxonMap = Mapping[int, Sequence[np.ndarray]]
@@ -45,7 +45,7 @@ def write(image: ChipImage, placement: Placement, half: Half | None = None) -> W
     Raises
     ------
     BackendError
-        If nengo-loihi's builder refuses the image; has its words.
+        If nengo-loihi's builder refuses the image; the message has its words.
     """
     half = recording_half(modules(None)) if half is None else half
     half.allow_thresholds(recording.BANKS["vthProfileCfg"])
@@ -60,7 +60,7 @@ def write(image: ChipImage, placement: Placement, half: Half | None = None) -> W
 
 
 def refusal(error: Exception) -> BackendError:
-    """Return the error of what nengo-loihi's hardware half refuses: its words, or its assertion."""
+    """Return the error of a refusal by nengo-loihi's hardware half: its words or its assertion."""
     last = traceback.extract_tb(error.__traceback__)[-1]
     words = str(error) or (last.line or type(error).__name__)
     return BackendError(

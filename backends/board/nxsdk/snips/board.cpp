@@ -1,4 +1,4 @@
-// Channels and registers around nengo-loihi's own snips: what Python does not step of a board.
+// Channels and registers around nengo-loihi's own snips: the part of a board outside Python.
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>

@@ -11,7 +11,7 @@ typedef struct { int32_t U, V; } CxState;
 typedef struct { CxState cx_state[COMPARTMENTS]; } NeuronCore;
 extern NeuronCore board_cores[CORES];
 #define NEURON_PTR(core) (&board_cores[(core).id])
-/* nengo-loihi's snip has a function of this name, which would hide that of sockets */
+/* nengo-loihi's snip has a function of this name, which would hide the function of sockets */
 #define shutdown nengo_io_shutdown
 int getChannelID(const char *name);
 void readChannel(int id, void *buffer, int packets);

@@ -13,7 +13,7 @@ void readChannel(const char *name, void *buffer, int packets);
 void writeChannel(const char *name, void *buffer, int packets);
 bool probeChannel(const char *name);
 #define REGISTER_SNIP(Snip, Base) Base *board_host_snip() { return new Snip(); }
-/* the snip listens for every machine, and does not look whether it can: here it is the loopback */
+/* the snip listens for every machine, and ignores errors: here it listens on the loopback */
 #undef INADDR_ANY
 #define INADDR_ANY htonl(INADDR_LOOPBACK)
 int board_bind(int socket, const sockaddr *address, socklen_t size);
