@@ -59,7 +59,7 @@ class Savings:
         first = places[saved.argmax(axis=0)]
         most = saved.max(axis=0)
         better = (most > self._most) | ((most == self._most) & (first < self._partner))
-        # A place whose best partner was one of these is compared with all, unless it now saves more.
+        # A place whose best partner was one of these is compared with all, if it saves no more now.
         lost = np.isin(self._partner, places) & (most <= self._most)
         lost[places] = True
         self._partner[better], self._most[better] = first[better], most[better]
