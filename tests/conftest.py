@@ -1,4 +1,4 @@
-"""The wheel of what git knows of this checkout, environments that have it, Nengo's defaults."""
+"""Fixtures: the wheel of this checkout's files in git, environments with it, Nengo's defaults."""
 
 import os
 import shutil
@@ -13,7 +13,7 @@ from hypothesis import HealthCheck, settings
 pytest.register_assert_rewrite("tests.helpers")  # a failure there shows its values, as in a test
 
 settings.register_profile(
-    "equal",  # the same examples in every run, on however slow a machine
+    "equal",  # the same examples in every run, however slow the machine
     derandomize=True,
     deadline=None,
     database=None,
@@ -39,7 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 @pytest.fixture(autouse=True)
 def _own_path() -> Iterator[None]:
-    """Forget folders of user code: a module there would stand in for one of Python's elsewhere."""
+    """Restore `sys.path`: a module of user code could hide one of Python's in later tests."""
     before = sys.path[:]
     yield
     sys.path[:] = before
@@ -47,12 +47,12 @@ def _own_path() -> Iterator[None]:
 
 @pytest.fixture(autouse=True)
 def _from_an_index(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Have messages name what an index has, wherever this spikeport was installed from."""
+    """Let messages name the package in an index, wherever this spikeport was installed from."""
     monkeypatch.setattr("spikeport.extras.origin", lambda: ([], "spikeport"))
 
 
 def _foreign_environment() -> dict[str, str]:
-    """Return this environment, without what would let Python find the checkout."""
+    """Return this environment, without the variables by which Python could find the checkout."""
     return {k: v for k, v in os.environ.items() if not k.startswith("PYTHON")}
 
 
@@ -93,7 +93,7 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the wheel of that copy."""
+    """Return the wheel that is built from that copy."""
     folder = tmp_path_factory.mktemp("wheel")
     _pip(sys.executable, "wheel", "--no-deps", "-w", folder, checkout, cwd=folder)
     (built,) = folder.glob("*.whl")
@@ -113,7 +113,7 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callab
         done = _run(python, "-m", "venv", folder / "venv", cwd=folder)
         assert done.returncode == 0, done.stderr
         programs = folder / "venv" / "bin"
-        # Modules are compiled as a test imports them, which is little of all that is installed.
+        # Modules are compiled when a test imports them: it imports few of those installed.
         options = ("--no-compile", wheel)
         _pip(programs / "python", "install", *options, *numpy, *packages, cwd=folder)
         return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)
@@ -123,7 +123,7 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callab
 
 @pytest.fixture(scope="session")
 def bare_environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Run]:
-    """Return a function that makes an environment of the wheel alone, and of some packages."""
+    """Return a function that makes an environment with the wheel and the chosen packages alone."""
 
     def make(*packages: str) -> Run:
         folder = tmp_path_factory.mktemp("bare")
@@ -140,13 +140,13 @@ def bare_environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> C
 
 @pytest.fixture(scope="session")
 def numpy_1(environment: Callable[..., Run]) -> Run:
-    """Return a runner of programs where the wheel, its core dependencies and NumPy 1 are."""
+    """Return a runner of programs beside the wheel, its core dependencies and NumPy 1."""
     return environment()
 
 
 @pytest.fixture(autouse=True)
 def _no_cache(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep nothing from test to test, nor of the user's; a test of the cache has a folder."""
+    """Switch the cache off, so that tests share nothing; a test of the cache sets a folder."""
     monkeypatch.setenv("SPIKEPORT_CACHE", "off")
 
 

@@ -1,4 +1,4 @@
-"""Beliefs of a filter at random, and how they differ."""
+"""Random beliefs of a filter, and their differences."""
 
 from collections.abc import Callable
 

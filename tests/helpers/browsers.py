@@ -1,4 +1,4 @@
-"""Pages in headless Chromium, which fetch nothing and say nothing."""
+"""Pages in headless Chromium, which must fetch nothing and print no messages."""
 
 import shutil
 from collections.abc import Iterator
@@ -28,7 +28,7 @@ def browser() -> Iterator[Any]:
 
 @contextmanager
 def tab_of(browser: Any, page: Path) -> Iterator[Any]:
-    """Yield a page in a browser; refuse messages, and requests but that for the file."""
+    """Yield a page in a browser; refuse messages, and requests other than for the file."""
     events: list[str] = []
     tab = browser.new_page(viewport={"width": 1000, "height": 800})
     tab.on("console", lambda message: events.append(message.text))

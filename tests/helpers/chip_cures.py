@@ -1,6 +1,6 @@
-"""Cures of the limits of chips and of a user's budget, SP1xx to SP3xx.
+"""Cures for the limits of chips and of a user's budget, SP1xx to SP3xx.
 
-Chips are small, so that networks are too; without passes every block has a core of its own.
+Chips are small, so that networks can be small; without passes every block has its own core.
 """
 
 import itertools
@@ -51,7 +51,7 @@ def together(make: Callable[[], object], **limits: int) -> Check:
 
 
 def apart(make: Callable[[], object], **limits: int) -> Check:
-    """Return a check of the blocks of a network on a core each."""
+    """Return a check of the blocks of a network, each on its own core."""
     return lambda: _limits(compile_network(network_of(make), pipeline="").image, **limits)
 
 
@@ -74,7 +74,7 @@ def budgeted(make: Callable[[], object], budget: Budget, rate_hz: float = 100) -
 
 
 def fan_out(sizes: Sequence[int], targets: Sequence[int]) -> None:
-    """Return ensembles, each wired to every target."""
+    """Add ensembles, each wired to every target."""
     ends = [nengo.Ensemble(n, 1) for n in targets]
     for size in sizes:
         start = nengo.Ensemble(size, 1)
@@ -84,14 +84,14 @@ def fan_out(sizes: Sequence[int], targets: Sequence[int]) -> None:
 
 
 def read(sizes: Sequence[int]) -> None:
-    """Return ensembles that are decoded into one target on the host."""
+    """Add ensembles that are decoded into one target on the host."""
     target = nengo.Node(lambda t, x: None, size_in=1)
     for size in sizes:
         nengo.Connection(nengo.Ensemble(size, 1), target, function=lambda x: x / len(sizes))
 
 
 def send(sizes: Sequence[int]) -> None:
-    """Return a node on the host, and ensembles that read its values in parts."""
+    """Add a node on the host, and ensembles that each read a part of its values."""
     node, first = nengo.Node(np.zeros(sum(sizes))), 0
     for size in sizes:
         nengo.Connection(node[first : first + size], nengo.Ensemble(8, size))
@@ -109,7 +109,7 @@ def decode(on_host: bool) -> None:
 
 
 def twice() -> None:
-    """Return two connections from the same neurons, of which each has an axon in both."""
+    """Add two connections from the same neurons, each of which has an axon in both."""
     a, b = nengo.Ensemble(15, 1), nengo.Ensemble(8, 1)
     for weight in (1e-3, 2e-3):
         nengo.Connection(a.neurons, b.neurons, transform=np.full((8, 15), weight))
@@ -123,7 +123,7 @@ def ensembles(sizes: Sequence[int], connected: bool = False) -> None:
 
 
 def dense(sizes: Sequence[int] = (20,), kept: float = 1.0) -> None:
-    """Return ensembles that are wired to themselves, with a share of the weights."""
+    """Add ensembles that are wired to themselves, with a share of the weights."""
     for size in sizes:
         weights = np.random.RandomState(0).rand(size, size) * 1e-2
         a, mask = nengo.Ensemble(size, 1), np.random.RandomState(1).rand(size, size) < kept
@@ -140,7 +140,7 @@ def kinds(*types: NeuronType) -> None:
 
 
 def learning() -> None:
-    """Return a block whose weights learn, which takes a format of its own, and a fixed one."""
+    """Add a block whose weights learn, which takes a format of its own, and a fixed one."""
     a, target = nengo.Ensemble(9, 1), nengo.Node(size_in=1)
     learned = nengo.Connection(a, target, learning_rule_type=nengo.PES())
     nengo.Connection(target, learned.learning_rule)
@@ -148,7 +148,7 @@ def learning() -> None:
 
 
 def learning_on_host() -> None:
-    """Return the same, with what learns on the host."""
+    """Add the blocks of `learning`, with the learning ensemble on the host."""
     a, target = nengo.Ensemble(9, 1), nengo.Node(size_in=1)
     on_host(a)
     learned = nengo.Connection(a, target, learning_rule_type=nengo.PES())
@@ -157,7 +157,7 @@ def learning_on_host() -> None:
 
 
 def in_memory(n: int, size: int, memory_gb: float = 0.5) -> Check:
-    """Return a check by the estimate for a chain of n ensembles, in so much memory."""
+    """Return a check of the memory estimate for a chain of n ensembles, with this much memory."""
 
     def check() -> set[str]:
         with mock.patch.dict(os.environ, {VARIABLE: str(memory_gb)}):

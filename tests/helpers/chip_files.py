@@ -7,7 +7,7 @@ from spikeport.hardware_models.chip import BUILT_IN
 
 
 def chip_file(path: Path, **limits: int) -> Path:
-    """Write the file of a chip that is Loihi but for these limits."""
+    """Write the file of a chip that equals Loihi except for these limits."""
     text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
     for name, limit in limits.items():
         text, found = re.subn(rf"(\[limits.{name}\]\nvalue = )\d+", rf"\g<1>{limit}", text)

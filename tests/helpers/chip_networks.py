@@ -13,7 +13,7 @@ from spikeport.compile.pipeline import compile_network
 
 
 def recurrent() -> nengo.Network:
-    """Return a loop, weights solved in full, slices, and neurons wired to neurons."""
+    """Return a network with a loop, full weights, slices, and neurons wired to neurons."""
     with nengo.Network(seed=8) as network:
         a = nengo.Ensemble(30, 2, radius=1.3, label="a")
         b = nengo.Ensemble(20, 1, neuron_type=nengo.SpikingRectifiedLinear(), label="b")
@@ -36,7 +36,7 @@ def neurons(label: str, bias: list[float]) -> nengo.Ensemble:
 
 
 def wired(weights: list[list[float]], bias: list[float]) -> ChipImage:
-    """Return two neurons that always spike, wired to as many as there are biases."""
+    """Return the image of two neurons that always spike, wired to a neuron for each bias."""
     with nengo.Network(seed=1) as network:
         pre, post = neurons("pre", [3.0, 4.0]), neurons("post", bias)
         nengo.Connection(pre.neurons, post.neurons, transform=weights, synapse=0.005)

@@ -1,4 +1,4 @@
-"""A network that breaks a rule, and what its cures make of it."""
+"""Networks that break a rule, and the same networks with its cures."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -18,9 +18,9 @@ Check = Callable[[], Found]
 
 
 class Case(NamedTuple):
-    """A cure of a rule: a check that finds the rule broken, and one for each way to cure it.
+    """A cure for a rule: a check that finds the rule broken, and a check for each way to cure it.
 
-    ``cure`` is how the text of the cure begins.
+    ``cure`` is the beginning of the cure's text.
     """
 
     rule: str
@@ -41,7 +41,7 @@ def on_host(ensemble: nengo.Ensemble) -> None:
 
 
 def linted(make: Callable[[], object]) -> Check:
-    """Return a check of the rules of networks; what breaks none of them is compiled."""
+    """Return a check of the rules of networks; a network that breaks none is compiled."""
 
     def check() -> Found:
         network = network_of(make)

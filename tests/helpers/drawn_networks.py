@@ -1,4 +1,4 @@
-"""Networks that hypothesis draws: what goes where, how it is filtered, and what is probed."""
+"""Networks that hypothesis draws: their sizes, connections, filters and learning."""
 
 from typing import Any, NamedTuple
 
@@ -13,7 +13,7 @@ WEIGHTS = nengo.solvers.LstsqL2(weights=True)
 
 
 class Link(NamedTuple):
-    """A connection: its kind, its ends by number, its filter, and a seed of its numbers."""
+    """A connection: its kind, its ends by number, its filter, and the seed of its weights."""
 
     kind: str
     pre: int
@@ -31,7 +31,7 @@ class Plan(NamedTuple):
 
     @property
     def sends_spikes(self) -> bool:
-        """True if spikes go to neurons as they are, by filters that values do not have."""
+        """True if spikes go straight to neurons, through filters that decoded values lack."""
         return any(one.kind in ("inhibition", "weights") and one.tau != 0.005 for one in self.links)
 
 
@@ -58,7 +58,7 @@ PLANS = st.builds(
 
 
 def built(plan: Plan) -> nengo.Network:
-    """Draw two ensembles, one in a subnetwork, an array, a node between, input and output."""
+    """Build a plan: two ensembles, one in a subnetwork, an array, a node between, both ends."""
     with nengo.Network(seed=3, label="drawn") as network:
         network.config[nengo.Ensemble].intercepts = nengo.dists.Uniform(-1, 0.9)
         source = nengo.Node(lambda t: np.sin(20 * t + np.arange(2)), label="source")

@@ -20,7 +20,7 @@ def random_events(n: int, last_us: int, seed: int = 0) -> dict[str, np.ndarray]:
 
 
 def write_events(path: Path, **events: Any) -> Path:
-    """Write a file of the format that its suffix names, of t, y, x and p of each event."""
+    """Write a file in the format that its suffix names, with t, y, x and p of each event."""
     t, y, x, p = (np.asarray(events[name], dtype=np.int64) for name in "tyxp")
     if path.suffix == ".aedat":
         words = np.stack([y << 22 | x << 12 | p << 11, t], axis=1).astype(">u4")
@@ -37,7 +37,7 @@ def process_of(path: Path, **options: Any) -> nengo_loihi.dvs.DVSFileChipProcess
 
 
 def camera_network(process: nengo_loihi.dvs.DVSFileChipProcess) -> nengo.Network:
-    """Return an ensemble for each polarity, and one that is reached by all pixels, decoded."""
+    """Return a network with an ensemble for each polarity, and one fed a sum over all pixels."""
     with nengo.Network(seed=2) as network:
         u, n = nengo.Node(process, label="camera"), process.height * process.width
         for polarity in range(2):

@@ -1,4 +1,4 @@
-"""A board in the same process, and a clock on which no time passes but what is waited for."""
+"""A board in the same process, and a clock that advances only by waiting."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -83,7 +83,7 @@ class FakeLine:
 
     @property
     def bad(self) -> int:
-        """The number of times that bytes were skipped, because they were no frame."""
+        """The number of times that bytes were skipped, because they were not a frame."""
         return self._splitter.bad
 
     def send(self, frame: Frame) -> None:

@@ -19,7 +19,7 @@ class Arrival(NamedTuple):
 
 
 class FakeReader:
-    """A reader whose messages are put there; one that has none asks for more."""
+    """A reader of messages that are put into its queue; without any, it asks for more."""
 
     def __init__(self, ask: Callable[[], None]) -> None:
         self.queue: deque[bytes | Arrival] = deque()
@@ -39,7 +39,7 @@ class FakeReader:
 
 
 class FakeWriter:
-    """A writer that keeps what it is to send."""
+    """A writer that keeps its messages."""
 
     n_readers = 1
     number = 1
@@ -56,8 +56,8 @@ class FakeWriter:
 class FakeBus:
     """A robot on its hoist that obeys what is written, and publishes when somebody waits.
 
-    ``loses`` says how many of the next commands are lost; ``publishes`` is False for a robot that
-    fell silent; ``clocked`` is True for one whose states ask for no answer.
+    ``loses`` is the number of next commands that are lost; ``publishes`` is False for a robot that
+    fell silent; ``clocked`` is True for a robot whose states ask for no answer.
     """
 
     def __init__(self, settings: RobotSettings = HANGS, clocked: bool = False) -> None:

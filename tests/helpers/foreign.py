@@ -1,4 +1,4 @@
-"""Policies of others, and parts of files that no library would write."""
+"""Policies from other sources, and parts of files that no library would write."""
 
 import zipfile
 from collections.abc import Callable
@@ -135,6 +135,6 @@ def state(**others: object) -> dict[str, object]:
 
 
 def described(path: Path) -> None:
-    """Read a description, and refuse its file as a policy is refused."""
+    """Read a description; refuse a wrong file with the same error as for a policy."""
     with refusing(path):
         isaac.described(path)

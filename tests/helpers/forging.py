@@ -1,4 +1,4 @@
-"""Images that somebody made by hand: one or several arrays of a good one changed at will."""
+"""Forged images: one or several arrays of a good image are changed at will."""
 
 import numpy as np
 
@@ -37,12 +37,12 @@ def learning(n: int = 4) -> ChipImage:
 
 
 def forged(image: ChipImage, rng: np.random.RandomState) -> ChipImage:
-    """Return the image with some arrays changed; a digest that fits comes by itself.
+    """Return the image with some arrays changed, and with a digest that fits them.
 
     Raises
     ------
     ImageError
-        If no table can hold what was made.
+        If no table can hold the changed arrays.
     """
     arrays = dict(image.arrays)
     for name in rng.choice(list(LAYOUT), size=rng.choice([1, 1, 2, 4]), replace=False):
@@ -68,7 +68,7 @@ def _changed(array: np.ndarray, rng: np.random.RandomState) -> np.ndarray:
 
 
 def run(image: ChipImage, n_steps: int = 8) -> None:
-    """Check an image as whatever loads it does, and step it."""
+    """Check an image as when it is loaded, and step it."""
     from spikeport.backends.native.chip import NativeChip
 
     chip = NativeChip(image, seed=0)

@@ -1,4 +1,4 @@
-"""Cures of hints, SP4xx."""
+"""Cures for hints, SP4xx."""
 
 from collections.abc import Callable
 from functools import partial
@@ -31,13 +31,13 @@ def decoded(factor: float, connected: bool = True) -> None:
 
 
 def steep(intercept: float) -> None:
-    """Return a steep neuron among flat ones, in so many dimensions that most weights are small."""
+    """Add a steep neuron among flat ones, in so many dimensions that most weights are small."""
     a = nengo.Ensemble(40, 6, intercepts=[intercept, *[-0.9] * 39])
     nengo.Connection(nengo.Node(np.zeros(6)), a)
 
 
 def strong(sources: int) -> None:
-    """Return fifty weak sources, and a strong input from one source or several."""
+    """Add fifty weak sources, and a strong input from one source or several."""
     weak = np.random.RandomState(0).uniform(0.0002, 0.004, (30, 50))
     weights = np.hstack([weak, np.full((30, sources), 1 / sources)])
     wired(weights)
@@ -63,7 +63,7 @@ def alike(n: int, random: bool = False) -> None:
 
 
 def idle(n: int = 10, gain: float = 0.3, bias: float = 0.5) -> None:
-    """Return 10 neurons, of which the last 5 have too little drive; ``n`` leaves out the last."""
+    """Add 10 neurons, the last 5 of which have too little drive; keep the first ``n`` of them."""
     biases = np.where(np.arange(10) < 5, np.linspace(2, 3, 10), bias)[:n]
     a = nengo.Ensemble(n, 1, gain=np.full(n, gain), bias=biases, encoders=np.ones((n, 1)))
     nengo.Connection(nengo.Node(0.5), a)
@@ -103,7 +103,7 @@ def driven(by: float = 3.0, radius: float = 1.0) -> None:
 
 
 def inhibited(synapse_s: float) -> None:
-    """Return values and spikes that reach the same neurons."""
+    """Add values and spikes that reach the same neurons."""
     a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
     nengo.Connection(a, b, synapse=0.1)
     nengo.Connection(a.neurons, b.neurons, transform=-np.eye(20) / 1000, synapse=synapse_s)
@@ -116,7 +116,7 @@ def loop(synapse_s: float, gain: float = 1.0) -> None:
 
 
 def wired_loop(path: str, synapse_s: float = 0.005) -> None:
-    """A loop of 5 ms, and a setting of how it is wired."""
+    """Add a loop of 5 ms, and set its decode path."""
     a = nengo.Ensemble(20, 1)
     nengo.Connection(nengo.Node([1]), a)
     back = nengo.Connection(a, a, synapse=synapse_s)
@@ -126,7 +126,7 @@ def wired_loop(path: str, synapse_s: float = 0.005) -> None:
 
 
 def over_host(on_chip: bool = True) -> None:
-    """The same loop by a node, beside an ensemble that stays on the chip."""
+    """Add a loop through a node, beside an ensemble that stays on the chip."""
     a, node = nengo.Ensemble(20, 1), nengo.Node(lambda t, x: 0.5 * x, size_in=1)
     nengo.Connection(a, node, synapse=0.1)
     nengo.Connection(node, a, synapse=None)
@@ -142,14 +142,14 @@ def probed(attribute: str | None) -> None:
 
 
 def wired_pair() -> None:
-    """Return 2 ensembles whose weights, neuron to neuron, take a core more than a relay does."""
+    """Add 2 ensembles whose weights, neuron to neuron, take one core more than a relay."""
     pre, post = nengo.Ensemble(400, 1), nengo.Ensemble(400, 1)
     nengo.Connection(pre, post)
     nengo.Probe(post)
 
 
 def moving_pair() -> None:
-    """Return 2 ensembles; the way over the host between them takes a step more than a relay."""
+    """Add 2 ensembles; the way over the host between them takes one step more than a relay."""
     pre, post = nengo.Ensemble(50, 1), nengo.Ensemble(50, 1)
     nengo.Connection(nengo.Node(lambda t: np.sin(20 * t)), pre)
     nengo.Connection(pre, post)

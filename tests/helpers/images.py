@@ -28,7 +28,7 @@ INT32_MAX = 2**31 - 1
 
 @dataclass
 class Block:
-    """A block of ``n`` compartments; what is of compartments is one number or ``n``."""
+    """A block of ``n`` compartments; a value of compartments is one number or ``n``."""
 
     n: int = 1
     core: int = 0
@@ -81,7 +81,7 @@ class Route:
 
 @dataclass
 class Output:
-    """The values read of compartments; with a decoding matrix or without."""
+    """The values read from compartments, with or without a decoding matrix."""
 
     key: str
     compartments: Sequence[int]
@@ -168,7 +168,7 @@ class Parts:
         }
 
     def _routes(self) -> dict[str, np.ndarray]:
-        # blocks before inputs: the order in which compiled images have them
+        # blocks before inputs, as in compiled images
         routes = sorted(self.routes, key=lambda r: r.block is None)
         atoms = [np.zeros(len(r.axon)) if r.atom is None else r.atom for r in routes]
         return {
@@ -209,7 +209,7 @@ def images(draw: st.DrawFn) -> ChipImage:
         block.core = int(core)  # cores are numbered without a gap
     n_groups = draw(st.integers(0, 4), label="groups")  # fewer than blocks: some have no synapses
     largest = draw(st.sampled_from([255 * 64, 2**21, INT32_MAX]), label="largest weight")
-    unit = draw(st.sampled_from([1, 64]), label="unit of weights")  # 64: sums are of 16 bits
+    unit = draw(st.sampled_from([1, 64]), label="unit of weights")  # 64: sums have 16 bits
     groups = [_group(rng, blocks, largest, unit) for _ in range(n_groups)]
     inputs = draw(st.lists(st.integers(1, 6), max_size=3), label="inputs")
     routes = [_route(rng, blocks, groups, inputs) for _ in range(3 * n_groups)]
@@ -236,7 +236,7 @@ def _block(rng: np.random.RandomState, n: int, noisy: bool) -> Block:
 
 
 def _between(rng: np.random.RandomState, n: int, low: int, high: int) -> np.ndarray:
-    """Draw numbers of a range, its ends among them."""
+    """Draw numbers from a range, its ends among them."""
     return np.clip(rng.randint(low - 500, high + 501, size=n), low, high)
 
 
@@ -250,7 +250,7 @@ def _group(rng: np.random.RandomState, blocks: list[Block], largest: int, unit: 
     block = rng.randint(len(blocks))
     n, atoms = blocks[block].n, [rng.choice([1, 1, 3]) for _ in range(rng.randint(1, 5))]
     lengths = [rng.randint(0, n + 1) for _ in atoms]
-    span = [rng.randint(1, n + 1) for _ in atoms]  # of indices: narrow ones repeat
+    span = [rng.randint(1, n + 1) for _ in atoms]  # range of indices: in a narrow one they repeat
     rows = rng.randint(len(atoms), size=rng.randint(1, 7))
     return Group(
         block=block,

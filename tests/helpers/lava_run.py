@@ -1,11 +1,11 @@
-"""A script for a Python that has Lava: compartments of a file, on its fixed-point CPU models.
+"""A script for a Python with Lava, which runs compartments on Lava's fixed-point CPU models.
 
     python lava_run.py WIRING.npz RESULT.npz
 
-Nothing of spikeport is imported: it runs where spikeport is not installed. Weights are Lava's own
-`Sparse` processes and currents and voltages are updated by Lava's own code. With ``stock`` set the
-neurons are Lava's `LIF` too; else they are the process below, as `LIF` has no refractory delay in
-fixed point, one threshold and one decay for all of its neurons, and no lower end of the voltage.
+It imports nothing of spikeport, which is not installed there. Weights are Lava's own `Sparse`
+processes, and Lava's own code updates currents and voltages. With ``stock`` set the neurons are
+Lava's `LIF` too; else they are the process below, since `LIF` in fixed point has no refractory
+delay, one threshold and one decay for all of its neurons, and no lower limit of the voltage.
 """
 
 import sys
@@ -50,7 +50,7 @@ class Compartments(AbstractProcess):
 @requires(CPU)
 @tag("fixed_pt")
 class CompartmentsModel(AbstractPyLifModelFixed):
-    """Lava's arithmetic of currents and voltages; then the voltage's ends, rest and spikes."""
+    """Lava's arithmetic of currents and voltages; then the voltage's limits, rest and spikes."""
 
     a_in: PyInPort = LavaPyType(PyInPort.VEC_DENSE, np.int32, precision=24)
     s_out: PyOutPort = LavaPyType(PyOutPort.VEC_DENSE, np.int32, precision=1)
@@ -77,7 +77,7 @@ class CompartmentsModel(AbstractPyLifModelFixed):
 
 
 def stock(settings):
-    """Return Lava's own neurons, of which all have the same settings but for the bias."""
+    """Return Lava's own neurons, which all have the same settings except for the bias."""
     (du,), (dv,), (vth,) = (np.unique(settings[n]) for n in ("decay_u", "decay_v", "threshold"))
     exponents = np.maximum(np.ceil(np.log2(np.maximum(abs(settings["bias"]), 1) / 4096)), 0)
     mantissas = settings["bias"] >> exponents.astype(int)
@@ -93,7 +93,7 @@ def stock(settings):
 
 
 def connect(source, target, number, file):
-    """Return weights of one exponent from a source of spikes to compartments."""
+    """Connect a source of spikes to compartments, by weights of one exponent."""
     matrix = sparse.csr_matrix(
         (file[f"weight_{number}"], (file[f"target_{number}"], file[f"source_{number}"])),
         shape=(target.a_in.shape[0], source.s_out.shape[0]),

@@ -1,7 +1,7 @@
-"""An image as Lava takes it: weights as matrices of mantissas, one for each exponent.
+"""An image in the form for Lava: weights as matrices of mantissas, one for each exponent.
 
-Lava weighs spikes by mantissas of 8 bits and a sign, of even numbers, shifts their sum by the
-exponent, and then by 6 bits more.
+Lava weighs spikes by even mantissas of 8 bits and a sign, shifts their sum by the exponent, and
+then by 6 bits more.
 """
 
 import subprocess
@@ -35,7 +35,7 @@ def ran_on_lava(
     folder : Path
         A folder for files.
     stock : bool
-        Take Lava's own neurons, which an image has to suit.
+        Use Lava's own neurons; the image has to suit them.
     """
     wiring, result = folder / "wiring.npz", folder / "result.npz"
     np.savez(wiring, host=spikes, stock=stock, **_settings(image), **_matrices(image))
@@ -60,7 +60,7 @@ def _settings(image: ChipImage) -> dict[str, np.ndarray]:
 
 
 def _matrices(image: ChipImage) -> dict[str, np.ndarray]:
-    """Return mantissas by place, exponent and origin; a place that has several takes several."""
+    """Return matrices of mantissas by exponent and origin; repeated synapses take several."""
     parts = defaultdict(list)
     exponents = [_exponent(weights) for weights in _weights_of_groups(image)]
     group_of_synapse = np.repeat(np.arange(len(image.groups)), _group_sizes(image))
@@ -96,7 +96,7 @@ def _weights_of_groups(image: ChipImage) -> list[np.ndarray]:
 
 
 def _exponent(weights: np.ndarray) -> int:
-    """Return the largest exponent that leaves even numbers, of weights that share one."""
+    """Return the largest exponent that leaves even mantissas, for weights that share it."""
     used = int(np.bitwise_or.reduce(np.abs(weights), initial=0))
     if used == 0:
         return 0
@@ -113,7 +113,7 @@ def _mantissas(weights: np.ndarray, exponent: int) -> np.ndarray:
 
 
 def _occurrence(source: np.ndarray, target: np.ndarray) -> np.ndarray:
-    """Return which of the synapses between the same two each one is, from 0."""
+    """Return the number, from 0, of each synapse among those of the same source and target."""
     order = np.lexsort((target, source))
     pairs = np.column_stack([source, target])[order]
     new = np.ones(len(order), dtype=bool)

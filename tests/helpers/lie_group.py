@@ -1,4 +1,4 @@
-"""Functions of SE_n(3) that a filter does without, and its tests do not; see `group`."""
+"""Functions of SE_n(3) that only tests of a filter need, and not the filter; see `group`."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ def rotation_vector(rotation: np.ndarray) -> np.ndarray:
 def log(pose: Pose) -> np.ndarray:
     """Return the coordinates (3 + 3 n,) of an element: the inverse of `group.exp`."""
     phi = rotation_vector(pose.rotation)
-    # Gamma_1 is singular at multiples of 2 pi alone.
+    # Gamma_1 is singular only at multiples of 2 pi.
     rho = np.linalg.solve(gammas(phi)[1], pose.vectors.T).T
     return np.concatenate((phi, rho.ravel()))
 
@@ -31,7 +31,7 @@ def inverse(pose: Pose) -> Pose:
 def adjoint(pose: Pose) -> np.ndarray:
     """Return Ad_X (3 + 3 n, 3 + 3 n): X exp(xi) = exp(Ad_X xi) X.
 
-    R on the diagonal, and `group.turning` as its first columns.
+    It has R on the diagonal, and `group.turning` as its first columns.
     """
     matrix = np.kron(np.eye(len(pose.vectors) + 1), pose.rotation)
     matrix[:, :3] = turning(pose)

@@ -1,7 +1,7 @@
-"""A network of one's own, with a loopback and nothing else, for tests that open DDS.
+"""A network namespace that has only a loopback interface, for tests that open DDS.
 
-DDS listens on all interfaces; in a namespace nobody else is there to be heard. Processes have a
-namespace of their own, too: what a test that failed leaves behind ends with it.
+DDS listens on all interfaces; in a namespace it can hear nobody else. Processes have a namespace of
+their own, too: processes that a failed test leaves behind end with it.
 """
 
 import functools
@@ -23,7 +23,7 @@ print(json.dumps(getattr(importlib.import_module(module), name)(*arguments)))
 
 @functools.cache
 def missing() -> str:
-    """Return what a test with DDS lacks here; an empty text if nothing."""
+    """Return what a test with DDS lacks here, or an empty text if it lacks nothing."""
     try:
         import cyclonedds  # noqa: F401
     except ImportError:
@@ -36,7 +36,7 @@ def missing() -> str:
 
 
 def in_namespace(function: Any, *arguments: object, within_s: float = 240) -> Any:
-    """Return what a function of a module returns in a network of its own, both as JSON can say."""
+    """Return a function's result in a network namespace; arguments and result go as JSON."""
     if missing():
         pytest.skip(missing())
     call = json.dumps([function.__module__, function.__name__, arguments])

@@ -1,4 +1,4 @@
-"""Cures of the rules of networks, SP0xx."""
+"""Cures for the rules of networks, SP0xx."""
 
 from functools import partial
 
@@ -20,7 +20,7 @@ class Camera(ChipProcess):
 
 
 def some(n: int) -> None:
-    """Return an ensemble to be left on the chip, where ``n`` is 1."""
+    """Add ``n`` ensembles that stay on the chip."""
     for _ in range(n):
         nengo.Ensemble(4, 1)
 
@@ -73,7 +73,7 @@ def over_host() -> None:
 def convolved(n: int, sparse: bool = False, twice: bool = False) -> None:
     """Connect 4 x 4 pixels to the first 16 of n neurons, by a convolution with a single weight.
 
-    If ``twice``, the first of 15 neurons is the first two pixels.
+    If ``twice``, there are 15 source neurons, the first of which is the first two pixels.
     """
     alike = {"gain": nengo.dists.Choice([1.0]), "bias": nengo.dists.Choice([1.0])}
     pre, post = nengo.Ensemble(16, 1), nengo.Ensemble(n, 1, **alike)
