@@ -1,4 +1,4 @@
-"""Small NIR graphs, written with the package nir, which spikeport reads without."""
+"""Small NIR graphs, written with the package nir; spikeport reads them without it."""
 
 import itertools
 from pathlib import Path
@@ -15,7 +15,7 @@ DT_S = 1e-3
 
 
 def cuba(n: int, tau_syn: float = 4e-3, tau_mem: float = 1e-2, **changes: float) -> nir.CubaLIF:
-    """Return current-based neurons of which a weight of 1 moves the voltage by 1."""
+    """Return current-based neurons whose voltage a weight of 1 moves by 1."""
     values = {
         "tau_syn": tau_syn,
         "tau_mem": tau_mem,
@@ -135,7 +135,7 @@ def written(folder: Path, graph: nir.NIRGraph, name: str = "graph.nir") -> Path:
 
 
 def folded(folder: Path, graph: nir.NIRGraph, dt_s: float = DT_S) -> PopulationGraph:
-    """Write a graph and read it back, as one of populations."""
+    """Write a graph and read it back, as a graph of populations."""
     return fold(flattened(read(written(folder, graph))), dt_s)
 
 

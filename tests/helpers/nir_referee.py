@@ -1,9 +1,9 @@
-"""NIR's equations in plain NumPy, node by node, written to be read: nothing of spikeport is in it.
+"""NIR's equations in plain NumPy, node by node, written to be read, and without spikeport.
 
-Within a step each node takes the sum of what the nodes before it have; a node that is reached again
-while it waits for its own input gives what it had in the step before. With ``chip``, as an exported
-image is to be run: each edge into neurons takes a step, decays have 12 bits and round towards zero,
-and metadata say where a voltage ends.
+Within a step each node takes the sum of the outputs of the nodes before it; a node that is reached
+again while it waits for its own input returns its output of the step before. With ``chip``, the
+graph runs as an exported image has to: each edge into neurons takes a step, decays have 12 bits and
+round towards zero, and metadata hold the limits of a voltage.
 """
 
 import nir
@@ -24,7 +24,7 @@ class Referee:
         self.last = {name: 0.0 * size_of(graph.nodes[name]) for name in self.state}
 
     def run(self, inputs: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Return what each node of neurons has in every step: spikes, or voltages."""
+        """Return the output of each node of neurons in every step: spikes, or voltages."""
         found = {name: [] for name in self.state}
         for step in range(len(next(iter(inputs.values())))):
             self.now = {name: rows[step] for name, rows in inputs.items()}
@@ -99,7 +99,7 @@ def size_of(node: nir.NIRNode) -> np.ndarray:
 
 
 def linear(node: nir.NIRNode, x: np.ndarray) -> np.ndarray:
-    """Return what a linear node makes of its input."""
+    """Return the output of a linear node."""
     if isinstance(node, nir.Affine | nir.Linear):
         return node.weight @ np.ravel(x) + getattr(node, "bias", 0.0)
     if isinstance(node, nir.Scale):
@@ -109,7 +109,7 @@ def linear(node: nir.NIRNode, x: np.ndarray) -> np.ndarray:
     if isinstance(node, nir.SumPool2d):
         return pooled(x, *(np.ravel(n) for n in (node.kernel_size, node.stride)))
     if isinstance(node, nir.Delay):
-        return x  # of one step, which the chip takes
+        return x  # the delay is one step, which the chip takes anyway
     raise NotImplementedError(type(node).__name__)
 
 

@@ -59,7 +59,7 @@ class Oracle:
         return [self._read(i) for i in range(len(self.image.outputs))]
 
     def _deliver(self) -> None:
-        """Add the weights of the rows that routes lead to, for every spike of the step before."""
+        """Add the weights of the rows that routes reach, for every spike of the previous step."""
         self.q[:] = 0
         for route, of_input in enumerate(self.image.routes.from_input):
             number = self.image.routes.source[route]

@@ -1,4 +1,4 @@
-"""Small packing problems: by hand, random, and solved by trying everything."""
+"""Small packing problems, made by hand or at random, and their solution by brute force."""
 
 from collections.abc import Iterator, Mapping
 
@@ -12,7 +12,7 @@ from spikeport.compile.placing.problem import Bins, Problem
 
 ROOM = Capacity((10, 10, 10, 10), (2, 2, 2, 1, 1, 1))
 HARD = (13, 14, 18, 12, 18, 21)
-"""Sizes that fill two cores of 50 almost, and that the simple rules spread over three."""
+"""Sizes that almost fill two cores of 50, and that the simple rules spread over three."""
 
 
 def load(compartments: int = 0, thresholds: int = 0, clipping: int = 0, in_axons: int = 0) -> Load:
@@ -30,7 +30,7 @@ def problem(
     traffic: object = None,
     audiences: Mapping[tuple[int, ...], int] | None = None,
 ) -> Problem:
-    """Draw loads, or their compartments, the spikes of pairs of blocks, and shared sources."""
+    """Return a problem of loads (or compartments), spikes of pairs of blocks, and audiences."""
     all_loads = [one if isinstance(one, Load) else load(one) for one in loads]
     matrix = np.zeros((len(loads), len(loads)))
     for (a, b), spikes in dict(traffic or {}).items():
@@ -39,7 +39,7 @@ def problem(
 
 
 def pairs(of: Problem) -> np.ndarray:
-    """Return the spikes between each two blocks, (n_blocks, n_blocks)."""
+    """Return the spikes between each pair of blocks, (n_blocks, n_blocks)."""
     between = of.traffic.direct.toarray()
     for blocks, sources in of.traffic.audiences.items():
         between[np.ix_(blocks, blocks)] += sources

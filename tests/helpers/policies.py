@@ -20,7 +20,7 @@ def built(options, **more):
 
 
 def float_error(options, **more):
-    """Return the error of mean actions in float, relative to how the exact ones vary."""
+    """Return the rms error of mean actions in float, relative to the exact actions' deviation."""
     shown = OBSERVATIONS[:30]
     with nengo.Network(seed=1) as network:
         net = built(options, **more)

@@ -1,4 +1,4 @@
-"""Random networks of everything that network passes rewrite, and a float run of them."""
+"""Random networks of all objects that network passes rewrite, and float runs of them."""
 
 import nengo
 import numpy as np
@@ -93,7 +93,7 @@ def float_run(rewrite: Rewrite) -> dict[nengo.Probe, np.ndarray]:
 
 
 def assert_equal_in_float(network: nengo.Network, *passes: NetworkPass) -> Rewrite:
-    """Compare all probes of a network with those of its rewrite, which it returns."""
+    """Compare all probes of a network with its rewrite's probes, and return the rewrite."""
     before = float_run(Rewrite(network, Names(network)))
     rewrite, _ = rewritten(network, *passes)
     after = float_run(rewrite)

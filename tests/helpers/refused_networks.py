@@ -1,4 +1,4 @@
-"""Networks that the chip takes, takes in part, or refuses, each for a reason of its own."""
+"""Networks that fit on the chip, fit in part, or are refused, each for another reason."""
 
 import nengo
 import nengo_loihi

@@ -37,7 +37,7 @@ def snapshot(chip: NativeChip | NengoLoihiChip | Oracle) -> Snapshot:
 def assert_equal_steps(image: ChipImage, seed: int, steps: Iterable[np.ndarray]) -> list[Snapshot]:
     """Run all three; state and outputs after every step, and counts at the end, must be equal.
 
-    Returns the states.
+    Return the states.
     """
     native, theirs, oracle = (make(image, seed) for make in (NativeChip, NengoLoihiChip, Oracle))
     states = []
@@ -63,7 +63,7 @@ def assert_equal_activity(native: NativeChip, theirs: NengoLoihiChip) -> None:
 
 
 def random_spikes(image: ChipImage, n_steps: int, seed: int) -> list[np.ndarray]:
-    """Return the sources that spike in each step: of each input none, some or all of them."""
+    """Return the sources that spike in each step: none, some or all sources of each input."""
     rng = np.random.RandomState(seed)
     sizes = image.inputs.size
     rates = rng.choice([0, 0.2, 1], size=(n_steps, len(sizes)))

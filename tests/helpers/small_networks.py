@@ -27,7 +27,7 @@ def ensemble(label: str, n: int, dimensions: int = 1, **options: Any) -> nengo.E
 
 
 def decoders(n: int, d: int) -> np.ndarray:
-    """Return (n, d) numbers that differ."""
+    """Return an (n, d) array of different numbers."""
     return np.arange(1.0, n * d + 1).reshape(n, d) / 100
 
 

@@ -11,7 +11,7 @@ ACCEPTING = 0x10000
 
 
 def family(process: int) -> list[int]:
-    """Return a process and all that came of it."""
+    """Return a process and all of its descendants."""
     found = [process]
     for children in Path(f"/proc/{process}/task").glob("*/children"):
         with contextlib.suppress(OSError):

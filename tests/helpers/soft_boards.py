@@ -23,7 +23,7 @@ def pool(chip: str = "softcore-ecp5-85f") -> SoftMemory:
 def board_line(image: ChipImage, baud_cycles: int, baud_error: float = 0.0) -> VerilatedLine:
     """Return a line to a board for an image, with queues of four messages.
 
-    ``baud_cycles`` of 0: with a FIFO to USB.
+    With ``baud_cycles`` of 0 the line is a FIFO to USB.
     """
     memory, used = written(image), pool()
     short = used.model_copy(update={"queue": used.queue.model_copy(update={"value": 4})})

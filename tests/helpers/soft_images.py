@@ -1,4 +1,4 @@
-"""Images that a soft core holds: random ones, brought within its registers."""
+"""Images that a soft core can hold: random images with values clipped to its registers."""
 
 from dataclasses import replace
 
@@ -10,14 +10,14 @@ from spikeport.compile.image.chip_image import ChipImage
 from tests.helpers.images import Block, Group, Output, Parts, Route, images
 
 BUILD = Build(cores=6, unit=0, log_queue=2)
-"""The one chip that tests build: room for all of their images, and queues that fill up at once."""
+"""The only chip that tests build: it has room for all their images, and queues that soon fill."""
 LARGEST = 2**23 - 1
 
 
 def held(image: ChipImage) -> ChipImage:
     """Return an image without noise, and with values that fit into registers of 24 bits."""
     blocks, compartments = image.blocks, image.compartments
-    # The bounds of the first of a core's blocks.
+    # The blocks of a core get the bounds of its first block.
     first = np.array([np.flatnonzero(blocks.core == core)[0] for core in blocks.core])
     vmin, vmax = (_within(one) for one in (blocks.vmin[first], blocks.vmax[first]))
     few = compartments.refract_delay // 21 * 21, compartments.decay_u // 1365 * 1365

@@ -1,8 +1,8 @@
-"""The integers of a memory image, and those of an image, in one form that can be compared.
+"""The integers of a memory image and of a chip image, in one form that can be compared.
 
-A memory image does not separate blocks, groups, axons and atoms. The same in both, and all that a
-step computes with, are the constants of each compartment, the bounds of its voltage, and what a
-spike of each source adds to each compartment, modulo 2^22.
+A memory image does not separate blocks, groups, axons and atoms. Both have the constants of each
+compartment, the bounds of its voltage, and the sum that a spike of each source adds to each
+compartment, modulo 2^22. A step computes with nothing else.
 """
 
 from typing import NamedTuple
@@ -30,7 +30,7 @@ class Integers(NamedTuple):
     constants: np.ndarray
     """bias, decay_u, decay_v, vth, refract_delay, vmin and vmax, (7, n_compartments)."""
     weights: sparse.csr_array
-    """Sums of what a spike of a source adds, wrapped to 22 bits, (n_sources, n_compartments)."""
+    """Sums that a spike of a source adds, wrapped to 22 bits, (n_sources, n_compartments)."""
 
 
 def of_image(image: ChipImage) -> Integers:
@@ -105,7 +105,7 @@ def _constants(core: CoreMemory) -> np.ndarray:
 def _summed(
     sources: np.ndarray, targets: np.ndarray, weights: np.ndarray, shape: tuple[int, int]
 ) -> sparse.csr_array:
-    """Return the sums of weights from source to target, wrapped, without those that are zero."""
+    """Return the sums of weights from source to target, wrapped, without zeros."""
     sums = sparse.coo_array((weights.astype(np.int64), (sources, targets)), shape=shape).tocsr()
     sums.data = wrapped(sums.data, SUM_BITS)
     sums.eliminate_zeros()

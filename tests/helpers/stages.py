@@ -1,4 +1,4 @@
-"""Lines of progress, which commands print where the error stream is no terminal."""
+"""Lines of progress, which commands print if the error stream is not a terminal."""
 
 import re
 

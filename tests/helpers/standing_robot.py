@@ -1,4 +1,4 @@
-"""Messages of a robot that stands in its default pose, as a controller has them."""
+"""Messages of a robot that stands in its default pose, as a controller receives them."""
 
 import struct
 
@@ -12,7 +12,7 @@ from spikeport.robot.link.signals import Sensors
 N = len(JOINTS)
 POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
 LIMITS = h1_limits()._replace(speed_rad_s=np.full(N, 20.0), torque_nm=np.full(N, 200.0))
-"""Limits that are alike for all joints, but for the ranges of angles."""
+"""Limits that are equal for all joints, except for the ranges of angles."""
 STANDING = Sensors(
     time_s=0.0,
     quaternion=np.array([1.0, 0.0, 0.0, 0.0]),
@@ -25,11 +25,11 @@ STANDING = Sensors(
 
 
 def remote(*keys: str) -> bytes:
-    """Return the 40 bytes of a remote whose keys are down."""
+    """Return the 40 bytes of a remote control on which these keys are pressed."""
     bits = sum(1 << KEYS.index(key) for key in keys)
     return struct.pack("<2xH36x", bits)
 
 
 def spoilt(good: Sensors, name: str, value: object) -> Sensors:
-    """Return an observation with a value replaced, or the first of several."""
+    """Return an observation with the first value of a signal replaced."""
     return good._replace(**{name: np.concatenate(([value], getattr(good, name)[1:]))})

@@ -1,4 +1,4 @@
-"""Sweeps whose points are finished by hand, or by functions that take no robot."""
+"""Sweeps whose points are finished by hand, or by functions that need no robot."""
 
 import os
 import signal
@@ -18,7 +18,7 @@ MARKS = "SPIKEPORT_TEST_MARKS"
 
 
 def result(point: Point, **metrics: object) -> dict[str, Any]:
-    """Return what a run of a point would write, with these metrics."""
+    """Return the result that a run of a point would write, with these metrics."""
     options = point.options
     return {
         "experiment": point.sweep.experiment,
@@ -33,12 +33,12 @@ def result(point: Point, **metrics: object) -> dict[str, Any]:
 def finish(
     folder: SweepFolder, point: Point, probes: bytes | None = None, **metrics: object
 ) -> None:
-    """Write what a point measured, as a worker does."""
+    """Write the result of a point, as a worker does."""
     folder.write(point, PointFiles(result(point, **metrics), probes))
 
 
 def do_as_told(point: Point, _scratch: str) -> PointFiles:
-    """Leave a mark, and then do what the point's `speed` says."""
+    """Leave a mark, and then behave as the point's `speed` asks."""
     marks = Path(os.environ[MARKS])
     (marks / f"{point.name}-{len(list(marks.iterdir()))}").touch()
     deaths = len(list(marks.glob(f"{point.name}-*")))

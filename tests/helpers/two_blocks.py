@@ -5,7 +5,7 @@ from tests.helpers.images import Block, Group, Parts, Route
 
 
 def two_blocks() -> ChipImage:
-    """Return two compartments that send to three, and one source on the host.
+    """Return an image of two compartments that send to three, and one source on the host.
 
     Axon 0 reads weights 64, 128 and 192 onto all three, axon 1 reads 320 onto the last; compartment
     i sends to axon i, the host to axon 1.

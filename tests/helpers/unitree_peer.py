@@ -1,7 +1,7 @@
 """Either end of a robot's interface by Unitree's C++ SDK; run by a Python that has far-unitree-sdk.
 
-``controller`` commands a robot and prints what it observed last, ``robot`` publishes states,
-answers as a motion switcher, and prints the command that it got last, as JSON.
+``controller`` commands a robot and prints its last observation, ``robot`` publishes states,
+answers as a motion switcher, and prints the last command that it received, as JSON.
 """
 
 import json
@@ -35,7 +35,7 @@ def controller(end: "unitree.UnitreeInterface", seconds: float) -> dict[str, obj
 
 
 def robot(end: "unitree.UnitreeInterface", seconds: float) -> dict[str, object]:
-    """Publish a ramp of angles, and be a motion switcher."""
+    """Publish a ramp of angles, and answer as a motion switcher."""
     end.enable_motion_switcher_responder()
     until = time.monotonic() + seconds
     while time.monotonic() < until:

@@ -27,11 +27,11 @@ def _heard(event: str, arguments: tuple[Any, ...]) -> None:
         _seen.append(f"writing {arguments[0]}")
 
 
-sys.addaudithook(_heard)  # stays until the end of the process, and does nothing but in `harm_of`
+sys.addaudithook(_heard)  # stays until the end of the process, and acts only in `harm_of`
 
 
 def harm_of(function: Callable[[], object]) -> list[str]:
-    """Call a function, and return what it did that could do harm."""
+    """Call a function, and return its events that could do harm."""
     global _seen
     _seen = []
     try:

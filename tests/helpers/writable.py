@@ -1,4 +1,4 @@
-"""Images whose integers all have a register: what nengo-loihi's discretiser makes, at random."""
+"""Random images whose integers all fit into registers, as nengo-loihi's discretiser makes them."""
 
 from dataclasses import replace
 
@@ -55,7 +55,7 @@ def _group(rng: np.random.RandomState, block: int, n: int) -> Group:
     kind = rng.choice([0, 16, 32])
     atoms, span = (rng.randint(1, 4) if kind else 1), rng.randint(1, n + 1)
     n_rows = rng.randint(1, 4)
-    n_axons = n_rows + rng.randint(3)  # nengo-loihi takes no rows that no axon reads
+    n_axons = n_rows + rng.randint(3)  # nengo-loihi refuses rows that no axon reads
     base = 4 * rng.randint(-1, (n - span) // 4 + 1, size=n_axons)
     return Group(
         block=block,
@@ -69,7 +69,7 @@ def _group(rng: np.random.RandomState, block: int, n: int) -> Group:
 def _routes(
     rng: np.random.RandomState, sizes: list[int], groups: list[Group], number: int
 ) -> list[Route]:
-    """Return a route of the host and one of a block, each source by some axon and some atom."""
+    """Return a route from the host and one from a block, with random axons and atoms."""
     group, source = groups[number], int(rng.randint(len(sizes)))
     made = []
     for size, of in ((6, {"input": 0}), (sizes[source], {"block": source})):
