@@ -1,9 +1,10 @@
 """Ways to obey a path follower: as the paper's law commands, or turning first and standing still.
 
-The paper's law commands a speed by distance alone, whatever the bearing. A robot whose reference
-stands, or is behind it, then circles it at full speed, for ever. `TurnFirst` slows a robot down
-that is to turn by more than `AHEAD_RAD`, to a turn in place from `ASIDE_RAD` on, and lets it stand
-near a reference that stands. Within `AHEAD_RAD` commands are those of the law, to the last bit.
+The paper's law commands a speed from the distance alone, whatever the bearing. A robot whose
+reference stands still, or is behind it, then circles the reference at full speed, for ever.
+`TurnFirst` slows the robot if it has to turn by more than `AHEAD_RAD`; from `ASIDE_RAD` on, the
+robot turns in place. Near a reference that stands still, the robot stands still, too. Within
+`AHEAD_RAD`, commands are those of the law, to the last bit.
 """
 
 import math
@@ -14,9 +15,9 @@ TURN_FIRST, PAPER = "turn-first", "paper"
 LAWS = (TURN_FIRST, PAPER)
 AHEAD_RAD, ASIDE_RAD = 1.0, 1.6
 NEAR_M, FAR_M = 0.2, 0.4
-"""A robot that is nearer stands, until it is farther away."""
+"""A robot within `NEAR_M` of a reference that stands, stands until it is beyond `FAR_M`."""
 STANDS_M_S = 0.02
-"""A reference that is slower stands."""
+"""A reference that is slower than this stands."""
 
 
 class TurnFirst:
@@ -46,7 +47,7 @@ class TurnFirst:
         heading_rad, at_x, at_y = state[:3].tolist()
         x, y = to_x - at_x, to_y - at_y
         still = np.hypot(vx, vy) < STANDS_M_S
-        # Two distances, so that a robot that sways does not set off and stop again and again.
+        # With two distances, a swaying robot does not set off and stop again and again.
         self._stands = bool(still and np.hypot(x, y) < (FAR_M if self._stands else NEAR_M))
         if self._stands:
             return np.zeros(2)
@@ -54,6 +55,6 @@ class TurnFirst:
         bearing = abs((turn + math.pi) % (2 * math.pi) - math.pi)
         if bearing <= AHEAD_RAD:
             return command
-        # It fades between two bearings, for the speed not to jump.
+        # The speed fades between the two bearings, so that it does not jump.
         share = max(0.0, (ASIDE_RAD - bearing) / (ASIDE_RAD - AHEAD_RAD))
         return np.array((share * command[0], command[1]))

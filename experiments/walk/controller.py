@@ -13,7 +13,7 @@ from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.node_functions import Held
 
 WATCHED = 96
-"""Ensembles whose spikes are kept where some fall silent, from all layers."""
+"""The number of ensembles, in all layers, whose spikes are kept if some are silenced."""
 
 
 class WalkController(nengo.Network):
@@ -46,7 +46,7 @@ def silence_ensembles(
 ) -> Sequence[nengo.Probe]:
     """Silence a share of the policy's ensembles, and probe a neuron of every eighth or so."""
     ensembles = list(walker.all_ensembles)
-    # not by an even stride: halves for either sign take turns
+    # not by an even stride, since halves for either sign alternate
     watched = np.linspace(0, len(ensembles) - 1, WATCHED).astype(int)
     seed = settings.network_seed
     silence(walker, settings.silence, settings.silence_at, settings.tau_fwd, seed)

@@ -1,8 +1,8 @@
 """The figure of a walking run, after the paper's Fig. 5, and the marks in its pictures.
 
-Above, path and trace from above, beside a picture of the robot where one can be drawn; below, over
-time, commands and motion, the distance from the path, and the gait: height of the pelvis and feet
-on the floor.
+At the top are path and trace from above, beside a picture of the robot if one can be drawn. Below,
+over time, are commands and motion, the distance from the path, and the gait: the height of the
+pelvis, and the feet on the floor.
 """
 
 from collections.abc import Sequence
@@ -105,7 +105,7 @@ def _draw_feet(axes: Axes, recording: WalkRecording) -> None:
 
 
 def walk_marks(run: WalkRun) -> Marks:
-    """Mark the path ahead and behind, the reference on it, and where the pelvis went."""
+    """Mark the path ahead and behind, the reference on it, and the trace of the pelvis."""
     recording = run.recording
     times = np.arange(0, recording.time_s[-1] + 2 * PATH_DT_S, PATH_DT_S)
     path = [_on_floor(run.path.at(t)[:2], 0.012, PATH_RGBA) for t in times]

@@ -1,11 +1,11 @@
-"""Gaits by which a policy in spikes is made and calibrated.
+"""Gaits for which a spiking policy is made and calibrated.
 
 The exact policy walks random commands for 40 s, undisturbed, or under each of some perturbations
 (`experiments.policy.settings.GAITS`). Its observations, with their mirror images, give the range of
 every observation (`encoding`), and of every hidden unit
-(`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. A policy in spikes
-knows nothing else: one that is to catch a pushed robot needs a gait with pushes. The drift of a
-policy that walks straight on gives its trim (`drift_trim`).
+(`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. A spiking policy
+knows nothing else: to recover from pushes it needs a gait with pushes. The drift of a policy that
+walks straight on gives its trim (`drift_trim`).
 """
 
 import functools
@@ -25,20 +25,20 @@ from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
 SECONDS = 40.0
 SEED = 1000
-"""No evaluation uses it."""
+"""The seed of gaits; no evaluation uses it."""
 HELD_S = 2.5
-"""For how long a command is held."""
+"""The time for which a command is held."""
 TAIL = 0.001
 """Share of the samples beyond the range of an observation, on each side."""
 MARGIN = 0.2
-"""By which the range is wider than what was recorded: spikes sway more."""
+"""The share by which the range is wider than the recorded one: robots sway more on spikes."""
 NARROWEST = 0.02
 """Half the range of an observation that never changes."""
 STRAIGHT = (0.5, 0.0)
 """Forward speed in m/s and yaw rate in rad/s of a walk that shows how a policy drifts."""
 STRAIGHT_S = 20.0
 SETTLED = 400
-"""Observations after which a robot walks as it goes on to."""
+"""The number of observations after which the gait of a robot is settled."""
 SIDEWAYS = PARTS["linear velocity"].start + 1
 COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 """Forward speed in m/s and yaw rate in rad/s for which the policy is trained."""
@@ -47,7 +47,7 @@ COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 def record_gait(
     policy: Policy, perturbations: Sequence[Perturbation] = (NONE,), seconds: float = SECONDS
 ) -> np.ndarray:
-    """Record (n, 69) observations and their mirror images; a robot that falls is put up again.
+    """Record observations (n, 69) and their mirror images; a robot that falls is stood up again.
 
     A read-out that is refitted on both treats left and right as the policy does. The robot walks
     for ``seconds`` under each of the perturbations.
@@ -63,10 +63,10 @@ def record_gait(
 
 
 def drift_trim(policy: Policy) -> np.ndarray:
-    """Return what observations (69,) lack for a robot not to drift as it walks straight on.
+    """Return the offset of observations (69,) that keeps a robot on a straight line from drifting.
 
-    A policy that observes a sideways motion moves as much the other way: the trim is how fast it
-    moved, in mean.
+    A policy that observes a sideways motion moves as much the other way: the trim is the mean
+    sideways velocity.
     """
     trim = np.zeros(OBSERVATION_SIZE)
     observed = _walked(policy, Plant(), lambda: STRAIGHT, STRAIGHT_S)
@@ -75,14 +75,14 @@ def drift_trim(policy: Policy) -> np.ndarray:
 
 
 def walks(perturbations: Sequence[Perturbation]) -> Walks:
-    """Return the walks that a policy is calibrated by: perturbed, and straight on without."""
+    """Return the walks that calibrate a policy: perturbed, and straight on without perturbation."""
     return Walks(functools.partial(record_gait, perturbations=perturbations), drift_trim)
 
 
 def _walked(
     policy: Policy, plant: Plant, command: Callable[[], Sequence[float]], seconds: float
 ) -> np.ndarray:
-    """Return (n, 69) observations of a robot that gets a new command every 2.5 s."""
+    """Return observations (n, 69) of a robot that gets a new command every 2.5 s."""
     rig = WalkRig(plant, None, OBSERVATION_DT_S, OBSERVATION_DT_S)
     line, action, observed = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
     rig.begin(SEED, line)
@@ -100,8 +100,8 @@ def _walked(
 
 
 def encoding(observations: np.ndarray) -> Box:
-    """Return the range of every observation, from recorded ones; commands have the training's."""
-    # Quantiles, since a single stumble would widen the range of all that neurons represent.
+    """Return the range of every observation from recorded ones, but of commands from training."""
+    # Quantiles, since a single stumble would widen the ranges that neurons represent.
     box = Box.around(np.quantile(observations, (TAIL, 1 - TAIL), axis=0), MARGIN)
     centre, half = box.centre.copy(), np.maximum(box.half, NARROWEST)
     (slowest, fastest), (_, turn) = COMMANDS

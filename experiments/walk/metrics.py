@@ -16,8 +16,8 @@ SMOOTHING_S = 0.2
 def metrics(run: WalkRun) -> dict[str, object]:
     """Return all metrics of a run.
 
-    Distances are those of all the time that was asked for: a robot that fell lies where it fell,
-    and the reference goes on. An early fall is not a short way well followed.
+    Distances are over the whole time that was asked for: a robot that fell lies where it fell, and
+    the reference goes on. So an early fall does not count as a short path that was followed well.
 
     - ``falls``: 1 if the robot fell, which ends the run, else 0; ``fallen_at_s``: when;
     - ``cross_track_rms_m``, ``cross_track_max_m``: distance of the pelvis from the nearest point of
@@ -68,7 +68,7 @@ def command_errors(recording: WalkRecording) -> np.ndarray:
 
 
 def smoothed(values: np.ndarray) -> np.ndarray:
-    """Return averages of values (n, ...), one a step of the physics, over the time around each."""
+    """Return moving averages of values (n, ...), one for each physics step, over `SMOOTHING_S`."""
     size = round(SMOOTHING_S / PHYSICS_DT_S)
     return np.asarray(uniform_filter1d(values, size, axis=0, mode="nearest"))
 

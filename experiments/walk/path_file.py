@@ -12,22 +12,22 @@ ENDING = ".csv"
 COLUMNS = "t_s,x_m,y_m"
 FASTEST_M_S = 1.0
 FASTEST_RAD_S = 1.0
-"""The walking policy is trained up to here."""
+"""The largest speed and yaw rate that the walking policy is trained for."""
 FARTHEST_START_M = 0.5
 """The largest distance from the robot to the beginning of a path."""
 LONGEST_M = 10_000.0
-"""Way of a path: it becomes points that are close to each other, and walking it takes hours."""
+"""The longest path: it becomes points that are close together, and walking it takes hours."""
 LARGEST = 1e10
 """The largest number: seconds may be counted from 1970; larger ones overflow later."""
 TURN_S = 4.0
-"""Turns are checked over this time: in it a robot can turn back, or round a corner."""
+"""Turns are checked over this time, in which a robot can turn back, or turn a corner."""
 ROUNDING = 1e-6
 TABLE_BYTES = 2**22
 """The largest file: a row for every millisecond of two minutes."""
 
 
 def path_files(name: str) -> list[Path]:
-    """Return the file of a path, if the name of a path is one."""
+    """Return the file of a path, or no file for the name of a built-in path."""
     return [Path(name)] if name.endswith(ENDING) else []
 
 
@@ -37,7 +37,7 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     Raises
     ------
     UsageError
-        If the file is not such a table, or the robot cannot follow what it says for so long.
+        If the file is not such a table, or the robot cannot follow its path for so long.
     """
     table = _read_table(file)
     if not (np.abs(table) <= LARGEST).all() or (np.diff(table[:, 0]) <= 0).any():
@@ -57,7 +57,7 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _read_table(file: Path) -> np.ndarray:
-    """Return its rows, (n, 3)."""
+    """Return the rows of a file, (n, 3)."""
     try:
         text = read_text(file, TABLE_BYTES)
     except MismatchError as error:
@@ -111,16 +111,16 @@ def _check_speed(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
 
 
 def _check_turns(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
-    """Refuse a path that turns on and on, faster than the robot; a corner alone is none."""
+    """Refuse a path that keeps turning faster than the robot can; a single corner is allowed."""
     steps = np.diff(points, axis=0)
     moves = np.linalg.norm(steps, axis=1) > 0
     if not moves.any():
         return
-    # A path that rests has no heading; unwrapped, so that turns beyond pi add up.
+    # Pieces without motion have no heading. Unwrapped, turns beyond pi add up.
     begun_s, heading = time_s[:-1][moves], np.unwrap(np.arctan2(*steps[moves].T[::-1]))
-    # For each piece, the end of those that begin within the time.
+    # For each piece, the end of the pieces that begin within `TURN_S` from there.
     end = np.searchsorted(begun_s, begun_s + TURN_S * (1 - ROUNDING), side="right")
-    # A turn to the left may follow one to the right: the ends of the time are not enough.
+    # A left turn may follow a right turn, so comparing the ends of the time is not enough.
     turned = _extremes(heading, end, np.maximum) - _extremes(heading, end, np.minimum)
     worst, limit = int(np.argmax(turned)), FASTEST_RAD_S * TURN_S
     if turned[worst] > limit:

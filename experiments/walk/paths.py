@@ -1,4 +1,4 @@
-"""Paths to walk: where the robot is to be at every moment, from the place where it starts.
+"""Paths to walk: the place and velocity to take at every moment, from the robot's start.
 
     p(t),  v(t) = dp/dt
 
@@ -18,7 +18,7 @@ from spikeport.errors import UsageError, unknown
 from spikeport.experiments.walk.path_file import ENDING, FASTEST_RAD_S, read_path
 
 SPACING_M = 0.005
-"""Between the points that stand for a path."""
+"""Distance between the points that represent a path."""
 ROUNDING = 0.01
 """The rounding error that a curvature between points may have."""
 
@@ -44,7 +44,7 @@ class WalkPath:
         return self._at(time_s - self.ramp_s / 2)
 
     def _at(self, time_s: float) -> np.ndarray:
-        """Return the same without the ramp."""
+        """Return position and velocity (4,) without the ramp."""
         end_s = self.time_s.item(-1)
         time_s = time_s % end_s if self.closed else min(time_s, end_s)
         # The piece from point i - 1 to i, also at the first and the last moment.
@@ -79,9 +79,9 @@ class WalkPath:
 
 
 def _distances_m(places: np.ndarray, begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
-    """Return the distance of each place from a piece of its own; all of these are (n, 2)."""
+    """Return the distance of each place from its own piece; all arguments are (n, 2)."""
     along, since = ends - begins, places - begins
-    # A path that stands has pieces without length.
+    # A path that rests has pieces without length.
     length2 = np.maximum((along * along).sum(axis=1), np.finfo(float).tiny)
     share = (since * along).sum(axis=1) / length2
     aside = since - np.clip(share, 0, 1)[:, np.newaxis] * along
@@ -99,7 +99,7 @@ def _s_curve(length_m: float) -> np.ndarray:
 
 
 def _figure_eight(_length_m: float) -> np.ndarray:
-    """Return Bernoulli's lemniscate, 6 m long, from its middle, of turns of 1 m and wider."""
+    """Return Bernoulli's lemniscate, 6 m long, from its middle; its turns have radii from 1 m."""
     t = np.linspace(np.pi / 2, 5 * np.pi / 2, 4001)
     # t from pi/2 on, so that the walk begins in the middle, where the curve is straight.
     x = 3 * np.cos(t) / (1 + np.sin(t) ** 2)
@@ -114,8 +114,8 @@ _QUARTER_TURNS = (1, 1, -1, 1, 1, 1)
 def _loop(_length_m: float) -> np.ndarray:
     """Return a loop shaped like an L, of straights and quarter turns to left (1) or right (-1).
 
-    It is an own path in place of the paper's, of whose places the paper states one, where its robot
-    ends: near (-1, 1). This one passes 1 m from there.
+    It replaces the paper's path, of which the paper states a single place, where its robot ends:
+    near (-1, 1). This path passes 1 m from there.
     """
     arc_m = _TURN_RADIUS_M * np.pi / 2
     lengths = np.full(2 * len(_STRAIGHTS_M) - 1, arc_m)
@@ -135,19 +135,19 @@ SHAPES: dict[str, tuple[Callable[[float], np.ndarray], bool]] = {
     "figure-eight": (_figure_eight, True),
     "loop": (_loop, True),
 }
-"""Points of at least a length, for each built-in path, and whether it is closed."""
+"""A function of a length that returns points of each built-in path, and whether it is closed."""
 ALIASES = {"paper": "loop"}
-"""Names that paths had."""
+"""Former names of paths."""
 
 
 def find_path(name: str, speed_m_s: float, seconds: float, ramp_s: float = 0.0) -> WalkPath:
-    """Return a built-in path at a speed, long enough for a time; or that of a file.
+    """Return a built-in path at a speed, long enough for a time; or the path of a file.
 
     Raises
     ------
     UsageError
-        If there is none of that name, the robot cannot turn so fast, or the file is not one that it
-        can follow so long, or is to have a ramp.
+        If there is no path of that name, the robot cannot turn so fast, or the robot cannot follow
+        the path of a file for so long, or that path is to have a ramp.
     """
     if name.endswith(ENDING):
         if ramp_s:
@@ -167,7 +167,7 @@ def find_path(name: str, speed_m_s: float, seconds: float, ramp_s: float = 0.0) 
 
 def _check_turns(name: str, points: np.ndarray, speed_m_s: float) -> None:
     arc_m, heading = _arc_m(points), np.unwrap(np.arctan2(*np.diff(points, axis=0).T[::-1]))
-    # Headings are those of pieces, hence at their middles.
+    # Headings are those of pieces, and so at their middles.
     between_m = np.diff((arc_m[1:] + arc_m[:-1]) / 2)
     sharpest = np.max(np.abs(np.diff(heading)) / between_m, initial=0.0)
     if speed_m_s * sharpest > FASTEST_RAD_S * (1 + ROUNDING):
@@ -185,7 +185,7 @@ def _from_the_robot(points: np.ndarray) -> np.ndarray:
 
 
 def _arc_m(points: np.ndarray) -> np.ndarray:
-    """Return (n,) the way from the first point to each."""
+    """Return the way (n,) along points from the first to each."""
     return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
 
 

@@ -25,8 +25,8 @@ from spikeport.robot.walk_interface import (
 )
 
 LEAD_S = 0.8
-"""The lead of the reference at the start: on the robot, the direction to it would
-be that of the gait's sway."""
+"""The lead of the reference at the start. If it began at the robot, the direction to
+it would only be that of the gait's sway."""
 
 OBSERVATION_DT_S = 0.005
 """Time from one observation of a spiking policy to the next."""
@@ -46,23 +46,23 @@ class WalkPort(Port):
     plant : Plant
         The robot.
     encoding : Box or None
-        Range of the observations that the policy represents; what is beyond is clipped.
+        Range of the observations that the policy represents; values beyond it are clipped.
     observe_every_s : float
         Time from one observation to the next, a multiple of the physics step.
     approach : TurnFirst or None
-        Limits the commands of the follower; None obeys them as they are.
+        Limits the commands of the follower; None leaves them as they are.
 
     Attributes
     ----------
     path : WalkPath
-        The path that is followed.
+        The path that the robot follows.
     lends_arm : bool
         True if another port drives the right arm; the action then drives all other joints.
     fallen_at_s : float or None
         The time at which the robot fell, which ends the run.
     inputs : tuple of array
         The last observation (69,), before it is clipped, with reference (4,) and state (5,), as
-        controllers know it; what is recorded is the true state.
+        controllers observe it; the recording has the true state.
     """
 
     size_in = ACTION_SIZE + COMMAND_SIZE
@@ -96,7 +96,7 @@ class WalkPort(Port):
         self.path, self._path_begun_s = path, self._plant.time_s
 
     def begin(self) -> None:
-        """Forget what was recorded; the path stays."""
+        """Forget the recording; the path stays."""
         self.fallen_at_s = None
         if self._approach is not None:
             self._approach.begin()
@@ -125,11 +125,11 @@ class WalkPort(Port):
         return np.concatenate((self._clipped, reference, state))
 
     def drive(self, values: np.ndarray) -> None:
-        """Hold the joints at the action's targets; raises DivergedError for what is not finite."""
+        """Hold the joints at the action's targets; DivergedError if a value is not finite."""
         action, command = values[:ACTION_SIZE], values[ACTION_SIZE:]
         if self._approach is not None:
             command = self._approach.limited(command, *self.inputs[1:])
-        # Recorded before it is judged, so that the last states show what was not finite.
+        # Recorded before the check, so that the last states show values that are not finite.
         self._record(action, command)
         if np.count_nonzero(np.isfinite(values)) < len(values):
             raise DivergedError(
@@ -154,12 +154,12 @@ class WalkPort(Port):
         )
 
     def recording(self) -> WalkRecording:
-        """Return what was observed and done so far."""
+        """Return the observations and actions so far."""
         return WalkRecording.of(self._rows)
 
 
 class PolicyView:
-    """The robot's motion as a walking policy observes it; no robot is to go sideways.
+    """The robot's motion as a walking policy observes it; no sideways speed is commanded.
 
     Commands change no faster than in training, as from a walk to a stand.
 
@@ -193,7 +193,7 @@ class PolicyView:
         state : RobotState
             The motion of the robot.
         command : (2,) array
-            Forward speed in m/s and yaw rate in rad/s that are wanted.
+            The wanted forward speed in m/s and yaw rate in rad/s.
         action : (19,) array
             The policy's answer to the last observation; zeros at the start.
         """
@@ -211,10 +211,10 @@ def _go_on(
     wanted: tuple[float, float, float],
     change: np.ndarray,
 ) -> None:
-    """Put an action behind the last ones, and go towards the command that is wanted.
+    """Put an action behind the last ones, and change the command towards the wanted one.
 
-    ``last`` (n, 19) are actions, the oldest first, and ``mean`` (19,) theirs, summed in this order;
-    ``command`` (3,) changes by ``change`` at most.
+    ``last`` (n, 19) are actions, the oldest first, and ``mean`` (19,) is their mean, summed in this
+    order; ``command`` (3,) changes by ``change`` at most.
     """
     n = len(last)
     for j in range(len(mean)):
@@ -256,7 +256,7 @@ class WalkRig(Rig):
         super().__init__(plant, [self.walk], dt_s)
 
     def begin(self, seed: int, path: WalkPath) -> None:
-        """Put the robot at the start of a path, standing as a seed varies it."""
+        """Put the robot at the start of a path, in a standing pose that the seed varies."""
         self.plant.reset(seed)
         self.walk.follow(path)
         self.loop.begin()

@@ -32,7 +32,7 @@ MOVING = ["x", "y", "vx", "vy"]
 def fallen(height_m: float, upright: float) -> bool:
     """Return whether the pelvis is below 0.7 m or tilted by more than 45 degrees.
 
-    ``upright`` is the share of its vertical axis that points upwards, cos(tilt).
+    ``upright`` is the upward component of the pelvis' own vertical axis, cos(tilt).
     """
     return height_m < LOWEST_PELVIS_M or upright < SMALLEST_UPRIGHT
 
@@ -44,7 +44,7 @@ class WalkRecording(Recording):
     Attributes
     ----------
     observation : (n, 69) array
-        The policy's last one, before it is clipped.
+        The policy's last observation, before it is clipped.
     reference : (n, 4) array
         Position in m and velocity in m/s to take, world frame.
     state : (n, 5) array
@@ -58,10 +58,10 @@ class WalkRecording(Recording):
     on_floor : (n, 2) array of bool
         True if the left and the right foot touch the floor.
     quaternion : (n, 4) array
-        Orientation of the pelvis (w, x, y, z) when the policy observed last, without noise and
+        Orientation of the pelvis (w, x, y, z) at the policy's last observation, without noise and
         delay.
     turning_rad_s : (n, 3) array
-        Its angular velocity then, in its own frame.
+        Angular velocity of the pelvis at that time, in its own frame.
     """
 
     observation: np.ndarray
@@ -81,9 +81,9 @@ class WalkRecording(Recording):
 
     @property
     def walked_m(self) -> float:
-        """Length of the way by half seconds, in m, to the end: sway within them is not way."""
+        """Length of the way in m, to the end, by half seconds: sway within them does not count."""
         half_s = np.floor(2 * self.time_s + ROUNDING)
-        # The first place of each half second, and the last one of all.
+        # The first place of each half second, and the last place of the run.
         begins = np.flatnonzero(np.diff(half_s, prepend=-1))
         kept = self.position_m[np.append(begins, len(half_s) - 1)]
         return float(np.linalg.norm(np.diff(kept, axis=0), axis=1).sum())

@@ -15,14 +15,14 @@ FOLLOWERS = ("spiking", "exact")
 
 @dataclass(frozen=True, kw_only=True)
 class WalkSettings(PolicySettings):
-    """Settings of the path and the controller; see `PolicySettings` for the others.
+    """Settings of the path and the controller; see `PolicySettings` for the other settings.
 
     ``path`` is ``line``, ``s-curve``, ``figure-eight`` or ``loop``, walked at ``speed`` m/s, which
     the reference reaches in ``ramp`` s, or a CSV file with columns ``t_s,x_m,y_m``.
-    ``follower`` is ``spiking`` or ``exact``, and obeyed as ``law`` says: ``turn-first``, or
-    ``paper`` (see `experiments.walk.approach`). ``policy`` can be ``mlp`` too, the shipped one
-    without neurons. ``silence`` is the share of the policy's ensembles that are inhibited from
-    ``silence_at`` s on.
+    ``follower`` is ``spiking`` or ``exact``; ``law`` is the way to obey its commands,
+    ``turn-first`` or ``paper`` (see `experiments.walk.approach`). ``policy`` can also be ``mlp``,
+    the shipped policy without neurons. ``silence`` is the share of the policy's ensembles that are
+    inhibited from ``silence_at`` s on.
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking", EXACT)

@@ -1,6 +1,6 @@
 """The paper's Fig. 5c: spikes of the policy above, the pose of the pelvis below.
 
-The red line is where some of the ensembles fall silent; the figure begins a few steps before it.
+The red line is the time at which ensembles are silenced; the figure begins shortly before it.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """The paper's Fig. 5b: how well the robot follows its path, over a sweep of the policy's neurons.
 
-Errors are those of runs that walked to their end: a robot that fell lies where it fell, near its
-path if that was early. Under them is the share of runs that fell.
+Errors are of runs that walked to their end: a robot that fell lies where it fell, near its path if
+it fell early. Under the errors is the share of runs that fell.
 """
 
 import xarray as xr

@@ -1,4 +1,4 @@
-"""The paper's Fig. 5a: where the robot walked with either policy, over the ideal path."""
+"""The paper's Fig. 5a: the way of the robot with each policy, over the ideal path."""
 
 import numpy as np
 import xarray as xr
@@ -55,7 +55,7 @@ def _draw_trace(axes: Axes, folder: SweepFolder, point: Point) -> None:
 
 
 def _places(folder: SweepFolder, point: Point) -> np.ndarray:
-    """Return where the robot was, (n, 2) in m, or raise UsageError if its file was altered."""
+    """Return the robot's places, (n, 2) in m; raises UsageError if their file was altered."""
     path = folder.probes_path(point)
     try:
         state = read_dataset(path).state.transpose("time", "turned")

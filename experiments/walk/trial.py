@@ -62,7 +62,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
     @property
     def recorded(self) -> dict[str, object]:
-        """Everything that the recorded gait depends on beside the policy."""
+        """Everything that the recorded gait depends on, besides the policy."""
         return {"experiment": self.name, "gait": self.settings.gait}
 
     @property
@@ -81,7 +81,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         Raises
         ------
         UsageError
-            If there is none of that name, or the robot cannot follow it.
+            If there is no path of that name, or the robot cannot follow it.
         """
         settings = self.settings
         seconds = self.options.seconds + LEAD_S
@@ -97,7 +97,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
 
     def calibrate(self) -> DecoderCalibration:
-        """Fit the policy to what its neurons do where they run; UsageError if it has none."""
+        """Fit the policy to its neurons' spikes on the backend; UsageError without neurons."""
         if self.exact_policy:
             raise UsageError(f"policy={EXACT}: has no neurons to calibrate; cure: leave it out")
         weights = self.settings.walking_policy()
@@ -111,8 +111,8 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         Raises
         ------
         UsageError
-            If the path cannot be followed, the policy is not for this robot or has no neurons to
-            silence, or its calibration was made for another.
+            If the path cannot be followed, the policy is for another robot or has no neurons to
+            silence, or its calibration was made for another policy or other settings.
         """
         settings = self.settings
         self.check()
@@ -151,12 +151,13 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         return walks(GAITS[self.settings.gait])
 
     def spiking_policy(self) -> tuple[PolicyNetwork, Box]:
-        """Convert the policy for what it observes as it walks, and return its encoding too.
+        """Convert the policy for the observations of its gait, and return it with its encoding.
 
         Raises
         ------
         UsageError
-            If the policy is not for this robot, or its calibration was made for another.
+            If the policy is for another robot, or its calibration was made for another policy or
+            other settings.
         """
         settings, weights = self.settings, self.settings.walking_policy()
         gait, layers = self._gait(weights), policy_layers(weights)
@@ -202,7 +203,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         return dataset(run)
 
     def scenes(self, run: WalkRun) -> Scenes:
-        """Return path and trace, with the robot at the end."""
+        """Return a scene of the robot at the end, with path and trace."""
         return Scenes(walk_marks(run), "track")
 
     def figure(self, run: WalkRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
