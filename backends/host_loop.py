@@ -178,7 +178,7 @@ class HostLoop:
         """Return a connection with the target's encoders included in its weights, as in Nengo."""
         found, model = self.compilation.built.get(connection), self.compilation.model
         target = base(connection.post_obj)
-        if found is not None:  # passes took encoders and decoders apart
+        if found is not None:  # passes separated encoders and decoders
             encoders = self._built_ensemble(target).scaled_encoders
             return found._replace(weights=encoders[:, target_rows(connection)] @ found.weights)
         if connection not in model.params:

@@ -30,7 +30,7 @@ class _BoardStep(NamedTuple):
 
 
 def recounted(image: ChipImage, path: Path, n_steps: int) -> Totals:
-    """Return the totals after so many steps of a record's host, by stepping the image again.
+    """Return the totals after ``n_steps`` steps of a record's host, by stepping the image again.
 
     Parameters
     ----------

@@ -339,7 +339,7 @@ def _keep_alive(connected: socket.socket) -> None:
 def secured(
     plain: socket.socket, context: ssl.SSLContext | None, say: Callable[[str], None]
 ) -> socket.socket | None:
-    """Return a connection, with TLS if there is a context; if TLS fails, say why, return None."""
+    """Return a connection, with TLS if there is a context; say why and return None if TLS fails."""
     if context is None:
         return plain
     try:

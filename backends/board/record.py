@@ -133,7 +133,7 @@ class SessionRecorder:
         self._file.write(b"".join((head, crc, payload)))
 
     def totals(self, body: bytes) -> None:
-        """Write totals that the host asked for; at the end of a step, before the step itself."""
+        """Write totals that the host asked for; totals of a step's end come before its entry."""
         self._add(Entry.TOTALS, body)
 
     def close(self) -> None:

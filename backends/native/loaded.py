@@ -20,8 +20,8 @@ class Neurons(NamedTuple):
     """Constants of neurons: per compartment, unless the field states another shape."""
 
     block: np.ndarray
-    """First compartment of each block, the one after its last, its core, and 1 if all compartments
-    have a bias, hence are always active, (n_blocks, 4)."""
+    """First compartment of each block, the compartment after its last, its core, and 1 if all its
+    compartments have a bias, hence are always active, (n_blocks, 4)."""
     stretch: np.ndarray
     """Stretches of compartments with equal limits: begin, end, vmin, vmax, (.., 4)."""
     bias: np.ndarray

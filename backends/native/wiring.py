@@ -38,7 +38,7 @@ CACHE_LINE = 64
 
 
 class Wiring(NamedTuple):
-    """The ways of spikes. Arrays ``x_start`` are offsets that divide others, as in a chip image."""
+    """The tables that deliver spikes. Arrays ``x_start`` divide others, as in a chip image."""
 
     delivery_start: np.ndarray
     """Start of each source among the deliveries, (n_sources + 1,)."""
@@ -58,9 +58,9 @@ class Wiring(NamedTuple):
     value: np.ndarray
     """The scattered weights in units of 2^shift, in the type of the sums."""
     shift: int
-    """Bits by which the weights of all runs are to be shifted."""
+    """Bits by which the weights of all runs must be shifted to the left."""
     fan: np.ndarray
-    """Fan of each source; sources of a core whose spikes cost the same share one, (n_sources,)."""
+    """Fan of each source; sources of a core with equal costs share a fan, (n_sources,)."""
     fan_start: np.ndarray
     """Start of each fan among the costs, (n_fans + 1,)."""
     cost: np.ndarray

@@ -169,7 +169,7 @@ def _seeds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 def _refractory(image: ChipImage, placement: Placement) -> Iterator[Finding]:
-    """Yield blocks with several delays: snips detect spikes by the first compartment's alone."""
+    """Yield blocks with several delays: snips detect spikes by the first compartment's delay."""
     for block in np.unique(image.compartment_block[spikes_read(image)]):
         delays = np.unique(image.compartments.refract_delay[part(image.blocks.start, block)])
         if len(delays) > 1:

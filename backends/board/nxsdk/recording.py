@@ -61,7 +61,7 @@ class Core(Register):
 
     @property
     def ids(self) -> tuple[int, int]:
-        """The ids by which axons name the core: that of its chip, and its own."""
+        """The ids by which axons name the core: the id of its chip, and its own."""
         return self.parent.id, self.id
 
     @property
