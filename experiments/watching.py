@@ -1,7 +1,8 @@
 """The time series of a run under way, on request of viewers in other processes.
 
-A viewer leaves an empty file in the run's folder. The run looks for this file between its steps,
-writes its time series so far beside it, and removes it. A run that nobody watches writes nothing.
+A viewer leaves an empty file in the run's folder, as a request. The run looks for it between its
+steps, writes its time series so far beside it, and then removes the request. A run that nobody
+watches writes nothing.
 """
 
 import contextlib

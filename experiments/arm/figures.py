@@ -47,7 +47,7 @@ def draw_figure(
     pictures: Sequence[np.ndarray],
     result: Result,
 ) -> Figure:
-    """Draw the drawing of a stroke (n, 3) in m; ``result`` is the content of ``result.json``.
+    """Draw a drawing run of a stroke (n, 3) in m; ``result`` is the content of ``result.json``.
 
     Above, the digit as the robot sees it, template and trace, beside a picture of the robot where
     one can be drawn; below, the distances of the hand to the target and to the template over time.

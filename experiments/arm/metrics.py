@@ -37,7 +37,7 @@ def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, obje
     """Return the metrics of a reach run, and those of `arm_metrics`.
 
     - ``reaches``: targets reached; ``seconds_per_reach_mean`` and ``_max``: time between reaches,
-      from the start of the run; the maximum includes the time from the last reach to the end;
+      the first from the start of the run; the maximum includes the time from the last to the end;
     - ``distance_rms_m``: distance of hand and target, root mean square over the run.
     """
     gaps = np.diff([0.0, *reach_times_s])

@@ -23,7 +23,7 @@ _SHOULDER = np.array(SHOULDER_M)
 
 
 class Frame(NamedTuple):
-    """A frame with axes ``rotation`` (3, 3), in which the world's ``origin`` (3,) is ``home``.
+    """A frame with axes ``rotation`` (3, 3), in which the world's point ``origin`` is at ``home``.
 
     Places are in m.
     """

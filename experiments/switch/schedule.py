@@ -37,7 +37,7 @@ class _Strictly(BaseModel):
 
 
 class Phase(_Strictly):
-    """A time with its utilities, and the goal of the action with the highest utility.
+    """A span of time with its utilities, and the goal of the action with the highest utility.
 
     ``path`` and ``speed_m_s`` are the goal of walking, as `experiments.walk.paths.find_path` takes
     them; ``arm`` is the goal of drawing.

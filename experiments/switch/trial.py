@@ -58,7 +58,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     Raises
     ------
     UsageError
-        If the schedule is wrong, or longer than the run.
+        If the schedule is invalid, or longer than the run.
     """
 
     name = "switch"

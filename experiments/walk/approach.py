@@ -15,7 +15,7 @@ TURN_FIRST, PAPER = "turn-first", "paper"
 LAWS = (TURN_FIRST, PAPER)
 AHEAD_RAD, ASIDE_RAD = 1.0, 1.6
 NEAR_M, FAR_M = 0.2, 0.4
-"""A robot within `NEAR_M` of a reference that stands, stands until it is beyond `FAR_M`."""
+"""Within `NEAR_M` of a reference that stands, a robot stands until it is beyond `FAR_M`."""
 STANDS_M_S = 0.02
 """A reference that is slower than this stands."""
 

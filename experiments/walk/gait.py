@@ -63,7 +63,7 @@ def record_gait(
 
 
 def drift_trim(policy: Policy) -> np.ndarray:
-    """Return the offset of observations (69,) that keeps a robot on a straight line from drifting.
+    """Return the offset of observations (69,) that keeps a robot straight, without drift.
 
     A policy that observes a sideways motion moves as much the other way: the trim is the mean
     sideways velocity.

@@ -135,7 +135,7 @@ SHAPES: dict[str, tuple[Callable[[float], np.ndarray], bool]] = {
     "figure-eight": (_figure_eight, True),
     "loop": (_loop, True),
 }
-"""A function of a length that returns points of each built-in path, and whether it is closed."""
+"""For each built-in path: points of at least a length, and whether the path is closed."""
 ALIASES = {"paper": "loop"}
 """Former names of paths."""
 
