@@ -1,9 +1,9 @@
-"""The worst of many runs of the arm: networks of three seeds, targets of five, all ten digits.
+"""The worst of many runs of the arm: three network seeds, five target seeds and all ten digits.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/arm_matrix.py [--preset lean] [--calibrated]
         [--network-seed N]... [--digit N]... [--task TASK]...
 
-Every run that is done stays in ``build/arm_runs`` and is not repeated: delete it to measure anew.
+Finished runs stay in ``build/arm_runs`` and are not repeated: delete them to measure again.
 """
 
 import argparse
@@ -47,7 +47,7 @@ def worst(task: str, runs: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Run what is missing and print the worst of each task."""
+    """Run the missing runs, and print the worst figures of each task."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--preset", choices=PRESETS, default="lean")
     parser.add_argument("--calibrated", action="store_true")

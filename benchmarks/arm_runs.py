@@ -1,4 +1,4 @@
-"""Runs of the arm for the benchmarks: one network for many runs, one file for each that is done."""
+"""Runs of the arm for the benchmarks: one network for many runs, one file for each finished run."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping
@@ -28,12 +28,12 @@ def draw_trial(digit: int, **settings: Any) -> ArmTrial:
 
 
 def results(trials: Mapping[int, ArmTrial], name: str) -> Iterator[dict[str, Any]]:
-    """Return the figures of trials that need the same network; earlier ones are read."""
+    """Return the figures of trials with the same network; finished ones are read from files."""
     return saved_results(RESULTS, name, trials, prepare, _result)
 
 
 def _result(trial: ArmTrial, ready: Ready[Any]) -> dict[str, Any]:
-    """Return the metrics of a run, what it took on the chip, and how fast the processor was."""
+    """Return the metrics of a run, its costs on the chip, and its speed in CPU time."""
     done = perform(trial, ready)
     assert isinstance(trial.options.progress, Clock)
     chip = on_chip(done.sim)

@@ -2,7 +2,7 @@
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/arm_sizes.py [--m1 N]... [--into docs/arm.md]
 
-Runs that are done stay in ``build/arm_runs``, see ``arm_matrix.py``.
+Finished runs stay in ``build/arm_runs``, see ``arm_matrix.py``.
 """
 
 import argparse
@@ -52,7 +52,7 @@ def _most(runs: list[dict[str, Any]], key: str) -> float:
 
 
 def main() -> None:
-    """Measure what is missing; print the table, or write it."""
+    """Run the missing runs; print the table, or write it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--m1", type=int, action="append")
     parser.add_argument("--into", type=Path)

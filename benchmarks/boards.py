@@ -1,4 +1,4 @@
-"""A board of more chips than the built-in ones have."""
+"""A board with more chips than the built-in boards have."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The networks whose speed is measured, and those that several benchmarks build."""
+"""The networks whose speed is measured, and networks that several benchmarks build."""
 
 import itertools
 from collections.abc import Callable
@@ -16,7 +16,7 @@ class Case(NamedTuple):
 
 
 def chain(n: int, n_neurons: int, seed: int | None = None) -> nengo.Network:
-    """Return n ensembles, each decoded into the next; with one seed for all, they are equal."""
+    """Return n ensembles, each decoded into the next; with a seed, all are equal."""
     with nengo.Network(seed=0) as network:
         stimulus = nengo.Node(lambda t: np.sin(t))
         ensembles = [nengo.Ensemble(n_neurons, 1, seed=seed) for _ in range(n)]
@@ -46,7 +46,7 @@ def arm_like() -> nengo.Network:
 
 
 def layers() -> nengo.Network:
-    """Return three layers of LIF neurons, each wired to all of the next, by random weights."""
+    """Return three layers of LIF neurons, fully connected by random weights."""
     n, n_inputs, n_outputs, rng = 2560, 96, 12, np.random.RandomState(0)
     with nengo.Network(seed=0) as network:
         observation = nengo.Node(lambda t: np.sin(5 * t + np.arange(n_inputs)))
@@ -93,7 +93,7 @@ def channel() -> nengo.Network:
 
 
 def adaptive() -> nengo.Network:
-    """Return adaptive control of a motor under a load: 1,000 neurons learn what a PD law leaves."""
+    """Return adaptive control of a motor under a load: 1,000 neurons learn to correct a PD law."""
     motor = np.zeros(2)
 
     def advance(t: float, torque: np.ndarray) -> np.ndarray:

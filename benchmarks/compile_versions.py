@@ -1,12 +1,12 @@
-"""CPU time and memory of compiles here, beside those of another version.
+"""CPU time and memory of compiles by this version, and by another one.
 
     git worktree add /tmp/old COMMIT && pip install --no-deps --target /tmp/old-site /tmp/old
     OPENBLAS_NUM_THREADS=1 python benchmarks/compile_versions.py /tmp/old-site [--network NAME]...
 
-Each compile is a process of its own, and versions take turns. CPU time is that of the compile
-alone; memory is what the process grew by during it. ``import`` is that of `Simulator`. ``arm`` and
-``humanoid`` are the networks of `run reach` and `run switch`; their time is that of making the
-simulator, with its kernels already on disk.
+Each compile runs in a process of its own, and the versions take turns. CPU time is that of the
+compile alone; memory is the growth of the process during it. ``import`` is the import of
+`Simulator`. ``arm`` and ``humanoid`` are the networks of `run reach` and `run switch`; their time
+is that of making the simulator, with its kernels already on disk.
 """
 
 import contextlib
@@ -28,7 +28,7 @@ from versions import EXPERIMENTS, HERE, new_parser
 
 HEADS = ("network", "before, CPU s", "now, CPU s", "times", "before, MB", "now, MB")
 RUNS = {"arm": "reach", "humanoid": "switch"}
-"""Experiments whose networks are compiled, with decoders as they are solved."""
+"""Experiments whose networks are compiled, with decoders that are solved, not calibrated."""
 
 
 def dense() -> Any:
@@ -45,7 +45,7 @@ def dense() -> Any:
 
 
 def policy() -> Any:
-    """Return a walking policy of ELU units: 3 layers of 128, each two ensembles of 20 neurons."""
+    """Return a walking policy of 3 layers of 128 ELU units, each two ensembles of 20 neurons."""
     import numpy as np
 
     from spikeport.networks import policy_values
@@ -85,7 +85,7 @@ NETWORKS: dict[str, tuple[Callable[[], Any], str]] = {
     "chain": (chain, "as_written"),
     "decoded": (decoded, "compact"),
 }
-"""Networks, and the passes they are compiled by."""
+"""Networks, and the pipelines that compile them."""
 
 
 def measure(name: str) -> dict[str, float]:
@@ -110,7 +110,7 @@ def measure(name: str) -> dict[str, float]:
 
 
 def _of_a_run(experiment: str) -> dict[str, float]:
-    """Begin a run, up to its first step."""
+    """Return CPU time and memory of making the simulator of a run."""
     from spikeport.cli import main as command
     from spikeport.simulator import Simulator
 
@@ -118,7 +118,7 @@ def _of_a_run(experiment: str) -> dict[str, float]:
     found: dict[str, float] = {}
 
     class Made(Exception):  # noqa: N818, it is no error
-        """The simulator is there."""
+        """The simulator has been made."""
 
     def timed(self: Simulator, *arguments: Any, **options: Any) -> None:
         before, begin = peak_bytes(), time.process_time()
@@ -129,7 +129,7 @@ def _of_a_run(experiment: str) -> dict[str, float]:
 
     Simulator.__init__ = timed  # type: ignore[method-assign]
     with tempfile.TemporaryDirectory() as folder:
-        os.environ["SPIKEPORT_CACHE"] = str(Path(folder, "cache"))  # nothing is kept there yet
+        os.environ["SPIKEPORT_CACHE"] = str(Path(folder, "cache"))  # empty, so nothing is reused
         sys.argv = ["spikeport", "run", experiment, *EXPERIMENTS[experiment]]
         sys.argv += ["--out", str(Path(folder, "run"))]
         with contextlib.suppress(Made):
@@ -142,7 +142,7 @@ def _found(begin: float, before: float) -> dict[str, float]:
 
 
 def compare(name: str, old_site: str, repeats: int) -> tuple[str, ...]:
-    """Return a row of the table: medians of both versions, in turn."""
+    """Return a row of the table: medians of both versions, which take turns."""
     found = [[_in_process(folder, name) for folder in (old_site, HERE)] for _ in range(repeats)]
     cpu_s, mb = (
         [statistics.median(one[key] for one in version) for version in zip(*found, strict=True)]

@@ -1,10 +1,10 @@
-"""Energy of runs on the chip beside that of computers for the same controllers.
+"""Energy of runs on the chip, and of computers for the same controllers.
 
     spikeport run walk --set path=loop --out walk      # and any other runs
     OPENBLAS_NUM_THREADS=1 python benchmarks/computers.py walk [...] [--into docs/costs.md]
 
-Times of the controllers in NumPy are CPU times of this machine. Its power is read from RAPL where
-there is one that may be read, else assumed, and the table says which.
+Times of the controllers in NumPy are CPU times of this machine. Its power is read from RAPL if RAPL
+is readable, else assumed; the table says which.
 """
 
 import argparse
@@ -29,20 +29,20 @@ from spikeport.robot.walk_interface import CONTROL_DT_S
 
 RAPL = Path("/sys/class/powercap/intel-rapl:0/energy_uj")
 ASSUMED_W = 10.0
-"""Power of a core at work, where none is measured: an assumption, not a figure of this machine."""
+"""Power of a core at work, if it cannot be measured: assumed, not a figure of this machine."""
 ROUNDS = 7
 LAW_DT_S = 0.005
-"""Period of the arm's law, that of the physics."""
+"""Period of the arm's law, which is the step of the physics."""
 WALKING, ARM = ("policy", "path follower"), ("arm's law",)
 CONTROLLERS = {"reach": ARM, "draw": ARM, "walk": WALKING, "switch": (*WALKING, *ARM)}
-"""The controllers of each experiment, all of which a chip computes all the time."""
+"""The controllers of each experiment; the chip computes all of them all the time."""
 
 Times = dict[str, tuple[float, float]]
 """CPU time in s and period in s of each controller."""
 
 
 class Power(NamedTuple):
-    """Power of this machine at work, in W, and where it is from."""
+    """Power of this machine at work, in W, and the source of the figure."""
 
     watts: float
     source: str
@@ -74,7 +74,7 @@ def in_numpy() -> Times:
 
 
 def power() -> Power:
-    """Return the power of this machine by RAPL, while it computes for a second; else assumed."""
+    """Return this machine's power by RAPL while it computes for a second, else assumed power."""
     try:
         before, begin = int(RAPL.read_text()), time.monotonic()
         policy, observation = load(), np.zeros(69)
@@ -103,7 +103,7 @@ def on_chip(result: dict[str, Any]) -> OnChip:
 
 
 def units(results: dict[str, dict[str, Any]], times: Times, drawn: Power) -> str:
-    """Return joules by unit of what the robot did, run by run, and those of NumPy here."""
+    """Return a table of the energy per unit of the robot's task, of each run and of NumPy here."""
     heads = (
         *("run", "unit", "dynamic, davies2018", f"dynamic, {CALIBRATION}", "static [interval]"),
         f"the same in NumPy, at {drawn.watts:g} W",
@@ -124,18 +124,18 @@ def units(results: dict[str, dict[str, Any]], times: Times, drawn: Power) -> str
 
 
 def _load(experiment: str, times: Times) -> float:
-    """Return the share of its time that this CPU is at work for an experiment's controllers."""
+    """Return the share of time that this CPU computes an experiment's controllers."""
     return sum(times[name][0] / times[name][1] for name in CONTROLLERS[experiment])
 
 
 def _seconds(result: dict[str, Any], unit: str) -> float:
-    """Return how long a unit took: its energy at rest by the power at rest."""
+    """Return the duration of a unit: its static energy over the static power."""
     static_j = result["energy_by_unit"][unit][CALIBRATION]["static"]["value"]
     return float(static_j / result["energy"][CALIBRATION]["static"]["power"]["value"])
 
 
 def computers(times: Times, drawn: Power) -> str:
-    """Return the energy of a policy period on every computer."""
+    """Return a table of the energy of a policy period on every computer."""
     macs = macs_of_policy()
     heads = ("computer", "operations", "at rest, 20 ms", "in all, 20 ms", "source")
     rows = [
@@ -155,7 +155,7 @@ def computers(times: Times, drawn: Power) -> str:
 
 
 def where_equal(results: dict[str, dict[str, Any]]) -> str:
-    """Return what would have to be true for the chip to draw no more than each computer."""
+    """Return a table of the figures with which the chip would draw no more than each computer."""
     heads = ("run", "against", "synaptic operations a step", "dynamic a step", "static", "rate")
     macs = macs_of_policy()
     return markdown_table.table(
@@ -171,7 +171,7 @@ def where_equal(results: dict[str, dict[str, Any]]) -> str:
 
 
 def _words(found: BreakEven, chip: OnChip) -> Iterator[str]:
-    """Yield each figure beside the one it has now."""
+    """Yield each break-even figure, and the present one."""
     operations, dynamic_j, static_w, rate_hz = found
     now = chip.synaptic_operations
     yield "none" if operations is None else f"{operations:,.0f} (now {now:,.0f})"
@@ -201,7 +201,7 @@ def _interval(estimate: dict[str, float]) -> str:
 
 
 def timed(times: Times, drawn: Power) -> str:
-    """Return the controllers in NumPy on this CPU."""
+    """Return a table of the controllers in NumPy on this CPU."""
     heads = (
         "controller in NumPy",
         "CPU time",

@@ -2,10 +2,10 @@
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/estimators.py [--seconds 40] [--seeds 3] [--into FILE]
 
-In an open loop the controllers observe the truth, and the estimator looks on; in a closed loop they
-observe the estimate alone, the path follower too. Errors are rms over all seeds up to a fall,
-without the first second; the distance from the path is that of the whole walk. Drift is at the end,
-in the worst of the seeds.
+In an open loop, the controllers observe the truth, and the estimator only runs along. In a closed
+loop, all controllers, including the path follower, only observe the estimate. Errors are rms over
+all seeds, up to a fall and without the first second; the distance from the path is over the whole
+walk. Drift is the error at the end, for the worst seed.
 """
 
 import argparse
@@ -41,7 +41,7 @@ from spikeport.robot.walk_interface import CONTROL_DT_S, targets_rad
 
 SETTLING_S = 1.0
 FIX_DT_S, FIX_NOISE_M = 0.02, 0.005
-"""Motion capture, where there is some: time between fixes, and their noise."""
+"""Motion capture, in cases that have it: time between fixes, and their noise."""
 
 ESTIMATORS: dict[str, Callable[[Plant], StateEstimator]] = {
     "truth": lambda plant: Truth(lambda: plant.state),
@@ -64,7 +64,7 @@ class Case:
 
     @property
     def name(self) -> str:
-        """Its cell in the table: all but the estimator."""
+        """The case's cell in the table, without the estimator."""
         parts = ["closed" if self.closed else "open"]
         parts += ["rough sensors"] * (self.sensors == ROUGH)
         parts += [f"friction {self.friction:g}"] * (self.friction != 1)
@@ -89,7 +89,7 @@ HEADS = (
 
 
 class Walk(NamedTuple):
-    """A walk: true and estimated motion at every physics step, CPU time of an update, a fall."""
+    """A walk: true and estimated motion at each physics step, CPU time of an update, and a fall."""
 
     path: WalkPath
     true: list[RobotState]
@@ -158,7 +158,7 @@ def _fix(state: RobotState, noise: np.random.RandomState) -> Fix:
 def errors(done: Walk, dt_s: float) -> dict[str, np.ndarray]:
     """Return the errors of a walk at every physics step after the first second.
 
-    A walk that fell before has its last step alone. Distances from the path are of all steps.
+    A walk that fell earlier only has its last step. Distances from the path are at all steps.
     """
     begin = min(round(SETTLING_S / dt_s), len(done.true) - 1)
     pairs = list(zip(done.true, done.estimated, strict=True))[begin:]

@@ -1,12 +1,12 @@
-"""Figures that the documents state: the runs they rest on, and whether they are still theirs.
+"""Figures that the documents state: the runs behind them, and a check that they still agree.
 
     python benchmarks/figures.py run [NAME]...     # make figures: hours; goes on where it was
     python benchmarks/figures.py check             # make figures-check: seconds
 
-`stated` has the runs, and the sentences of the documents as results make them. A run's folder lies
-in ``build/figures``, and a run that is done is not repeated there: delete its folder to measure
-anew. The figures of results are kept in ``benchmarks/figures``, a part of the repository, so that
-anyone can compare. Speeds are no part of it.
+`stated` has the runs, and makes the documents' sentences from their results. Each run has a folder
+in ``build/figures``, and a finished run is not repeated: delete its folder to measure again. The
+figures of results are kept in ``benchmarks/figures``, in the repository, so that anyone can
+compare. Speeds are not kept.
 """
 
 import argparse
@@ -30,15 +30,15 @@ KEPT = (
 )
 """The parts of a result, of a compile's report or of an evaluation that are kept."""
 DETAILS = ("terms", "cores")
-"""Parts of an estimate that no document states, and which would be nine tenths of what is kept."""
+"""Parts of an estimate that no document states; they would be nine tenths of the kept figures."""
 SPEED = "real_time_factor"
 
 Results = list[dict[str, Any]]
-"""The results of a run: one, or those of all points of a sweep."""
+"""The results of a run: one result, or one for each point of a sweep."""
 
 
 class Differing(NamedTuple):
-    """A sentence that results make and a document lacks, and the likest line there."""
+    """A sentence made from results that a document lacks, and the most similar line there."""
 
     document: str
     sentence: str
@@ -46,10 +46,10 @@ class Differing(NamedTuple):
 
 
 def results_in(folder: Path) -> Results:
-    """Return the results in the folder of a command; none if it is not done.
+    """Return the results in the folder of a command; an empty list if it has not finished.
 
-    A run has one, a sweep one for each point, an evaluation one for all its points, and a compile
-    its report.
+    A run has one result, a sweep one for each point, an evaluation one for all its points, and a
+    compile its report.
     """
     for pattern in ("result.json", "points/*.json", "report.json"):
         if files := sorted(folder.glob(pattern)):
@@ -68,18 +68,18 @@ def _kept(result: dict[str, Any]) -> dict[str, Any]:
 
 
 def run(names: Iterable[str]) -> int:
-    """Carry out runs that are not done, and keep their results; returns how many failed."""
+    """Carry out unfinished runs, and keep their results; returns how many failed."""
     failed = 0
     for name in names:
         folder, command = FOLDERS / name, RUNS[name]
-        # Sweeps and evaluations find out by themselves what they lack.
+        # Sweeps and evaluations skip their finished points by themselves.
         if command.startswith(("sweep", "evaluate")) or not results_in(folder):
             if QUIET_POLICY in command and not (ROOT / QUIET_POLICY).exists():
                 print(f"{name}: {QUIET_POLICY} is not there; docs/paper.md has it by: {TRAINING}")
                 failed += 1
                 continue
             print(f"{name}: spikeport {command}", flush=True)
-            # Last bits of what is solved depend on the threads.
+            # The last bits of solved decoders depend on the number of threads.
             alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
             line = [sys.executable, "-m", "spikeport", *command.split(), "--out", str(folder)]
             done = subprocess.run(line, cwd=ROOT, env=alone, check=False)
@@ -93,12 +93,12 @@ def run(names: Iterable[str]) -> int:
 
 
 def read_results(folder: Path = RESULTS) -> dict[str, Results]:
-    """Return the results that are kept, by run."""
+    """Return the kept results, by run."""
     return {file.stem: json.loads(file.read_text()) for file in sorted(folder.glob("*.json"))}
 
 
 def differing(stated: Stated, results: Mapping[str, Results], text: str) -> Iterator[Differing]:
-    """Yield the sentences that results make and the text of a document lacks."""
+    """Yield the sentences made from results that the text of a document lacks."""
     whole = _spaced(text)
     for sentence in stated.sentences(results):
         if _spaced(sentence) not in whole:
@@ -107,14 +107,14 @@ def differing(stated: Stated, results: Mapping[str, Results], text: str) -> Iter
 
 
 def _spaced(text: str) -> str:
-    """Return a text with single spaces, wherever its lines end."""
+    """Return a text with its line ends and spaces as single spaces."""
     return re.sub(r"\s+", " ", text)
 
 
 def check(
     results: Mapping[str, Results], stated: Sequence[Stated] = STATED, root: Path = ROOT
 ) -> int:
-    """Print what is stated otherwise than results have it, or has no results; 1 if anything is."""
+    """Print statements that differ from the results or have none; returns 1 if there are any."""
     made, differ = 0, 0
     for one in stated:
         missing = [name for name in one.runs if name not in results]

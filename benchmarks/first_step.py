@@ -1,12 +1,12 @@
-"""CPU time from the start of a process to the first step of an experiment, beside goals.
+"""CPU time from the start of a process to the first step of an experiment, and its goals.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/first_step.py [--experiment NAME]... [--n-neurons N]
         [--profile FILE]
 
-Each experiment starts twice, in processes of their own: with an empty cache, which everything is
-made for, and with the cache that the first run has left. Compiled kernels are numba's, and there
-before both, and Python's bytecode after the first, as in an installation. With --profile, the
-second run's time by function goes to a file of `pstats`.
+Each experiment starts twice, each time in a new process: with an empty cache, so that everything
+is made, and with the cache that the first run has left. numba's cache has the compiled kernels
+before both runs, and Python's bytecode is there after the first, as in an installation. With
+--profile, the second run's time by function goes to a file for `pstats`.
 """
 
 import argparse
@@ -21,7 +21,7 @@ from pathlib import Path
 import markdown_table
 
 GOALS_S = {"walk": (40, 5), "switch": (70, 5)}
-"""CPU seconds wanted of the first run and of the second."""
+"""Goals for the first run and the second, in CPU seconds."""
 HEADS = ("run", "empty cache, CPU s", "goal", "warm cache, CPU s", "goal")
 
 
@@ -67,7 +67,7 @@ def first_step_s(experiment: str, folder: Path, settings: list[str], profile: Pa
 
 
 def main() -> None:
-    """Measure, and print a table; or be a run that is measured."""
+    """Measure, and print a table; or act as the measured run."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--experiment", action="append", choices=GOALS_S)
     parser.add_argument("--n-neurons", type=int)

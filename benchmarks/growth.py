@@ -3,8 +3,8 @@
     OPENBLAS_NUM_THREADS=1 python benchmarks/growth.py [--network NAME]... [--n N]...
         [--pipeline NAME]... [--parts]
 
-Each network is compiled in a process of its own, for a board of 32 chips: CPU time is that of the
-compile alone, the peak what memory grew by during it, beside the estimate made before. The last
+Each network is compiled in a process of its own, for a board of 32 chips. CPU time is that of the
+compile alone; the peak is the growth of memory during it, beside the estimate made before. The last
 column is log(CPU / CPU of the row above) / log(n / n of the row above). ``--parts`` adds the CPU
 time of each part of the compile, with its own exponent.
 """
@@ -63,17 +63,17 @@ def large(n: int) -> nengo.Network:
 
 
 def decoded(n: int) -> nengo.Network:
-    """Return n connections that decode, between random pairs of n / 50 ensembles of 50 neurons."""
+    """Return n decoded connections between random pairs of n / 50 ensembles of 50 neurons."""
     return between(max(n // 50, 2), n)
 
 
 def decoded20(n: int) -> nengo.Network:
-    """Return n connections that decode, between random pairs of 20 ensembles of 50 neurons."""
+    """Return n decoded connections between random pairs of 20 ensembles of 50 neurons."""
     return between(20, n)
 
 
 def between(n_ensembles: int, n: int) -> nengo.Network:
-    """Return connections that decode, between random pairs of ensembles of 50 neurons."""
+    """Return n decoded connections between random pairs of ensembles of 50 neurons."""
     rng = np.random.RandomState(0)
     with nengo.Network(seed=0) as network:
         ensembles = [nengo.Ensemble(50, 1) for _ in range(n_ensembles)]
@@ -84,7 +84,7 @@ def between(n_ensembles: int, n: int) -> nengo.Network:
 
 
 def neurons(n: int) -> nengo.Network:
-    """Return n connections between neurons, of random pairs of n / 100 ensembles of 50."""
+    """Return n connections between single neurons of n / 100 ensembles of 50, in random pairs."""
     rng, size = np.random.RandomState(0), 50
     with nengo.Network(seed=0) as network:
         ensembles = [nengo.Ensemble(size, 1) for _ in range(max(n // 100, 2))]
@@ -119,7 +119,7 @@ def measure(name: str, n: int, pipeline: str, chip: Path) -> Row:
 
 
 def exponent(growth: float, times: float) -> str:
-    """Return the power of n that CPU time grew by, as n became so many times as large."""
+    """Return the power of n that CPU time grew by, as n grew by a factor."""
     return f"{math.log(growth) / math.log(times):.2f}"
 
 

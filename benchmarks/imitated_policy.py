@@ -1,4 +1,4 @@
-"""A policy that acts as the shipped one, and whose hidden units never had noise.
+"""A policy that imitates the shipped one, and whose hidden units never had noise.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/imitated_policy.py --out build/imitated.npz
 
@@ -7,9 +7,9 @@ network of the same size learns its actions from observations alone, by least sq
 
     min_W  mean |pi_W(o) - pi_shipped(o)|^2
 
-over observations of robots that the shipped policy walks at first, and the new one since (DAgger,
-Ross, Gordon and Bagnell 2011). So both walk alike, and differ in their hidden units: where the
-one needs more neurons than the other, it is for want of noise in training.
+over observations of robots that first the shipped policy and then the new one walks (DAgger,
+Ross, Gordon and Bagnell 2011). So both walk alike, and differ in their hidden units: if the new
+one needs more neurons than the shipped one, the lack of noise in training is the cause.
 """
 
 import argparse
@@ -87,7 +87,7 @@ def _fit(network: MirrorNetwork, shipped: WalkingPolicy, seen: np.ndarray, epoch
 
 
 def main() -> None:
-    """Make the policy, write it and print how it walks beside the shipped one."""
+    """Make the policy, write it, and print how it and the shipped one walk."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--seed", type=int, default=0)

@@ -1,9 +1,9 @@
-"""CPU time of a step on a board's stub beside one in process, and of frames and records.
+"""CPU time of a step on a board's stub and in this process, and of frames and records.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/link.py IMAGE [--steps N] [--rounds N]
 
 Both run the same image with the same random spikes of the host, in turn. The board's own CPU time,
-its chip included, is read from /proc; what the link costs is both processes' time less native's.
+its chip included, is read from /proc; the link costs the time of both processes minus native's.
 """
 
 import argparse
@@ -39,7 +39,7 @@ def cpu_s(process: int) -> float:
 
 
 def stepped_us(chip: Chip, trains: list[np.ndarray], other: int | None) -> float:
-    """Return the CPU time of a step, in us, that of another process included."""
+    """Return the CPU time of a step, in us, including that of another process."""
 
     def now() -> float:
         return time.process_time() + (0.0 if other is None else cpu_s(other))

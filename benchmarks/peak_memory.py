@@ -1,8 +1,8 @@
-"""The most memory that a process has had; imports nothing that would take some itself."""
+"""The peak memory of a process; this module imports nothing that takes memory itself."""
 
 import resource
 
 
 def peak_bytes() -> float:
-    """Return the most memory that this process has had."""
+    """Return the peak memory of this process."""
     return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -1,11 +1,11 @@
-"""Errors of a spiking policy's actions against the exact ones: units, solving, activations.
+"""Errors of a spiking policy's actions, by kind of units, by solver and by activation.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/policy_conversion.py [--seeds N] [--into docs/walk.md]
 
 The shipped policy's recorded gait is played in, every observation held for 5 ms. Errors are rms
-over all joints, as a share of how the exact actions vary, against those of some observations
-before: of as many as make the error least. Finished runs stay in ``build/policy_conversion``, in a
-folder for each policy.
+over all joints, divided by the standard deviation of the exact actions. The spiking actions are
+compared with the exact ones some observations before, at the lag with the least error. Finished
+runs stay in ``build/policy_conversion``, in a folder for each policy.
 """
 
 import argparse
@@ -45,7 +45,7 @@ RESULTS = Path("build/policy_conversion") / policy_digest(policy_layers(load()))
 SECONDS, FITTED = 32.0, 0.8
 """The length of gait, and the share of it that is fitted; the rest is for the errors."""
 MOST_LAG = 8
-"""Observations, of 5 ms."""
+"""The number of lags to try, in observations of 5 ms."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,12 @@ class Case:
     backend: str = "native"
 
     def options(self) -> PolicyOptions:
-        """Return what the policy is made with."""
+        """Return the options that the policy is made with."""
         return PolicyOptions(units=self.units, solve=self.solve, activation=self.activation)
 
     @property
     def name(self) -> str:
-        """Name of its files."""
+        """The name of the case's files."""
         return "-".join(asdict(self).values())
 
 
@@ -80,7 +80,7 @@ HEADS = ("activation", "units", "solved by", "neurons", "as solved", "read-out r
 def shipped() -> tuple[list[Layer], np.ndarray]:
     """Return the layers and recorded gait of the shipped policy."""
     gait = record_gait(load(), seconds=SECONDS)
-    recorded = gait[: len(gait) // 2]  # the mirror image of what is held out would be fitted
+    recorded = gait[: len(gait) // 2]  # without mirror images, which leak held-out data
     return policy_layers(load()), recorded
 
 
@@ -115,7 +115,7 @@ def errors(name: str, readout: Readout, halves: np.ndarray, wanted: np.ndarray) 
 
 
 def result(case: Case, seed: int) -> dict[str, float]:
-    """Return the errors of a case; what was done before is read."""
+    """Return the errors of a case; finished ones are read from files."""
     file = RESULTS / f"{case.name}-{seed}.json"
     if not file.exists():
         write_text(file, json.dumps(measure(case, seed), indent=2))
@@ -135,7 +135,7 @@ def row(case: Case, seeds: int) -> list[str]:
 
 
 def main() -> None:
-    """Measure what is missing; print the table, or write it."""
+    """Measure the missing cases; print the table, or write it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--into", type=Path)
