@@ -1,12 +1,12 @@
-"""The native chip beside other simulators: the same networks, the same spikes, a process for each.
+"""The native chip and other simulators: the same networks, the same spikes, a process for each.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/peers.py [--folder .referees/peers] [--peer NAME]...
         [--into docs/performance.md]
 
-Every peer has an environment of its own, which ``make bench-peers`` installs; one that is absent is
-left out, and named with the reason that is in its log. Networks are compiled here; what an image
-holds in integers is what all peers run (`peers/traffic.py`). A time is CPU time of 100 steps,
-without building and compiling.
+Every peer has an environment of its own, which ``make bench-peers`` installs. An absent peer is
+left out, and listed with the reason from its log. Networks are compiled here, and all peers run the
+integers of the image (`peers/traffic.py`). Times are CPU times of 100 steps, without building and
+compiling.
 """
 
 import argparse
@@ -39,7 +39,7 @@ TIMEOUT_S = 1200
 ALL = 4095
 """The decay that leaves nothing of a current."""
 STEPS = 100
-"""Steps whose time is taken, as in `peers/traffic.py`, which imports nothing of ours."""
+"""Number of timed steps, as in `peers/traffic.py`, which imports nothing of spikeport."""
 HEADS = ("", "CPU us a step", "million events a second", "to nengo-loihi", "to native", "spikes")
 
 
@@ -51,7 +51,7 @@ class Case(NamedTuple):
 
 
 def scattered(n: int = 8000, fan_out: int = 47) -> Case:
-    """Return a network whose neurons each have weights to some random ones."""
+    """Return a network whose neurons each have weights to some random neurons."""
     rng = np.random.RandomState(0)
     targets = np.concatenate([rng.choice(n, fan_out, replace=False) for _ in range(n)])
     entries = rng.uniform(0.5e-3, 1.5e-3, len(targets)), (targets, np.repeat(np.arange(n), fan_out))
@@ -60,14 +60,14 @@ def scattered(n: int = 8000, fan_out: int = 47) -> Case:
 
 
 def dense(n: int = 640) -> Case:
-    """Return a network whose neurons each have weights to all."""
+    """Return a network whose neurons each have weights to all neurons."""
     rng = np.random.RandomState(0)
     weights = rng.uniform(2.5e-5, 7.5e-5, (n, n))
     return Case(f"{n:,} neurons, each wired to all: {n * n:,} weights", _recurrent(rng, n, weights))
 
 
 def _recurrent(rng: np.random.RandomState, n: int, weights: Any) -> nengo.Network:
-    """Return neurons that fire by a bias, of 20 to 70 Hz each, and by each other."""
+    """Return neurons driven by their biases, to 20 to 70 Hz each, and by each other."""
     with nengo.Network(seed=0) as network:
         group = nengo.Ensemble(
             n,
@@ -86,8 +86,8 @@ CASES: dict[str, Callable[[], Case]] = {make.__name__: make for make in (scatter
 def compiled(network: nengo.Network) -> ChipImage:
     """Return the image of a network, which may be too large, without currents that last.
 
-    nengo-loihi's discretiser leaves 1/4096 of a current to the next step, where no filter is asked
-    for; here that is none, so that integers are all that peers need.
+    Without a filter, nengo-loihi's discretiser leaves 1/4096 of a current to the next step. Here
+    nothing is left, so that peers only need integers.
     """
     with timed_extraction():
         image = compile_network(network, pipeline="").image
@@ -119,7 +119,7 @@ def traffic_of(image: ChipImage) -> dict[str, np.ndarray]:
 
 
 def contest(case: Case, pythons: dict[str, Path]) -> dict[str, Any]:
-    """Run a network on all that there are, one after the other."""
+    """Run a network on all contestants, one after the other."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         image = compiled(case.network)
@@ -137,7 +137,7 @@ def contest(case: Case, pythons: dict[str, Path]) -> dict[str, Any]:
 
 
 def _run(python: str, script: str, folder: Path, *more: str) -> dict[str, Any]:
-    """Run a contestant; its result, or what it says of why there is none."""
+    """Run a contestant; return its result, or the reason why there is none."""
     result = folder / "result.json"
     result.unlink(missing_ok=True)
     command = [python, "-W", "ignore", SCRIPTS / f"run_{script}.py", folder / "traffic.npz", result]
@@ -159,7 +159,7 @@ def _run(python: str, script: str, folder: Path, *more: str) -> dict[str, Any]:
 
 
 def _figures(title: str, fan_out: np.ndarray, found: dict[str, Any]) -> dict[str, Any]:
-    """Return the table as it is kept: events are those of native's spikes, which a peer has too."""
+    """Return the figures as they are kept; events follow from native's spikes, as all are equal."""
     from_native = np.array(found["native"]["spikes"])
     figures = {}
     for name, one in found.items():
@@ -187,7 +187,7 @@ def python_of(folder: Path, peer: str) -> Path:
 
 
 def table(results: dict[str, Any]) -> str:
-    """Return the tables of all networks, and what they were measured on."""
+    """Return the tables of all networks, and the machine that measured them."""
     parts = []
     for case in results["cases"].values():
         rows = list(_rows(case))
@@ -222,7 +222,7 @@ def _failed(case: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def main() -> None:
-    """Run what is there, write the results, and print the tables or put them into a file."""
+    """Run the installed peers, write the results, and print the tables or put them into a file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--folder", type=Path, default=Path(".referees/peers"))
     parser.add_argument("--case", action="append", choices=sorted(CASES))

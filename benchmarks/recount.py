@@ -1,10 +1,10 @@
-"""A run's energy and step times once more, by NumPy, from its counts and the chip's file alone.
+"""A run's energy and step times, recomputed in NumPy from its counts and the chip's file.
 
     spikeport run reach --counts --out reach
     python benchmarks/recount.py reach [...]
 
-prints both beside those of ``result.json``. Nothing of spikeport is imported. Only for runs on one
-chip.
+prints both beside those of ``result.json``. It imports nothing of spikeport, and only reads runs on
+one chip.
 """
 
 import argparse
@@ -40,7 +40,7 @@ class Recounted(NamedTuple):
 
 
 def recounted(counts: Path, calibration: Mapping[str, Any]) -> Recounted:
-    """Return what a run costs by a calibration of the chip's file.
+    """Return the costs of a run by a calibration of the chip's file.
 
     E = sum over events of count e,
     T_step = max over cores of (sum over events of count t) + barrier
@@ -61,7 +61,7 @@ def recounted(counts: Path, calibration: Mapping[str, Any]) -> Recounted:
 
 
 def _messages(messages: Mapping[str, np.ndarray]) -> dict[str, int]:
-    """Return messages, and their hops along the rows and columns of tiles."""
+    """Return the numbers of messages, and of their hops along the rows and columns of tiles."""
     between = messages["between_cores"]
     column, row = divmod(np.arange(len(between)) // 4, 4)  # four cores a tile, four tiles a column
     return {
@@ -78,7 +78,7 @@ def _barrier_s(calibration: Mapping[str, Any], cores: int) -> float:
 
 
 def compared(run: Path) -> Iterator[tuple[str, ...]]:
-    """Yield rows: what a run costs by each calibration, recomputed and by ``result.json``."""
+    """Yield rows of a run's costs by each calibration, recomputed and from ``result.json``."""
     result = json.loads((run / "result.json").read_text())
     for calibration in tomllib.loads(LOIHI.read_text())["calibrations"]:
         name = calibration["name"]

@@ -1,11 +1,11 @@
-"""The walk on a robot behind its interface, with faults: what the controllers survive.
+"""The walk on a robot behind its interface, with faults that the controllers may not survive.
 
     python benchmarks/robot_faults.py analytic     # the exact controllers
     python benchmarks/robot_faults.py native       # follower and policy in spikes, on the chip
     python benchmarks/robot_faults.py native --only none --estimator ekf --estimator leg-odometry
 
-One line for each plan and estimator: how many of the seeds walked all the time, and when the others
-fell; nan where the controller refused a state, damped the robot and ended the run.
+It prints a line for each plan and estimator: how many of the seeds walked all the time, and when
+the others fell; nan if the controller refused a state, damped the robot and ended the run.
 """
 
 import argparse
@@ -59,7 +59,7 @@ class FaultyWalk(WalkTrial):
     estimator = TRUTH
 
     def plant(self) -> Plant:
-        """Make the robot that the plan's faults befall."""
+        """Make the robot with the faults of the plan."""
         return LinkedPlant(
             lambda settings: connect(
                 RobotOptions("inline", faults=self.plan, estimator=self.estimator), settings
@@ -87,7 +87,7 @@ class Walked(NamedTuple):
 
 
 def walks(trial: FaultyWalk, ready: Ready, seeds: int) -> Iterator[Walked]:
-    """Yield the outcome of each seed's walk, by the trial's plan and estimator."""
+    """Yield the outcome of each seed's walk, with the trial's plan and estimator."""
     for seed in range(seeds):
         trial.options = dataclasses.replace(trial.options, seed=seed)
         try:
@@ -123,7 +123,7 @@ def described(walked: list[Walked]) -> str:
 
 
 def main() -> None:
-    """Walk by every plan and estimator that is asked for, and print a line for each."""
+    """Walk with every chosen plan and estimator, and print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("backend", choices=("analytic", "native"))
     parser.add_argument("--seconds", type=float, default=10.0)

@@ -5,7 +5,7 @@
 
 The robot here is an echo without physics, in a process of its own; DDS is on loopback. CPU time
 counts all threads of both processes. Latencies and misses depend on what else the machine does;
-with a priority, both processes have it at the three rates.
+a priority applies to both processes at the three rates.
 """
 
 import argparse
@@ -37,14 +37,14 @@ R = TypeVar("R")
 READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.ones((3, 19)))
 BATCH = 500
 BATCHES = 12
-"""Batches, of whose figures the least and the median are printed: the median also has what others
-on the machine take of caches and clock."""
+"""Batches, whose least and median times are printed: the median also has the effects of other
+processes on caches and clock."""
 SECONDS = 5.0
 DOMAIN = 9
 
 
 def batches(call: Callable[[], object]) -> list[float]:
-    """Return the CPU time of a call, in us, in the mean of each batch."""
+    """Return the mean CPU time of a call in each batch, in us."""
     found = []
     for _ in range(BATCHES):
         begin = time.process_time()
@@ -60,7 +60,7 @@ def show(name: str, us: list[float]) -> None:
 
 
 def layouts() -> None:
-    """Print what messages cost without a link."""
+    """Print the CPU times of messages without a link."""
     state, command = encode_state(5, READINGS), encode_command(Command(5, DAMPING))
     show("state written", batches(lambda: encode_state(5, READINGS)))
     show("state read", batches(lambda: decode_state(state)))
@@ -69,7 +69,7 @@ def layouts() -> None:
 
 
 def in_one_process() -> None:
-    """Print what a state and the command that answers it cost, with DDS and no other process."""
+    """Print the CPU time of a state and its answer, with DDS in one process."""
     with Bus(Place(domain=DOMAIN), keeps_all=True) as bus:
         states, to_controller = bus.reader(STATES), bus.writer(STATES)
         commands, to_robot = bus.reader(COMMANDS), bus.writer(COMMANDS)
@@ -88,7 +88,7 @@ def in_one_process() -> None:
 
 
 def controller(n: int, pipe: int) -> None:
-    """Answer states until the n-th, and report states that came, and CPU time."""
+    """Answer states until the robot leaves, and report the number of states and CPU times."""
     with Bus(Place(domain=DOMAIN), keeps_all=n > 0) as bus:
         reader, writer = bus.reader(STATES), bus.writer(COMMANDS)
         while not reader.n_writers:
@@ -105,12 +105,12 @@ def controller(n: int, pipe: int) -> None:
 
 
 def us_of(times: list[float]) -> list[float]:
-    """Return the CPU time of a step in each batch, in us, of the times at their ends."""
+    """Return the CPU time of a step in each batch, in us, from the times at the batches' ends."""
     return [1e6 * (end - begin) / BATCH for begin, end in itertools.pairwise(times)]
 
 
 def with_controller(robot: Callable[[Bus], R], n: int) -> tuple[R, int, list[float]]:
-    """Run an echo against a controller; returns what it returns, states that came, CPU times."""
+    """Run an echo with a controller; returns its result, the number of states and CPU times."""
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
@@ -124,7 +124,7 @@ def with_controller(robot: Callable[[Bus], R], n: int) -> tuple[R, int, list[flo
 
 
 def lock_step(bus: Bus) -> list[float]:
-    """Publish and wait for the answer, so often; returns CPU times."""
+    """Publish states, and wait for the answer to each; returns CPU times."""
     writer, reader = bus.writer(STATES), bus.reader(COMMANDS)
     while not (reader.n_writers and writer.n_readers):
         time.sleep(0.01)
@@ -167,7 +167,7 @@ def paced(hz: int) -> Callable[[Bus], int]:
 
 
 def main() -> None:
-    """Print the times of messages, of a lock-step and of three rates."""
+    """Print the times of messages, in lock-step and at three rates."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--priority", type=int)
     asked = parser.parse_args()

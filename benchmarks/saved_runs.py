@@ -1,4 +1,4 @@
-"""Runs for the benchmarks: one rig for many of them, one file for each that is done."""
+"""Runs for the benchmarks: one rig for many runs, one file for each finished run."""
 
 import json
 import time
@@ -10,7 +10,7 @@ from typing import Any
 from spikeport.atomic import write_text
 
 CALIBRATION = "nahuku-fit"
-"""The chip whose energies are estimated."""
+"""The calibration by which energies are estimated."""
 
 
 @dataclass
@@ -38,7 +38,7 @@ def saved_results(
     prepare: Callable[[Any], Any],
     perform: Callable[[Any, Any], dict[str, Any]],
 ) -> Iterator[dict[str, Any]]:
-    """Yield the figures of trials that need the same rig, by key; what was done before is read."""
+    """Yield the figures of trials with the same rig; finished ones are read from their files."""
     rig: Any = None
     for key, trial in trials.items():
         file = folder / f"{name}-{key}.json"

@@ -2,11 +2,11 @@
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/scale.py [--n N]... [--out FILE] [--figure FILE]
 
-A network of n neurons is a chain of groups of 512, each neuron of which has weights to 32 random
-ones of the next group and fires by its bias. It is compiled in a process of its own, and the image
-runs in another, so that each peak of memory is of one of them alone. Rows that are in the file
-of results already stay, but for the sizes that are asked for: by default all, with ``--n 0`` none;
-each has the machine that it was measured on.
+A network of n neurons is a chain of groups of 512. Each neuron has weights to 32 random neurons of
+the next group and fires by its bias. The network is compiled in a process of its own, and the image
+runs in another, so that each peak of memory belongs to only one of them. ``--n`` chooses the sizes
+to measure: by default all, with ``--n 0`` none. Rows of other sizes stay in the file of results;
+each names the machine that it was measured on.
 The last two columns are wall time of one thread, and of a thread for each processor, in turn.
 """
 
@@ -72,7 +72,7 @@ def chain(n: int) -> nengo.Network:
 
 
 def _scattered(rng: np.random.RandomState) -> nengo.Sparse:
-    """Return weights from each neuron to 32 random ones."""
+    """Return weights from each neuron to 32 random neurons."""
     targets = np.concatenate([rng.choice(GROUP, FAN_OUT, replace=False) for _ in range(GROUP)])
     sources = np.repeat(np.arange(GROUP), FAN_OUT)
     weights = rng.uniform(-1e-3, 1e-3, len(sources))
@@ -82,7 +82,7 @@ def _scattered(rng: np.random.RandomState) -> nengo.Sparse:
 
 
 def compiled(n: int, chip: Path, image: Path) -> dict[str, float]:
-    """Compile a network and save its image; what it took."""
+    """Compile a network, save its image, and return the costs."""
     network = chain(n)
     before, begin = peak_bytes(), time.process_time()
     found = compile_network(network, chip).image
@@ -98,7 +98,7 @@ def compiled(n: int, chip: Path, image: Path) -> dict[str, float]:
 
 
 def run(image: Path, rounds: int) -> dict[str, float]:
-    """Load an image, and step it; what it took."""
+    """Load an image, step it, and return the costs."""
     before = peak_bytes()
     loaded = ChipImage.load(image)
     begin = time.process_time()
@@ -118,7 +118,7 @@ def run(image: Path, rounds: int) -> dict[str, float]:
 
 
 def _divided(image: ChipImage, chip: NativeChip) -> dict[str, float]:
-    """Return the wall time of a step by one thread, and by one for each processor."""
+    """Return the wall time of a step with one thread, and with one for each processor."""
     others, nothing = NativeChip(image, seed=0, threads=available()), np.zeros(0, dtype=np.int64)
     both = {"wall_us": chip, "threads_wall_us": others}
     found = wall_us({name: partial(one.step, nothing, {}) for name, one in both.items()}, 200)
@@ -140,7 +140,7 @@ def _apart(function: Callable[..., dict[str, float]], *arguments: object) -> dic
 
 
 def table(sizes: dict[str, dict[str, Any]]) -> str:
-    """Return the figures of all sizes."""
+    """Return a table of the figures of all sizes."""
     return markdown_table.table(HEADS, [_row(one) for one in sizes.values()])
 
 
@@ -176,7 +176,7 @@ def draw(sizes: dict[str, dict[str, Any]], path: Path) -> None:
 
 
 def main() -> None:
-    """Measure the sizes that are asked for; write the results, print a table, draw a figure."""
+    """Measure the chosen sizes; write the results, print a table, draw a figure."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--n", action="append", type=int)
     parser.add_argument("--rounds", type=int, default=5)

@@ -1,4 +1,4 @@
-"""CPU time of a chip with random wiring, with its short runs as lists of targets and as runs.
+"""CPU time of a chip with random wiring, with short runs stored as lists of targets and as runs.
 
     PYTHONPATH=. OPENBLAS_NUM_THREADS=1 python benchmarks/scattered.py [--neurons N] [--drive X]
         [--rounds N]
@@ -24,7 +24,7 @@ NO_SPIKES = np.zeros(0, dtype=np.int64)
 
 
 def image(n: int, drive: int = 1) -> ChipImage:
-    """Return n neurons that drive themselves, a thousand a core."""
+    """Return the image of n neurons that drive each other, a thousand per core."""
     rng = np.random.RandomState(0)
     targets = [np.sort(rng.choice(n, FAN_OUT, replace=False)) for _ in range(n)]
     parts = [np.arange(first, min(first + PER_CORE, n)) for first in range(0, n, PER_CORE)]

@@ -1,4 +1,4 @@
-"""Soft cores beyond what Verilator steps by itself: the link of a board, and rows in an SDRAM.
+"""Soft cores with the link of a board in Verilator, or with their rows in an SDRAM.
 
     python benchmarks/softcore.py link --listen unix:/tmp/board [--baud-cycles 15] [--first 600]
     python benchmarks/softcore.py sdram --listen unix:/tmp/board [--first 1000]
@@ -6,9 +6,9 @@
 
 Each is a board that runs any image in closed loop, and prints its figures after the session. `link`
 counts cycles of a board in Verilator from the first byte of a step to the last one of its answer; 0
-baud cycles are a FIFO to USB. `sdram` computes how long the rows of a step take through one SDRAM,
-with the times of its data sheet, and a controller that never waits. The first steps, until a
-network is awake, do not count.
+baud cycles mean a FIFO to USB. `sdram` computes how long reading the rows of a step from one SDRAM
+takes, with the times of its data sheet, and a controller that never waits. The first steps, before
+a network is active, do not count.
 """
 
 import argparse
@@ -34,7 +34,7 @@ CLOCK_HZ = 45e6
 
 
 class LinkedChip(DeviceChip):
-    """A board in Verilator at the end of a line; its last words are the cycles of steps.
+    """A board in Verilator at the end of a line, which at last reports the cycles of steps.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class LinkedChip(DeviceChip):
     first : int
         Steps that do not count.
     baud_cycles : int
-        Cycles of a bit of the serial line; 0: a FIFO to USB.
+        Clock cycles per bit of the serial line; 0 for a FIFO to USB.
     """
 
     def __init__(self, image: ChipImage, seed: int, *, first: int, baud_cycles: int) -> None:
@@ -76,7 +76,7 @@ class LinkedChip(DeviceChip):
 
 @dataclass(frozen=True)
 class Sdram:
-    """An SDRAM of 16 bits and its controller, which knows a row before the one that it reads.
+    """An SDRAM of 16 bits and its controller, which looks one row ahead.
 
     Times in ns, of an IS42S16160G-7 (ISSI's data sheet), the 32 MiB of a ULX3S. A row of the SDRAM
     has ``page`` words; pages that follow each other lie in different banks.
@@ -95,8 +95,8 @@ class Sdram:
     def time_ns(self, rows: Iterable[tuple[int, int]]) -> float:
         """Return the time of reading rows, each an address and a number of words, one by one.
 
-        activate   when the bank is precharged and the data before begins
-        data       t_rcd and the CAS latency later, when the bus is free; a word a cycle
+        activate   when the bank is precharged and the previous data begin
+        data       t_rcd and the CAS latency later, when the bus is free; one word per cycle
         """
         bus = started = 0.0
         ready = [0.0] * self.banks
@@ -117,14 +117,14 @@ class Sdram:
 
 
 def size_of(words: np.ndarray, at: int) -> tuple[int, int]:
-    """Return the words and the entries of the row at an address."""
+    """Return the numbers of words and entries of the row at an address."""
     header = int(words[at])
     entries = (header & 0x3FF) + 1
     return 2 + (-(-entries // 2) if header >> 10 & 1 else entries), entries
 
 
 class SdramChip(NativeChip):
-    """A native chip that reckons a step's rows through an SDRAM, all cores after each other.
+    """A native chip that computes the time of reading a step's rows from one SDRAM, one by one.
 
     Parameters
     ----------
@@ -192,7 +192,7 @@ def say(line: str) -> None:
 
 
 def main() -> None:
-    """Be one of the two boards for a session."""
+    """Serve one of the two boards for a session."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("board", choices=("link", "sdram"))
     parser.add_argument("--listen", type=Address.parse, required=True)

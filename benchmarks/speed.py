@@ -1,10 +1,10 @@
-"""Speed of the native backend beside nengo-loihi's emulator and float Nengo, in one process.
+"""Speed of the native backend, nengo-loihi's emulator and float Nengo, in one process.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/speed.py [--network NAME]... [--rounds N] [--out FILE]
 
-For each network: the chip alone, fed the same random spikes of the host, and the whole simulator
-with the host in lock-step, in CPU time of a step. nengo-loihi's figures are those of its own code
-without our counts; ours include them. Both run the same blocks, one a core.
+For each network, it measures the CPU time of a step of the chip alone, fed the same random spikes
+of the host, and of the whole simulator with the host in lock-step. nengo-loihi's figures are those
+of its own code without our counts; ours include the counts. Both run the same blocks, one per core.
 """
 
 import argparse
@@ -67,7 +67,7 @@ def measure(case: Case, rounds: int) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def timed_extraction() -> Iterator[list[float]]:
-    """Compile what is too large for one block a core, too, and time the extraction of the image."""
+    """Compile even networks too large for one block per core, and time the image's extraction."""
     seconds: list[float] = []
     extract = pipeline.extract
 
@@ -95,7 +95,7 @@ def stepper(chip: Chip, image: ChipImage) -> Callable[[], object]:
 
 
 def host_spikes(image: ChipImage) -> Iterator[np.ndarray]:
-    """Yield the sources that spike in a step, again and again the same 50 steps."""
+    """Yield the sources that spike in each step, repeating the same 50 steps."""
     rng = np.random.RandomState(0)
     steps = [np.flatnonzero(rng.rand(image.n_inputs) < 0.3) for _ in range(50)]
     return itertools.cycle(steps)
@@ -104,7 +104,7 @@ def host_spikes(image: ChipImage) -> Iterator[np.ndarray]:
 def traffic(chip: NativeChip, image: ChipImage) -> dict[str, float]:
     """Return the spikes, synaptic events and bytes of distinct weights in a step, on average.
 
-    Beside them the bytes of all weights, and the bandwidth of reading so many.
+    Also return the bytes of all weights, and the bandwidth of reading that many.
     """
     activity, stored = chip.activity(), len(image.synapses.weight) * chip.bytes_per_weight
     return {
@@ -117,9 +117,9 @@ def traffic(chip: NativeChip, image: ChipImage) -> dict[str, float]:
 
 
 def distinct_weights(chip: NativeChip, image: ChipImage, n_steps: int = 20) -> float:
-    """Return the weights that a step reads, each once, on average of some steps.
+    """Return the mean number of distinct weights that a step reads.
 
-    The host's spikes, too, arrive in the step after.
+    Spikes of the host also arrive in the next step.
     """
     ways, of_row = deliveries(image), row_lengths(image)
     row = ways.row * (1 + ways.atom.max(initial=0)) + ways.atom
@@ -150,7 +150,7 @@ def nengo_loihi_simulator(
 ) -> nengo_loihi.Simulator:
     """Return nengo-loihi's own simulator of the blocks that were compiled."""
     model = compilation.model
-    model.build = lambda *_args, **_options: None  # it is built
+    model.build = lambda *_args, **_options: None  # already built
     with np.errstate(invalid="ignore"):
         return nengo_loihi.Simulator(
             network, model=model, precompute=False, target="sim", progress_bar=False
@@ -158,7 +158,7 @@ def nengo_loihi_simulator(
 
 
 def machine() -> dict[str, Any]:
-    """Return the machine and the versions that it was measured on."""
+    """Return the machine, and the versions of the packages."""
     info = Path("/proc/cpuinfo")
     names = [line for line in info.read_text().splitlines() if "model name" in line]
     return {

@@ -1,12 +1,12 @@
-"""CPU time of a sweep's points beside that of single runs of the same points.
+"""CPU time of a sweep's points, and of single runs of the same points.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/sweep_points.py [--n-neurons N]... [--seconds S]
         [--calibrated]
 
-A single run compiles its network, and writes its figure and report. A worker of a sweep goes on
-with the network it has, and writes what a sweep keeps. Both are taken in turn, point by point: a
-point with a network of its own, and seeds of one network, of which the first compiles. Gaits and
-calibrations are in a cache of the benchmark, filled before; compiles are taken out of it.
+A single run compiles its network, and writes its figure and report. A worker of a sweep reuses its
+last network, and writes what a sweep keeps. Both take turns, point by point: with a network for
+each point, and with seeds that share a network, which the first one compiles. Gaits and
+calibrations are in a cache of the benchmark, filled before; compiles are removed from it.
 """
 
 import argparse
@@ -29,7 +29,7 @@ SEEDS = (0, 1, 2)
 
 
 def sweep(n_neurons: int, seconds: float, calibrated: bool, **settings: object) -> Sweep:
-    """Return a walk on the paper's path, from some seeds."""
+    """Return a sweep of walks on the paper's path, with some seeds."""
     fixed = {"path": "paper", "calibrated": calibrated, "n_neurons": n_neurons, **settings}
     return Sweep("walk", "native", "loihi", "compact", seconds, fixed, {}, SEEDS)
 
@@ -42,7 +42,7 @@ def single(point: Point, folder: Path) -> None:
 
 
 def seconds_of(function: Callable[[], object]) -> float:
-    """Return the CPU time of a call that finds no compile in the cache: the other made the same."""
+    """Return the CPU time of a call without cached compiles, as both sides compile the same."""
     for entry in cache.of_user().entries():
         if entry.kind == "compile":
             entry.path.unlink()

@@ -33,7 +33,7 @@ HEADS = {
 
 
 def table(results: dict[str, Any]) -> str:
-    """Return both tables and what they were measured on."""
+    """Return both tables, and a note on the machine that measured them."""
     networks = results["networks"].values()
     times, traffic = HEADS
     lines = [
@@ -64,7 +64,7 @@ def _traffic(network: dict[str, Any]) -> list[str]:
 
 
 def _read(network: dict[str, Any], step_s: float) -> tuple[str, str]:
-    """Return the bandwidth of distinct weights, and its share of the possible; "-" without both."""
+    """Return the bandwidth of distinct weights, and its share of the largest; "-" if unmeasured."""
     if "distinct_bytes" not in network:
         return "-", "-"
     read, most = network["distinct_bytes"] / step_s, network["read_bytes_per_s"]

@@ -1,4 +1,4 @@
-"""CPU time, contestants in turn, and the bandwidth of memory to compare with."""
+"""CPU and wall times of contestants in turn, and the bandwidth of memory to compare with."""
 
 import statistics
 import time
@@ -11,13 +11,13 @@ WARM_UP = 50
 ROUND_S = 0.2
 MOST = 2000
 READ = 2**27
-"""Bytes that are read, at least, to find a bandwidth."""
+"""The fewest bytes to read when measuring a bandwidth."""
 
 
 def cpu_us(steps: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, float]:
     """Return the CPU time of a step of each contestant, in us: the median of several rounds.
 
-    They run in turn, so that whatever else the machine does meets all of them.
+    They run in turn, so that other load on the machine affects all of them.
     """
     counts = {name: _steps_of_a_round(step) for name, step in steps.items()}
     times: dict[str, list[float]] = {name: [] for name in steps}
@@ -28,9 +28,9 @@ def cpu_us(steps: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, 
 
 
 def wall_us(steps: Mapping[str, Callable[[], object]], n: int) -> dict[str, float]:
-    """Return the wall time of a step of each contestant, in us: of n steps the 20th percentile.
+    """Return the wall time of a step of each contestant, in us: the 20th percentile of n steps.
 
-    They run step by step in turn. Most of what else the machine does makes a step longer.
+    They run step by step in turn. A low percentile, as other load mostly makes steps longer.
     """
     times: dict[str, list[float]] = {name: [] for name in steps}
     for _ in range(n):
@@ -55,9 +55,9 @@ def _seconds(step: Callable[[], object], n: int) -> float:
 
 
 def read_bytes_per_s(n_bytes: int, rounds: int = 9) -> float:
-    """Return the bandwidth of reading so many bytes again and again, from where they are held.
+    """Return the bandwidth of reading so many bytes again and again, from cache or memory.
 
-    Eight bytes are added at a time, in order; the best round.
+    Eight bytes are added at a time, in order; the best round counts.
     """
     values = np.zeros(max(n_bytes // 8, 1), dtype=np.int64)
     times = -(-READ // values.nbytes)
@@ -74,5 +74,5 @@ def _read(values: np.ndarray, times: int) -> int:
     total = 0
     for k in range(times):
         for i in range(len(values)):
-            total += values[i] ^ k  # k: else LLVM would read once
+            total += values[i] ^ k  # k: without it, LLVM would read only once
     return total

@@ -1,11 +1,10 @@
-"""CPU time of a step of `run reach`, `walk` and `switch` here, beside that of another version.
+"""CPU time of a step of `run reach`, `walk` and `switch`, by this version and by another one.
 
     git worktree add /tmp/old COMMIT && pip install --no-deps --target /tmp/old-site /tmp/old
     OPENBLAS_NUM_THREADS=1 python benchmarks/versions.py /tmp/old-site [--experiment NAME]...
 
-Each version runs in a process of its own, and blocks of steps take turns: what else the machine
-does meets both. Physics are part of a step, and the policy is as it was converted, so that nothing
-is calibrated.
+Each version runs in a process of its own, and blocks of steps take turns, so that other load on
+the machine affects both. Physics are part of a step, and the converted policy is not calibrated.
 """
 
 import contextlib
@@ -32,7 +31,7 @@ HERE = str(Path(__file__).parents[1] / "src")
 
 
 def site(folder: str) -> str:
-    """Return a folder if a version lies in it: else this one would be compared with itself."""
+    """Return a folder if it holds a version; otherwise this one would be compared with itself."""
     if not Path(folder, "spikeport", "__init__.py").is_file():
         cure = f"pip install --no-deps --target {folder} of a checkout puts one there"
         raise ArgumentTypeError(f"{folder}: no spikeport lies in it; {cure}")
@@ -71,7 +70,7 @@ class Version:
 
 
 class Turns:
-    """The end of a `Version` that steps: it waits for its turn before each block."""
+    """The stepping side of a `Version`, which waits for its turn before each block."""
 
     def __init__(self, orders: IO[str], answers: IO[str]) -> None:
         self._orders, self._answers = orders, answers
@@ -90,7 +89,7 @@ class Turns:
 
 
 def run_experiment(name: str, turns: Turns) -> None:
-    """Run an experiment by its command; its rehearsals are no steps."""
+    """Run an experiment by its command; steps of its rehearsals do not count."""
     from spikeport.cli import main as command
     from spikeport.simulator import Simulator
 
@@ -128,7 +127,7 @@ def compare(experiment: str, old_site: str, blocks: int) -> str:
 def new_parser(description: str | None, option: str, names: Collection[str]) -> ArgumentParser:
     """Return a parser of the other version's folder and of the names to compare.
 
-    ``--serve`` is for the processes of the versions: each is given one of the names.
+    ``--serve`` is for the processes of the versions: each gets one of the names.
     """
     parser = ArgumentParser(description=description)
     parser.add_argument("old_site", type=site, help="folder in which the other version lies")
@@ -138,7 +137,7 @@ def new_parser(description: str | None, option: str, names: Collection[str]) -> 
 
 
 def main() -> None:
-    """Compare the versions, or be one of them."""
+    """Compare the versions, or run as one of them."""
     parser = new_parser(__doc__, "--experiment", EXPERIMENTS)
     parser.add_argument("--blocks", type=int, default=30)
     arguments = parser.parse_args()

@@ -3,10 +3,10 @@
     OPENBLAS_NUM_THREADS=1 python benchmarks/walk_matrix.py [--n-neurons N]... [--path PATH]...
         [--seed N]... [--backend BACKEND] [--set KEY=VALUE]... [--seconds S]
 
-Each is held against the exact policy with the exact follower on the same path, by the same settings
-of path, policy and robot, in worst and in mean. Every run that is done stays in
-``build/walk_runs``, in a folder for each policy, and is not repeated: delete it to measure anew.
-Some processes can share the seeds.
+The worst and the mean are compared with those of the exact policy and exact follower on the same
+path, with the same settings of path, policy and robot. Finished runs stay in ``build/walk_runs``,
+in a folder for each policy, and are not repeated: delete them to measure again. Several processes
+can share the seeds.
 """
 
 import argparse
@@ -29,7 +29,7 @@ from spikeport.key_values import parse
 
 RESULTS = Path("build/walk_runs")
 OF_NEURONS = (*CONVERSION, "calibrated", "follower", "gait", "silence", "silence_at")
-"""Settings of which a walk without neurons has none."""
+"""Settings that a walk without neurons does not have."""
 SIZES = (20, 10)
 SEEDS = range(5)
 WORST = (
@@ -41,7 +41,7 @@ WORST = (
     "yaw_rate_error_mean_rad_s",
     "cores",
 )
-"""The figures of which the largest is printed."""
+"""The figures whose largest value is printed."""
 
 
 def trial(path: str, seed: int, backend: str, seconds: float, **settings: Any) -> WalkTrial:
@@ -52,7 +52,7 @@ def trial(path: str, seed: int, backend: str, seconds: float, **settings: Any) -
 
 
 def result(trial: WalkTrial, ready: Ready[Any]) -> dict[str, Any]:
-    """Return the metrics of a walk, what it took on the chip, and how fast the processor was."""
+    """Return the metrics of a walk, its costs on the chip, and its speed in CPU time."""
     trial = WalkTrial(trial.settings, dataclasses.replace(trial.options, progress=Clock()))
     done = perform(trial, ready)
     chip = on_chip(done.sim)
@@ -95,7 +95,7 @@ def worst(runs: list[dict[str, Any]], exact: list[dict[str, Any]]) -> str:
 
 
 def main() -> None:
-    """Run what is missing and print the worst of each path and size."""
+    """Run the missing walks, and print the worst figures of each path and size."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--n-neurons", type=int, action="append")
     parser.add_argument("--path", action="append", choices=SHAPES)

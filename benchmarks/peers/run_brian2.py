@@ -1,4 +1,4 @@
-"""A network on brian2, with code that it makes in Cython."""
+"""A network on brian2, with generated Cython code."""
 
 import brian2
 import numpy as np
@@ -14,7 +14,7 @@ def made(traffic: Traffic) -> Running:
         traffic.n, "v : 1\nq : 1\nbias : 1\nvth : 1", threshold="v > vth", reset="v = 0"
     )
     group.bias, group.vth = traffic.bias, traffic.vth
-    # what arrives at the end of a step is added in the next one
+    # input that arrives at the end of a step is added in the next one
     group.run_regularly("v = v + q + bias\nq = 0", when="groups")
     synapses = Synapses(group, group, "w : 1", on_pre="q_post += w")
     synapses.connect(i=traffic.source, j=traffic.target)

@@ -19,7 +19,7 @@ NOTHING = np.zeros(0, dtype=np.int64)
 class SpikeCounter(NengoLoihiChip):
     """nengo-loihi's emulator as its users run it; only spikes are counted.
 
-    `speed.Emulator`, which counts nothing, is in a folder that scripts of this one do not see.
+    `speed.Emulator`, which counts nothing, is in a folder that these scripts cannot import from.
     """
 
     def _count(self, _spikes):
@@ -27,20 +27,20 @@ class SpikeCounter(NengoLoihiChip):
 
 
 def native(image):
-    """Return a native chip, and what counts its spikes."""
+    """Return a native chip, and a function for its spike counts."""
     chip = NativeChip(image, seed=0)
     return chip, lambda: chip.state.spike_count
 
 
 def emulator(image):
-    """Return nengo-loihi's emulator, and what counts its spikes."""
+    """Return nengo-loihi's emulator, and a function for its spike counts."""
     chip = SpikeCounter(image, seed=0)
     chip.spike_count = np.zeros(image.n_compartments, dtype=int)
     return chip, lambda: chip.spike_count
 
 
 def made(_traffic: Traffic) -> Running:
-    """Load the image, which has the same network."""
+    """Load the image, which holds the same network."""
     image = ChipImage.load(sys.argv[3])
     chip, spikes = {"native": native, "nengo-loihi": emulator}[sys.argv[4]](image)
 

@@ -9,7 +9,7 @@ from traffic import Running, Traffic, contest
 
 
 class IntegrateAndFire(nengo.neurons.NeuronType):
-    """Neurons that integrate their input and fire, with thresholds and counts of the process."""
+    """Neurons that integrate their input and fire; thresholds and counts are class attributes."""
 
     spiking = True
     state: ClassVar = {"voltage": nengo.dists.Choice([0])}

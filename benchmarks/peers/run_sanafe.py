@@ -1,4 +1,4 @@
-"""A network on SANA-FE's model of Loihi, which finds the energy and time of each step, too."""
+"""A network on SANA-FE's model of Loihi, which also computes the energy and time of each step."""
 
 import tempfile
 from collections.abc import Iterator
@@ -13,7 +13,7 @@ CORES, CORES_PER_TILE = 128, 4
 
 
 def netlist(traffic: Traffic) -> Iterator[str]:
-    """Return the network in SANA-FE's format, its neurons spread evenly over all cores."""
+    """Yield the network's lines in SANA-FE's format, with neurons spread evenly over all cores."""
     yield f"g {traffic.n} soma_hw_name=loihi_lif synapse_hw_name=loihi_dense_synapse leak_decay=1"
     for i, (bias, vth) in enumerate(zip(traffic.bias, traffic.vth, strict=True)):
         yield f"n 0.{i} bias={bias} threshold={vth}"

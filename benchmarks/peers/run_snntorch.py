@@ -1,4 +1,4 @@
-"""A network on snnTorch, its weights a matrix in rows without zeros where most are zero."""
+"""A network on snnTorch; its weights are a sparse matrix if most of them are zero."""
 
 import warnings
 
@@ -15,7 +15,7 @@ def made(traffic: Traffic) -> Running:
     shape = (traffic.n, traffic.n)
     at = np.stack((traffic.target, traffic.source))
     weights = torch.sparse_coo_tensor(at, traffic.weight.astype(np.float32), shape).coalesce()
-    warnings.simplefilter("ignore")  # that sparse rows are in beta
+    warnings.simplefilter("ignore")  # the warning that sparse rows are in beta
     weights = weights.to_dense() if traffic.is_dense else weights.to_sparse_csr()
     bias, vth = (torch.tensor(array, dtype=torch.float32) for array in (traffic.bias, traffic.vth))
     neurons = snntorch.Leaky(beta=1.0, threshold=vth, reset_mechanism="zero", reset_delay=False)

@@ -1,8 +1,8 @@
-"""The networks that all contestants run, as arrays; imports NumPy alone, as each has its own.
+"""The networks that all contestants run, as arrays; imports only NumPy, which all of them have.
 
-Neurons integrate and fire, without a leak: v <- v + bias + sum of w over what spiked in the step
-before; a spike where v > vth, and v = 0 then. Numbers are integers, so that sums are exact in
-floats of 32 bits, too, and every simulator has the same spikes.
+Neurons integrate and fire, without a leak: v <- v + bias + sum of w over the neurons that spiked in
+the step before. A neuron spikes if v > vth, and v = 0 then. Numbers are integers, so that sums are
+exact even in floats of 32 bits, and every simulator has the same spikes.
 """
 
 import json
@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 WARM_UP = 20
-"""Steps before the clock starts: what is compiled when it is first used is compiled by then."""
+"""Steps before the clock starts, during which just-in-time compilers finish."""
 STEPS = 100
 
 
@@ -27,7 +27,7 @@ class Traffic(NamedTuple):
     start : (n + 1,) array
         The index at which each neuron's weights begin.
     target, weight : (m,) arrays
-        The neuron that a weight is for, and the weight.
+        The postsynaptic neuron of each weight, and the weight.
     bias, vth : (n,) arrays
         Drive of a step and threshold.
     """
@@ -50,7 +50,7 @@ class Traffic(NamedTuple):
 
     @property
     def source(self) -> np.ndarray:
-        """The neuron that each weight is of, (m,)."""
+        """The presynaptic neuron of each weight, (m,)."""
         return np.repeat(np.arange(self.n), self.fan_out)
 
     @property
@@ -66,14 +66,14 @@ def load(path: str) -> Traffic:
 
 
 class Running(NamedTuple):
-    """A network that was built: what runs some steps, and what counts each neuron's spikes."""
+    """A built network: a function that runs some steps, and one that returns spikes by neuron."""
 
     run: Callable[[int], object]
     spikes: Callable[[], np.ndarray]
 
 
 def contest(version: str, made: Callable[[Traffic], Running]) -> None:
-    """Build and run the network in the file that is the first argument, in this process.
+    """Build and run the network in the file that the first command-line argument names.
 
     The second argument is the file for the result: CPU time, and spikes by neuron, or in sum.
     """
