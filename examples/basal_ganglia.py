@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Basal ganglia
 #
-# Three actions compete, each with a utility. The basal ganglia stop inhibiting the one with the
-# largest, and the thalamus lets it through: spiking neurons choose.
+# Three actions compete, each with a utility. The basal ganglia stop inhibiting the action with the
+# largest utility, and the thalamus lets it through: spiking neurons choose.
 
 # %%
 import matplotlib.pyplot as plt
@@ -25,7 +25,7 @@ with nengo.Network(seed=0, label="choice") as model:
     chosen = nengo.Probe(thalamus.output, synapse=0.02, label="chosen")
 
 # %% [markdown]
-# nengo-loihi gives every ensemble a core of its own; packed, the blocks share a few.
+# nengo-loihi gives every ensemble a core of its own; when packed, the blocks share a few cores.
 
 # %%
 compilation = spikeport.compile_network(model)

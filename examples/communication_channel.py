@@ -24,7 +24,7 @@ with nengo.Network(seed=1, label="communication channel") as model:
 # %% [markdown]
 # ## The fit
 #
-# A compile says what the network takes of the chip.
+# A compile reports how much of the chip the network uses.
 
 # %%
 compilation = spikeport.compile_network(model)

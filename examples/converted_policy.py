@@ -1,9 +1,9 @@
 # %% [markdown]
 # # A PyTorch policy, converted
 #
-# A small perceptron is trained in PyTorch to steer: from an error and its speed, a force that
-# levels off. spikeport reads its TorchScript file, without torch, and makes spiking neurons of it:
-# a population for each unit. It needs the extra `train`, which brings torch.
+# A small perceptron is trained in PyTorch to steer: it turns an error and its speed into a force
+# that levels off. spikeport reads its TorchScript file, without torch, and converts it to spiking
+# neurons: a population for each unit. The example needs the extra `train`, which brings torch.
 
 # %%
 import tempfile

@@ -1,8 +1,9 @@
 # %% [markdown]
 # # A convolution
 #
-# An image of 12 x 12 pixels becomes spikes on the host. On the chip two filters look for edges, one
-# for those that lie, one for those that stand; nengo-loihi shares weights by population axons.
+# An image of 12 x 12 pixels becomes spikes on the host. On the chip, one filter looks for lying
+# (horizontal) edges, one for standing (vertical) edges; nengo-loihi shares weights by population
+# axons.
 
 # %%
 import matplotlib.pyplot as plt

@@ -1,7 +1,7 @@
 # %% [markdown]
 # # An oscillator
 #
-# A population that is connected to itself turns its state by a constant angle each moment:
+# A population that is connected to itself turns its state at a constant speed:
 #
 #     dx/dt = A x,    A = [[0, -omega], [omega, 0]]
 #

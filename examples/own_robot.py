@@ -20,7 +20,7 @@ TILT_RAD = 0.1
 RADII = np.array([0.4, 0.8, 0.2, 1.0])
 """The ranges of place (m), speed (m/s), tilt (rad) and its speed (rad/s) that neurons represent."""
 GAINS = np.array([2.2, 4.2, 30.0, 9.0])
-"""The force in N for a unit of each: force = GAINS . state, near the linear-quadratic optimum."""
+"""The force in N per unit of each: force = GAINS . state, near the linear-quadratic optimum."""
 
 
 class CartPole:
@@ -89,7 +89,7 @@ class Balancer(nengo.Network):
         with self:
             self.state = nengo.Node(size_in=4, label="state")
             self.force = nengo.Node(size_in=1, label="force")
-            # on the chip all voltages begin at zero; to ask for it avoids a warning
+            # on the chip all voltages begin at zero; asking for that avoids a warning
             at_rest = nengo.LIF(initial_state={"voltage": nengo.dists.Choice([0])})
             neurons = nengo.Ensemble(400, 4, neuron_type=at_rest, label="neurons")
             nengo.Connection(self.state, neurons, transform=np.diag(1 / RADII), synapse=0.005)

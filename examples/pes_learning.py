@@ -1,8 +1,8 @@
 # %% [markdown]
 # # Learning on the chip
 #
-# The rule PES changes decoders such that an error becomes small. The weights begin at zero, and
-# learn to pass the stimulus on; after some time the error is taken away, and they stay as they are.
+# The PES rule changes decoders so that an error becomes small. The weights begin at zero, and learn
+# to pass the stimulus on. After some time the error is switched off, and they stay as they are.
 
 # %%
 import matplotlib.pyplot as plt

@@ -1,9 +1,9 @@
 # %% [markdown]
 # # A pole, balanced
 #
-# The chip in closed loop with a small robot, a cart with a pole on it in MuJoCo: the network
+# The chip runs in closed loop with a small robot, a cart with a pole on it in MuJoCo: the network
 # observes the cart and pushes it. `own_robot.py` holds plant, port and network;
-# docs/own-robot.md goes through them. It needs the extra `robot`, which brings MuJoCo.
+# docs/own-robot.md goes through them. The example needs the extra `robot`, which brings MuJoCo.
 
 # %%
 import matplotlib.pyplot as plt

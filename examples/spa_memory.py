@@ -2,7 +2,7 @@
 # # A memory of symbols
 #
 # In the semantic pointer architecture a symbol is a vector. A state with feedback holds its input
-# after that has ended: a working memory of spiking neurons.
+# after the input has ended: a working memory of spiking neurons.
 
 # %%
 import matplotlib.pyplot as plt
