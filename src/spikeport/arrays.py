@@ -1,4 +1,4 @@
-"""Types of arrays, by what is in them."""
+"""Types of arrays, by their elements."""
 
 import numpy as np
 from numpy.typing import NDArray

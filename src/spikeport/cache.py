@@ -110,7 +110,7 @@ class Cache:
         return found
 
     def entries(self) -> list[Entry]:
-        """Return what is kept, the oldest first."""
+        """Return the kept entries, the oldest first."""
         found = []
         for path in self.folder.glob("*.npz"):
             if not _NAME.fullmatch(path.name):

@@ -1,4 +1,4 @@
-"""The commands of boards and robots: servers, and the files that they use and record."""
+"""The commands of boards and robots, which serve, check and inspect them."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,7 @@
 """Every error spikeport raises on purpose.
 
     SpikeportError
-    ├── UsageError (ValueError)            a name, key or value is not known: lists the known
+    ├── UsageError (ValueError)            a name, key or value is not known: lists known ones
     │   └── ArgumentError                  ... or an argument; nengo's ValidationError too
     ├── MissingExtraError (ImportError)    an optional package is absent: names the extra
     ├── ChipFileError (ValueError)         a chip's TOML is wrong: path and reason
@@ -15,16 +15,16 @@
     ├── ImageError (ValueError)            an image file is foreign, truncated or altered
     ├── BackendError (RuntimeError)        a backend cannot run an image or input
     │   ├── BoardLostError                 ... a board does not answer, or ended the session
-    │   └── RobotLostError                 ... a robot does not, began anew, or fell silent
+    │   └── RobotLostError                 ... a robot does not, restarted, or fell silent
     ├── RenderError (RuntimeError)         no picture can be made on this machine
     └── DivergedError (ArithmeticError)    a simulation left the numbers it can work with
 
-A message names the object, the rule, what was used against the limit, and the cure. The command
+A message names the object, the rule, the amount used and the limit, and the cure. The command
 line exits with the ``exit_code`` of an error's class: 1 where a network or a run failed, 2 where
 the request itself cannot be met.
 
-Every error can be imported from here. `RefusedError` and those below it are Nengo's errors too, and
-are imported when they are first asked for: Nengo takes a second, which an error need not wait for.
+Every error can be imported from here. `RefusedError` and the errors below it are Nengo's errors,
+too, and are imported when they are first used: importing Nengo takes a second.
 """
 
 import sysconfig
@@ -141,7 +141,7 @@ class BoardLostError(BackendError):
 
 
 class RobotLostError(BackendError):
-    """A robot at the end of a link does not answer in time, or began anew."""
+    """A robot at the end of a link does not answer in time, or restarted."""
 
 
 class RenderError(SpikeportError, RuntimeError):

@@ -34,7 +34,7 @@ def kept() -> Iterator[None]:
     try:
         yield
     finally:
-        # The thresholds before cannot be read; glibc's own trim threshold is twice the other one.
+        # The earlier thresholds cannot be read; glibc itself trims at twice the mmap threshold.
         _set_thresholds(libc, _USUAL, 2 * _USUAL)
         libc.malloc_trim(0)
 

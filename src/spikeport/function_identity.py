@@ -1,4 +1,4 @@
-"""The identity of functions: everything that decides what they return, equal in every process.
+"""The identity of a function: data on everything that decides its result, equal in every process.
 
 A function has an identity if its code, and everything that it reaches, can be read: values it
 closes over, its defaults, and names of its module, recursively. Code of spikeport, of the packages
@@ -132,7 +132,7 @@ class FunctionIdentity:
         return "ufunc", name
 
     def _check_parts(self, modules: set[str], names: set[str]) -> None:
-        """Refuse unstable parts of all modules and names so far, whichever function has which."""
+        """Refuse parts without an identity, for any module and name that functions used so far."""
         self._modules |= modules
         self._names |= names
         for module in sorted(self._modules):
@@ -162,7 +162,7 @@ class FunctionIdentity:
         return kind, [self.of(one) for one in value]
 
     def _again(self, value: object) -> object:
-        """Return the number of a value that was met before, or None: functions may recurse."""
+        """Return the number of a value that was met before, or None: functions may form cycles."""
         if id(value) in self._known:
             return "again", self._known[id(value)]
         self._known[id(value)] = len(self._known)
@@ -200,7 +200,7 @@ class FunctionIdentity:
 
 
 def _parts(module: str, names: set[str]) -> Iterator[str]:
-    """Yield a module, its submodules of some names, and the modules of its other parts so named.
+    """Yield a module, and for each name in it the submodule, or the module that defines the part.
 
     A module is imported only after it was yielded, so that a caller can refuse it before.
     """

@@ -65,7 +65,7 @@ def check_sample_times(dt: object) -> None:
 
 
 def build_settings(model: "Model | None", dt: float, remove_passthrough: bool) -> BuildSettings:
-    """Return the settings of a build, from nengo-loihi's model where there is one.
+    """Return the settings of a build, from nengo-loihi's model if there is one.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """A chip image as a NIR graph, in the chip's integers.
 
-Each block is a node of CubaLIF neurons, which Euler's method with time step dt turns into
+Each block is a node of CubaLIF neurons, for which Euler's method with time step dt gives
 
     I <- (1 - d_u) I + q,   v <- (1 - d_v) v + I + bias,   spike where v > threshold
 

@@ -211,7 +211,7 @@ class RoundTrips:
         return self._worst_s
 
     def summary_us(self) -> dict[str, float | None]:
-        """Return median, 99th percentile and worst, in us; None where there was no round trip."""
+        """Return median, 99th percentile and worst, in us; None if there was no round trip."""
         found = {"median": self.quantile_s(0.5), "p99": self.quantile_s(0.99)}
         return {
             **{name: None if t is None else round(1e6 * t, 1) for name, t in found.items()},

@@ -27,5 +27,5 @@ class Stages:
         self._progress, self._work, self._names = progress, work, names
 
     def begin(self, name: str) -> None:
-        """Report that a stage begins, so that the stages before it are done."""
+        """Report that a stage begins, with the share of the stages that are done."""
         self._progress(f"{self._work}: {name}", self._names.index(name) / len(self._names))

@@ -137,7 +137,7 @@ def _of_chip(request: FigureRequest) -> Target:
 
 
 def _replaced(papers: Mapping[str, str], own: Sequence[str]) -> list[str]:
-    """Return the paper's settings, except those that the user sets, and the user's own."""
+    """Return the paper's settings, replaced and extended by the user's."""
     keys = _keys(own)
     return [*(f"{key}={value}" for key, value in papers.items() if key not in keys), *own]
 

@@ -107,7 +107,7 @@ class Target:
 
 @dataclass(frozen=True, kw_only=True)
 class Workers:
-    """The workers of a sweep: processes of this machine, or those of a Dask scheduler."""
+    """The workers of a sweep: processes of this machine, or workers of a Dask scheduler."""
 
     n: Annotated[
         int | None,
