@@ -1,9 +1,9 @@
-"""Counts of what happened on the cores in a run: all that energy and time depend on.
+"""Counts of the events on the cores in a run, on which energy and time depend.
 
-Counts of a run are exact, and integers. Counts that are expected of a run to come are not.
+Counts of a run are exact integers. Counts that are expected of a future run are not.
 
-Steps of a long run are not kept one by one: what energy and time need of them is folded into sums,
-see `spikeport.hardware_models.step_time.fold`.
+Steps of a long run are not kept one by one: they are folded into the sums that energy and time
+need, see `spikeport.hardware_models.step_time.fold`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from spikeport.hardware_models.chip import ChipModel
     from spikeport.hardware_models.step_time import TimeSums
 
-# A step takes as long as its slowest core, so these are kept step by step. Messages cost energy,
-# and their sums are enough.
+# A step takes as long as its slowest core, so these counts are kept step by step. Messages cost
+# energy, for which sums are enough.
 PER_STEP = (
     "spikes",
     "synaptic_operations",
@@ -51,7 +51,7 @@ class Folded:
     sums : mapping of str to (n_cores,) array
         The counts of `PER_STEP` and ``messages_host``, and ``messages`` as (n_cores, n_cores).
     chip : ChipModel or None
-        The chip that their times were reckoned for; None if for no chip.
+        The chip that the times were computed for, if any.
     times : mapping of str to TimeSums
         The times of the steps, by calibration of the chip.
     host_spikes, most_host_spikes : int
@@ -68,9 +68,9 @@ class Folded:
 
 @dataclass(frozen=True, eq=False)
 class Activity:
-    """Counts of a run, or expected of one. Runs one after the other add up: see `concatenate`.
+    """Counts of a run, or counts expected of one. Consecutive runs add up: see `concatenate`.
 
-    The arrays by step hold the steps that are kept, n_kept: all, or the last ones of a long run.
+    The arrays by step hold the n_kept steps that are kept: all, or the last ones of a long run.
 
     A message is one spike on its way to one destination core: a spike that reaches synapses on
     three cores is three messages.
@@ -86,7 +86,7 @@ class Activity:
     synaptic_operations : (n_kept, n_cores) array
         Weights added to compartments of the core.
     updates_active, updates_inactive : (n_kept, n_cores) array
-        Compartments updated whose state was not, or was, at rest.
+        Updated compartments whose state was not at rest, and compartments at rest.
     messages_in : (n_kept, n_cores) array
         Messages that arrived at the core, from other cores, itself and the host.
     learning_updates : (n_kept, n_cores) array
@@ -105,7 +105,7 @@ class Activity:
     Raises
     ------
     ValueError
-        An array has another shape, or holds no numbers.
+        An array has another shape, or does not hold numbers.
     """
 
     cores: tuple[str, ...]
@@ -154,7 +154,7 @@ class Activity:
         return f"{self.n_steps:,} steps of {1000 * self.dt_s:g} ms on {cores}"
 
     def _table(self) -> Table:
-        """Return each count in sum, by step, and on the core that has most of it."""
+        """Return the total of each count, its mean of a step, and the core with the most of it."""
         rows = []
         for name, counts in self.per_core().items():
             most = int(counts.argmax()) if counts.size else 0
@@ -176,7 +176,7 @@ class Activity:
         """The steps that are kept one by one, as a run of their own."""
         if self.folded is None:
             return self
-        # Counts by step are those of the kept steps already; messages are of the whole run.
+        # Counts by step are already of the kept steps; messages are of the whole run.
         before = self.folded.sums
         return replace(
             self,
@@ -202,7 +202,7 @@ class Activity:
 
     def totals(self) -> dict[str, int | float]:
         """Return every count, summed over steps and cores."""
-        # Python's numbers: `json` writes none of NumPy's.
+        # As Python's numbers: `json` cannot write NumPy's.
         sums = {name: self.over_steps(name).sum().item() for name in PER_STEP}
         sums |= {name: getattr(self, name).sum().item() for name in PER_RUN}
         sent = {"host_spikes": self.from_host.total}
@@ -219,7 +219,7 @@ class Activity:
 
     @classmethod
     def concatenate(cls, parts: Sequence["Activity"]) -> "Activity":
-        """Return the activity of runs one after the other, of the same cores.
+        """Return the activity of consecutive runs on the same cores.
 
         Raises
         ------

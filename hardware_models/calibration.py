@@ -1,4 +1,4 @@
-"""Costs of events in energy and time, as one source has them."""
+"""Costs of events in energy and time, from one source."""
 
 from functools import partial
 from typing import Annotated
@@ -12,8 +12,8 @@ from spikeport.hardware_models.figure import Energy, Figure, StrictModel, Time, 
 class Energies(StrictModel):
     """Energy of one event of each kind, in J; None: no public figure, which is not 0.
 
-    ``update_active`` is all of an active compartment's update, its access included, and
-    ``update_inactive`` the access alone. ``message`` is one spike sent to one destination core.
+    ``update_active`` is the whole update of an active compartment, its access included, and
+    ``update_inactive`` only the access. ``message`` is one spike sent to one destination core.
     """
 
     synaptic_operation: Energy | None = None

@@ -1,6 +1,6 @@
 """A chip as data: its limits, its mesh, its power and the calibrations of its events.
 
-A chip is a TOML file. The ones that come with spikeport lie in ``chips/``.
+A chip is a TOML file. The files that come with spikeport are in ``chips/``.
 """
 
 import math
@@ -21,8 +21,8 @@ BUILT_IN = Path(__file__).parent / "chips"
 class Limits(StrictModel):
     """The limits of a chip: cores per chip, chips per board, the rest per core.
 
-    None: not public, which is not unlimited. Nothing is checked against such a limit, and reports
-    name it.
+    None: not public, which does not mean unlimited. Such a limit is not checked, and reports name
+    it.
     """
 
     cores: Count
@@ -36,7 +36,7 @@ class Limits(StrictModel):
     synapse_profiles: Count | None = None
 
     def most(self, resource: str) -> float:
-        """Return the most a core holds of a resource; infinity where that is not public."""
+        """Return the largest amount of a resource on a core; infinity where it is not public."""
         figure: Figure | None = getattr(self, resource)
         return math.inf if figure is None else figure.count
 
@@ -44,7 +44,7 @@ class Limits(StrictModel):
 class SynapseMemory(StrictModel):
     """The memory for a core's synapses: lists of words, each list with a header.
 
-    ``population_32_slots`` is what an output axon to synapses of population type 32 takes.
+    ``population_32_slots`` is the size of an output axon to synapses of population type 32.
     """
 
     word: Bits
@@ -53,14 +53,14 @@ class SynapseMemory(StrictModel):
 
 
 class SoftMemory(StrictModel):
-    """Blocks of memory that the soft cores of an FPGA share: each takes what its contents fill.
+    """Blocks of memory that the soft cores of an FPGA share: each core takes those that it fills.
 
         blocks = port + sum over cores (core + ceil(out_axons / axon_step) + ceil(rows / block))
 
-    ``core`` has all of a core's memories that no image cuts, and ``port`` those of the host's port.
-    Where ``core`` is None, rows alone lie in these blocks. Rows are 16-bit words, see
-    ``hardware_models/softcore/walker.v``; ``queue`` messages wait at a core, and the host reads up
-    to ``outputs`` values and spikes after a step.
+    ``core`` counts the blocks of a core's memories with a fixed size, and ``port`` those of the
+    host's port. Where ``core`` is None, only rows are in these blocks. Rows are 16-bit words, see
+    ``hardware_models/softcore/walker.v``; up to ``queue`` messages wait at a core, and the host
+    reads up to ``outputs`` values and spikes after a step.
     """
 
     blocks: Count
@@ -81,7 +81,7 @@ class Topology(StrictModel):
 
     @property
     def places(self) -> int:
-        """Cores that the mesh has room for."""
+        """The number of cores that the mesh has room for."""
         return self.tiles_x.count * self.tiles_y.count * self.cores_per_tile.count
 
 
@@ -119,26 +119,26 @@ class ChipModel(StrictModel):
     name, title : str
         Its names for programs and for people.
     caveat : str
-        A warning that stands in every report on it.
+        A warning that every report on the chip contains.
     pipeline : str
-        The passes of a compile that names none, as ``--passes`` takes them.
+        The default passes of a compile, as ``--passes`` takes them.
     limits, topology, power : Limits, Topology or None, Powers
         The figures that hold for every network; without a public mesh no hops are counted.
     synapse_memory : SynapseMemory or None
-        Without a public layout, bits of weights and indices alone are counted.
+        Without a public layout, only bits of weights and indices are counted.
     soft_memory : SoftMemory or None
-        Memory that soft cores share; None of chips that are made.
+        Memory that soft cores share; None for manufactured chips.
     clock : Figure or None
         The time of a cycle, in s, where all times are cycles of one clock.
     learns : bool
         True if synapses can learn on it.
     host_io : HostIo or None
-        Without a published figure nobody knows whether host and chip keep up with real time.
+        Without a published figure, it is unknown whether host and chip keep up with real time.
     calibrations : tuple of EnergyCalibration
         Energies and times of events, one set for each source.
     """
 
-    # `schema` is a name of pydantic's own.
+    # pydantic uses the name `schema` itself.
     schema_version: Annotated[int, Field(alias="schema")]
     name: Name
     title: Line
@@ -164,7 +164,7 @@ class ChipModel(StrictModel):
     @field_validator("topology")
     @classmethod
     def _cores_have_places(cls, mesh: Topology | None, info: ValidationInfo) -> Topology | None:
-        # Absent if it was refused itself.
+        # `limits` is absent if it was refused itself.
         limits = info.data.get("limits")
         if mesh and limits and mesh.places < limits.cores.count:
             raise ValueError(
@@ -183,12 +183,12 @@ class ChipModel(StrictModel):
         return calibrations
 
     def calibration(self, name: str) -> EnergyCalibration:
-        """Return the calibration of that name.
+        """Return the calibration of a name.
 
         Raises
         ------
         UsageError
-            There is none; the message lists those there are.
+            There is no such calibration; the message lists the known ones.
         """
         by_name = {calibration.name: calibration for calibration in self.calibrations}
         if name not in by_name:
@@ -202,12 +202,12 @@ def names() -> list[str]:
 
 
 def get(name: str) -> ChipModel:
-    """Return the chip of that name, or in that file if the name ends in ``.toml``.
+    """Return the chip of a name, or in a file if the name ends in ``.toml``.
 
     Raises
     ------
     UsageError
-        There is no such chip; the message lists those there are.
+        There is no such chip; the message lists the known ones.
     ChipFileError
         The file is wrong; see `load`.
     """
@@ -219,7 +219,7 @@ def get(name: str) -> ChipModel:
 
 
 def files(name: str) -> list[Path]:
-    """Return the file of a chip, if the name of a chip is one."""
+    """Return the file of a chip, if the chip's name is a file's; else an empty list."""
     return [Path(name)] if name.endswith(".toml") else []
 
 

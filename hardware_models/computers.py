@@ -1,4 +1,4 @@
-"""Conventional computers beside a chip: energy for the same operations, and where both draw it."""
+"""Conventional computers: their energy for the same operations, and break-even with a chip."""
 
 from functools import cache
 from pathlib import Path
@@ -34,11 +34,11 @@ class Computer(StrictModel):
     idle: Power | None = None
 
     def for_macs(self, macs: int) -> float:
-        """Return the energy of so many operations in J, without idle power: E macs / macs of E."""
+        """Return the energy of ``macs`` operations in J, in proportion, without idle power."""
         return self.energy.value * macs / self.macs
 
     def in_period(self, macs: int, period_s: float) -> float:
-        """Return the energy in J of so many operations and of the rest of a period, idle."""
+        """Return the energy in J of ``macs`` operations, and of idle power over a period."""
         idle_w = 0.0 if self.idle is None else self.idle.value
         return self.for_macs(macs) + idle_w * period_s
 
@@ -46,7 +46,7 @@ class Computer(StrictModel):
 class Computers(StrictModel):
     """The computers of a file."""
 
-    # `schema` is a name of pydantic's own.
+    # pydantic uses the name `schema` itself.
     schema_version: Annotated[int, Field(alias="schema", ge=1, le=1)]
     computers: tuple[Computer, ...]
 
@@ -63,11 +63,11 @@ class OnChip(NamedTuple):
     Attributes
     ----------
     synaptic_operations : float
-        Mean of a step.
+        Mean number in a step.
     synaptic_operation_j : float
-        Energy of one.
+        Energy of one synaptic operation.
     other_j : float
-        Dynamic energy of a step for all else.
+        Dynamic energy of a step for all other events.
     static_w : float
         Power of the chip at rest.
     dt_s : float
@@ -92,7 +92,9 @@ class OnChip(NamedTuple):
 
 
 class BreakEven(NamedTuple):
-    """Points where chip and computer draw the same, all else as it is; None: nowhere above 0.
+    """Values with which chip and computer draw the same power, if that value alone is changed.
+
+    None: there is no such value above 0.
 
     Attributes
     ----------
@@ -103,7 +105,7 @@ class BreakEven(NamedTuple):
     static_w : float or None
         Power of the chip at rest.
     rate_hz : float or None
-        Rate at which the computer computes; None where it draws more than the chip at rest already.
+        Rate at which the computer computes; None where it draws more than the chip even at rest.
     """
 
     synaptic_operations: float | None
@@ -113,7 +115,7 @@ class BreakEven(NamedTuple):
 
 
 def break_even(chip: OnChip, computer: Computer, macs: int, rate_hz: float) -> BreakEven:
-    """Return where a chip draws as much as a computer that does ``macs`` operations at a rate.
+    """Return where a chip draws as much as a computer that repeats ``macs`` operations at a rate.
 
         P_computer = f E_mac macs + P_idle,   P_chip = (n e_syn + e_other) / dt + P_static
 

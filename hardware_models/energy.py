@@ -50,7 +50,7 @@ class Draw:
 class CoreEnergy:
     """Mean dynamic energy of a step on one core, in J; None: no public figure.
 
-    A core's share holds the messages it sends and those it receives from the host.
+    A core's share includes the messages it sends, and the messages it receives from the host.
     """
 
     core: str
@@ -61,8 +61,8 @@ class CoreEnergy:
 class ModuleEnergy:
     """Mean energy of a step of one module, in J; None: no public figure.
 
-    The energy is that of its neurons and synapses, wherever they lie: messages depend on the
-    placement, and are not in it.
+    The energy is that of the module's neurons and synapses, on any core. Messages depend on the
+    placement, and are not included.
     """
 
     module: str
@@ -76,13 +76,13 @@ class EnergyReport:
     Parameters
     ----------
     calibration : str
-        Whose energies and times these are.
+        The name of the calibration with these energies and times.
     n_steps, period_s : int, float
         Number of steps of the run, and the mean time from one to the next in real time, in s.
     terms : tuple of EnergyTerm
         The dynamic energy of the run, event by event.
     dynamic_run : Estimate or None
-        Their sum, in J; None: nothing of what happened has a public figure.
+        The sum of the terms, in J; None: no event that happened has a public figure.
     dynamic, static : Draw or None
         The draw of the events, and of the chips at rest; None: no public figure.
     system : Draw or None
@@ -90,7 +90,7 @@ class EnergyReport:
     cores : tuple of CoreEnergy
         The dynamic energy of a step, core by core.
     missing : tuple of str
-        Items that have counts or are drawn, and no public figure; their energy is left out.
+        Events that happened, and powers, without a public figure; their energy is left out.
     not_modelled : tuple of str
         Items that cost energy and are not in this model, and so are left out as well.
     """
@@ -125,14 +125,14 @@ def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
         E_stat = T n_chips P_chip,   T = mean over steps of max(T_step, dt)
         P_sys  = P_board_idle + E_dyn / T
 
-    N_between are the messages between chips. E_dyn is a step's mean here. T is taken at the
+    N_between are the messages between chips. E_dyn is the mean of a step here. T is taken at the
     calibration's times, not at their bounds; every chip of the board draws static power.
 
     Raises
     ------
     UsageError
-        The activity has no steps or no cores, or has folded steps, and not for this chip, or the
-        calibration is none of the chip's.
+        The activity has no steps or no cores, or its folded steps are for another chip or lack
+        times of this calibration.
     CompileError
         More cores are in use than the chip's mesh has.
     """
@@ -220,7 +220,7 @@ def _system(chip: ChipModel, dynamic: Draw | None, period_s: float) -> Draw | No
     figure = chip.power.board_idle_w
     if figure is None:
         return None
-    # The board's idle power has its chips' static power in it.
+    # The board's idle power includes its chips' static power.
     power = figure.estimate + (at_least_zero("W") if dynamic is None else dynamic.power)
     return Draw(power.scaled(period_s, unit="J"), power)
 

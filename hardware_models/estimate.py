@@ -54,9 +54,9 @@ class Estimate:
         Raises
         ------
         ValueError
-            The factor is negative: nothing here is counted less than zero times.
+            The factor is negative: nothing is counted less than zero times.
         """
-        # It would swap the bounds.
+        # A negative factor would swap the bounds.
         if factor < 0:
             raise ValueError(f"cannot scale an estimate by {factor}, which is negative")
         low = None if self.low is None else factor * self.low
@@ -64,7 +64,7 @@ class Estimate:
         return Estimate(factor * self.value, low, high, unit or self.unit, self.source)
 
     def format(self) -> str:
-        """Write as ``1.23 uJ [1.08, 1.38]``, and what is not known as ``[>= 1.08]`` or such."""
+        """Return text like ``1.23 uJ [1.08, 1.38]``, or ``[>= 1.08]`` with an unknown bound."""
         exponent = _exponent(self.value)
         scale = 10.0**-exponent
         low, high = (None if b is None else _digits(b * scale) for b in (self.low, self.high))
@@ -76,12 +76,12 @@ class Estimate:
 
 
 def zero(unit: str) -> Estimate:
-    """Return exactly nothing: the start of a sum."""
+    """Return exactly zero, the start of a sum."""
     return Estimate(0.0, 0.0, 0.0, unit, "")
 
 
 def at_least_zero(unit: str) -> Estimate:
-    """Return a share of unknown size: it takes the upper bound from every sum it is in."""
+    """Return an amount of unknown size: a sum that includes it has no upper bound."""
     return Estimate(0.0, 0.0, None, unit, "")
 
 
@@ -96,7 +96,7 @@ def _add(a: float | None, b: float | None) -> float | None:
 
 
 def _exponent(value: float) -> int:
-    """Return the largest exponent with a prefix that leaves 1 or more, once rounded."""
+    """Return the largest exponent with a prefix that leaves at least 1, once rounded."""
     if value == 0:
         return 0
     # Printed first: 999.9 p is written as 1 n, where a logarithm would leave 1000 p.

@@ -1,4 +1,4 @@
-"""The events that cost energy and time, and where an activity holds their counts."""
+"""The events that cost energy and time, and their counts in an activity."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -41,17 +41,17 @@ class OnCore:
         return activity.over_steps(self.counts)
 
     def per_step(self, activity: Activity) -> np.ndarray:
-        """Return how often it happened in each kept step on each core, (n_kept, n_cores)."""
+        """Return the number of events in each kept step on each core, (n_kept, n_cores)."""
         count: np.ndarray = getattr(activity, self.counts)
         return count
 
 
 @dataclass(frozen=True)
 class Messages:
-    """Messages: N_msg = those that a core sends to cores + those it receives from the host.
+    """Messages: N_msg = messages that a core sends to cores + messages from the host to it.
 
-    A host's spike is counted like a core's: the fit this figure is from had its input as neurons
-    on cores, free but for their messages.
+    A host's spike is counted like a core's: in the fit that the figure is from, the input was
+    neurons on cores, which cost nothing but their messages.
     """
 
     name: str = "message"

@@ -1,4 +1,4 @@
-"""One figure of a chip's data sheet: a number that never goes without unit, source and evidence."""
+"""One figure of a chip's data sheet: a number with its unit, source and evidence."""
 
 from functools import partial
 from typing import Annotated, Literal, TypeVar
@@ -8,8 +8,8 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, Strict, model
 from spikeport.files import Line, Name
 from spikeport.hardware_models.estimate import Estimate
 
-# The SI unit of each unit and how many of the unit make one of it: a divisor, as 10^12 is exact in
-# floating point and 10^-12 is not.
+# The SI unit of each unit, and the number of units in one SI unit. It is a divisor, since 10^12 is
+# exact in floating point and 10^-12 is not.
 UNITS = {
     "1": ("1", 1.0),
     "bit": ("bit", 1.0),
@@ -39,7 +39,7 @@ def _known_unit(unit: str) -> str:
 
 
 MOST = 2.0**53
-"""The largest count: floating point has every whole number up to it, and so has NumPy."""
+"""The largest count: floating point represents every whole number up to it, and so does NumPy."""
 
 NonNegative = Annotated[float, Strict(), Field(ge=0)]
 
@@ -58,7 +58,7 @@ class Figure(StrictModel):
     evidence : {"code", "transcribed", "abstract", "vendor", "thread", "tool"}
         The way the source was read; ``"tool"``: a program's log, of a design of this project.
     note : str
-        A remark that one must know to use the figure.
+        A remark that users of the figure must know.
     """
 
     value: NonNegative
@@ -79,7 +79,7 @@ class Figure(StrictModel):
 
     @property
     def estimate(self) -> Estimate:
-        """The figure as a quantity to reckon with, its evidence in the source."""
+        """The figure as an estimate, with its evidence in the source."""
         source = f"{self.source} [{self.evidence}]"
         return Estimate(self.value, self.low, self.high, self.unit, source)
 

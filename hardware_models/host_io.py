@@ -1,7 +1,7 @@
 """Host input and output: the traffic of a step, and whether dt is known to be long enough for it.
 
-Published times are those of whole steps in which host and chip exchange spikes and values, whatever
-their number; none is known per spike. They are never added to what a chip takes by itself.
+Published times are for whole steps in which host and chip exchange any number of spikes and values;
+no time per spike is known. They are never added to the time that a chip takes by itself.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -27,14 +27,14 @@ class HostTraffic:
     sources : int
         Sources of spikes on the host.
     spikes : float
-        Spikes that the sources which encode values send in a step, expected of values that are
-        spread evenly over their range.
+        Expected spikes in a step of the sources that encode values, for values that are spread
+        evenly over their range.
     unknown_sources : int
-        Sources that send spikes as they come, whose rates nobody knows before a run.
+        Sources that send spikes instead of encoding values; their rates are unknown before a run.
     values_back, spikes_back : int
-        Currents and voltages that are read in every step, and compartments whose spikes are.
+        Currents and voltages that are read in every step, and compartments whose spikes are read.
     words_back : tuple of int
-        Words in which each chip sends them: see `spikeport.compile.image.host_traffic`.
+        Words in which each chip sends these: see `spikeport.compile.image.host_traffic`.
     errors : int
         Values of learning errors that are sent in every step.
     """
@@ -56,14 +56,14 @@ class HostIoReport:
     Attributes
     ----------
     counted : bool
-        Spikes are those of a run; else they are expected.
+        True if spikes are those of a run, False if they are expected.
     sources, unknown_sources : int
-        Sources of spikes on the host; those of them whose rates are neither known before a run nor
-        stated.
+        Sources of spikes on the host, and the number of them whose rates are neither known before
+        a run nor stated.
     spikes : float
         Mean of the host's spikes in a step.
     most_spikes : int or None
-        The most in a step of a run.
+        The host's most spikes in a step of a run.
     values_back, spikes_back, words_back, errors : int
         As in `HostTraffic`, with the words of all chips.
     bytes_back : int or None
@@ -71,7 +71,7 @@ class HostIoReport:
     dt_s : float
         Length of a step, in s.
     published : Estimate or None
-        Published time of a step in which host and chip talk, in s; None: there is none.
+        Published time of a step in which host and chip communicate, in s; None: there is none.
     verdict : {"shown", "not shown", "excluded"}
         The evidence that host and chip keep up with ``dt_s``.
     reason : str
@@ -119,7 +119,7 @@ class HostIoReport:
 
     @classmethod
     def of(cls, data: Mapping[str, Any]) -> "HostIoReport":
-        """Return the report of plain data, see `to_dict`."""
+        """Return the report from plain data, see `to_dict`."""
         published = data["published"]
         figure = None if published is None else Estimate(**published)
         return cls(**{**data, "published": figure})
@@ -139,11 +139,11 @@ def host_io(
     activity : Activity, optional
         The counts of a run, or those expected of one.
     counted : bool
-        The activity is that of a run.
+        True if the activity is that of a run.
     """
     counted = counted and activity is not None
     sent = None if activity is None else activity.from_host
-    # Rates that are stated are those of all sources.
+    # Stated rates are those of all sources.
     unknown = 0 if activity is not None and not counted else traffic.unknown_sources
     verdict, reason = _judged(traffic, chip)
     return HostIoReport(
@@ -178,8 +178,8 @@ def _bytes(words: Sequence[int], chip: ChipModel) -> int | None:
 def _judged(traffic: HostTraffic, chip: ChipModel) -> tuple[Verdict, str]:
     """Return whether host and chip keep up with a step, and why.
 
-    The worst that is published within dt shows it, the best beyond dt excludes it; a bound that is
-    not known does neither.
+    An upper bound within dt shows it, a lower bound beyond dt excludes it; an unknown bound does
+    neither.
     """
     if not (traffic.sources or traffic.words_back or traffic.errors):
         return "shown", "nothing crosses between host and chip"

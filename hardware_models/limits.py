@@ -56,7 +56,7 @@ class Limit(ABC):
 
 @dataclass(frozen=True)
 class Cores(Limit):
-    """The limit on cores: used = number with anything on them, limit = cores per chip * chips."""
+    """The limit on cores: used = number of cores in use, limit = cores per chip * chips."""
 
     resource: str = "cores"
 
@@ -71,7 +71,7 @@ class Cores(Limit):
 
 @dataclass(frozen=True)
 class Chips(Limit):
-    """The limit on chips: used = number that hold the cores; `Cores` says where it is exceeded."""
+    """The limit on chips: used = number of chips with cores in use; `Cores` checks the limit."""
 
     resource: str = "chips"
 
@@ -87,7 +87,7 @@ class Chips(Limit):
 
 @dataclass(frozen=True)
 class PerCore(Limit):
-    """A limit of each core: used = what it holds of the resource, limit = what it can hold of it.
+    """A limit of each core: used = amount of the resource on it, limit = the most it can hold.
 
     Parameters
     ----------
@@ -176,7 +176,7 @@ def totals(cores: Sequence[CoreUse], chip: ChipModel) -> dict[str, Usage]:
 
 
 def _limits(chip: ChipModel) -> tuple[Limit, ...]:
-    """Return the limits that a chip has; a pool of memory is one of few."""
+    """Return the limits that a chip has; few chips share memory."""
     return LIMITS if chip.soft_memory is None else (*LIMITS, SharedMemory())
 
 

@@ -9,7 +9,7 @@ from spikeport.hardware_models.topology import chip_of, tile_xy
 
 
 class Cost(NamedTuple):
-    """The cost of messages on their way, the more important part first.
+    """The cost of messages on their way, with the most important part first.
 
     Messages between chips, messages on the fullest link between two neighbouring tiles in one
     direction, and hops between tiles.
@@ -36,21 +36,21 @@ class Links:
     """The links between the tiles that hold the first cores of a board, with XY routing.
 
     A message moves along the row of its source to the column of its target, then along that column.
-    Between chips no route is public: there messages are counted alone.
+    Between chips no route is public: messages are only counted.
 
     Parameters
     ----------
     n_cores : int
         Cores in use.
     chip : ChipModel
-        Whose board it is.
+        The chip on the board.
     """
 
     def __init__(self, n_cores: int, chip: ChipModel) -> None:
         self._xy, self._chip = tile_xy(n_cores, chip), chip_of(n_cores, chip)
 
     def distances(self) -> np.ndarray:
-        """Return the hops (n_cores, n_cores) between cores; another chip is furthest."""
+        """Return the hops (n_cores, n_cores) between cores; cores of other chips are furthest."""
         distance: np.ndarray = np.abs(self._xy[:, np.newaxis] - self._xy).sum(axis=2)
         distance[self._chip[:, np.newaxis] != self._chip] = distance.max() + 1
         return distance
@@ -66,7 +66,7 @@ class Links:
         """Return the loads of each of n sets of messages.
 
         ``of`` is the number of each message's set, an array like the others. A negative number of
-        messages takes as many away.
+        messages takes messages away.
         """
         near = self._chip[source] == self._chip[target]
         between = _sums(messages[~near], of[~near], n)

@@ -70,8 +70,8 @@ def time_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibratio
     Raises
     ------
     UsageError
-        The activity has no steps or no cores, or has folded steps, and not for this chip, or the
-        calibration is none of the chip's.
+        The activity has no steps or no cores, or its folded steps are for another chip or lack
+        times of this calibration.
     CompileError
         More cores are in use than the chip's mesh has.
     """
@@ -117,8 +117,8 @@ def _kept_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
 def fold(activity: Activity, chip: ChipModel | None) -> Folded:
     """Return sums over all steps of an activity, from which energy and time follow as before.
 
-    They stay what they were on ``chip``, but for the last bits of sums. Messages between the chips
-    of a board are taken as even over the steps that are folded at once.
+    On ``chip`` they stay the same, except for the last bits of sums. Messages between the chips of
+    a board are taken as evenly spread over the steps that are folded at once.
     """
     times = {}
     if chip is not None and activity.cores:
@@ -130,7 +130,7 @@ def fold(activity: Activity, chip: ChipModel | None) -> Folded:
 
 
 def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> StepTimes:
-    """Return the time of each step that is kept: of the slowest core or chip's link, and a barrier.
+    """Return the time of each kept step: of the slowest core or link of a chip, plus a barrier.
 
         T_step = max(max over cores T_core, T_between) + t_barrier(tiles)
 
@@ -142,7 +142,7 @@ def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
     CompileError
         More cores are in use than the chip's mesh has.
     """
-    # Without a figure, a part takes no less than nothing: the value stays, the upper bound goes.
+    # A part without a figure takes at least zero: the value stays, the upper bound is lost.
     wait = barrier(tiles_used(len(activity.cores), chip), calibration) or at_least_zero("s")
     links = between_chips(activity, chip, calibration) or at_least_zero("s")
     return StepTimes(
@@ -186,8 +186,8 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
 
 
 def happened(activity: Activity) -> list[events.OnCore]:
-    """Return the kinds of event that take a core time and happened at least once."""
-    # An event that never happened must not cost the upper bound for want of a figure.
+    """Return the kinds of event that take time on a core and happened at least once."""
+    # An event that never happened must not remove the upper bound if it has no figure.
     return [event for event in EVENTS if activity.over_steps(event.counts).any()]
 
 
@@ -208,7 +208,7 @@ def mean_core_time(activity: Activity, calibration: EnergyCalibration, core: int
 def between_chips(
     activity: Activity, chip: ChipModel, calibration: EnergyCalibration
 ) -> Estimate | None:
-    """Return the mean time of a step, in s, of the messages that leave the busiest chip in turn.
+    """Return the mean time in a step, in s, of the messages that leave the busiest chip in turn.
 
         T_between = max over chips N_leaving t_message / n_steps
 
@@ -230,8 +230,8 @@ def between_chips(
 def barrier(tiles: int, calibration: EnergyCalibration) -> Estimate | None:
     """Return the time of the barrier that ends a step, in s; None where there is no public figure.
 
-    Interpolated linearly between the numbers of tiles that have a figure. Below the fewest and
-    above the most it stays at theirs, which for more tiles may be too short.
+    It is interpolated linearly between the numbers of tiles that have a figure, and constant below
+    the fewest and above the most; for more tiles it may be too short.
     """
     points = calibration.barrier
     if not points:

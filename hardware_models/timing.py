@@ -42,7 +42,7 @@ class TimingReport:
     Parameters
     ----------
     calibration : str
-        Whose times these are.
+        The name of the calibration with these times.
     n_steps, dt_s : int, float
         Number of steps of the run, and the time each stands for, in s.
     mean, worst : Estimate
@@ -52,7 +52,7 @@ class TimingReport:
     fits : bool
         True if the longest step takes no longer than ``dt_s``.
     fits_at_high : bool or None
-        The same of its upper bound; None where that is not known.
+        True if its upper bound takes no longer, either; None where that bound is not known.
     barrier : Estimate or None
         The barrier's share of each step, in s; None: no public figure.
     between_chips : Estimate or None
@@ -82,7 +82,7 @@ class TimingReport:
 
     @property
     def against_dt(self) -> str:
-        """The longest step against dt: within it only where the upper bound is."""
+        """The longest step against dt: within it only where the upper bound is within it."""
         fits = "within" if self.fits_at_high else "not shown to be within"
         return f"{fits if self.fits else 'longer than'} dt = {1000 * self.dt_s:g} ms"
 
@@ -103,8 +103,8 @@ def timing(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
     Raises
     ------
     UsageError
-        The activity has no steps or no cores, or has folded steps, and not for this chip, or the
-        calibration is none of the chip's.
+        The activity has no steps or no cores, or its folded steps are for another chip or lack
+        times of this calibration.
     CompileError
         More cores are in use than the chip's mesh has.
     """

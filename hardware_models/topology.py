@@ -1,4 +1,4 @@
-"""The places of cores on the meshes of a board's chips, and the ways of messages there.
+"""The places of cores on the meshes of a board's chips, and the routes of messages there.
 
     chip = core // cores of a chip
 
@@ -15,7 +15,7 @@ from spikeport.hardware_models.chip import ChipModel
 
 
 class Hops(NamedTuple):
-    """Hops between tiles, by direction, each (n_cores,): of the messages that a core sends."""
+    """Hops between tiles, by direction, each (n_cores,), of the messages that each core sends."""
 
     east_west: np.ndarray
     north_south: np.ndarray
@@ -41,7 +41,7 @@ def tile_xy(n_cores: int, chip: ChipModel) -> np.ndarray:
     n_cores : int
         Cores in use: the first ones of the board.
     chip : ChipModel
-        Whose meshes they are.
+        The chip with the meshes.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def hops(messages: np.ndarray, chip: ChipModel) -> Hops:
     messages : (n_cores, n_cores) array
         Messages from core i to core j.
     chip : ChipModel
-        Whose mesh it is.
+        The chip with the mesh.
     """
     xy = tile_xy(len(messages), chip)
     distance = np.abs(xy[:, np.newaxis] - xy)  # (n_cores, n_cores, 2)
