@@ -1,7 +1,7 @@
-"""Arms that somebody else moves: a robot that stands is to balance whatever one arm does.
+"""Arms that the policy does not move: a standing robot must balance whatever one arm does.
 
-While a robot stands, one of its arms may wander from pose to random pose instead of obeying the
-policy; when it is to walk again, the arm first goes back to where it hangs.
+While a robot stands, one of its arms may wander between random poses instead of obeying the policy.
+When the robot is asked to walk again, the arm first returns to its default pose.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, POSE_RAD
 
 LOWEST_RAD = np.array([-1.2, -0.6, -0.6, -0.4])
 HIGHEST_RAD = np.array([0.3, 0.1, 0.6, 0.8])
-"""Poses of the right arm, from where it hangs."""
+"""Range of the right arm's poses, relative to its default pose."""
 SPEED_RAD_S = 1.5
 POSE_S = 1.5
 """Mean time from one pose to the next."""
@@ -30,7 +30,7 @@ class BusyArms:
     share : float
         Probability that an arm is busy in an episode.
     rng : Generator
-        Draws who, which side, and the poses.
+        Draws the robots, the sides and the poses.
     """
 
     def __init__(self, n: int, share: float, rng: np.random.Generator) -> None:
@@ -39,16 +39,16 @@ class BusyArms:
         self._goal, self._offset = np.zeros((2, n, ACTION_SIZE))
 
     def restart(self, which: np.ndarray) -> None:
-        """Draw whose arm is busy, for some robots, ``which (n,)`` of bool."""
+        """Draw which arms are busy, for some robots, ``which (n,)`` of bool."""
         k = np.count_nonzero(which)
         self._busy[which] = self._rng.random(k) < self._share
         self._left[which] = self._rng.random(k) < 0.5
         self._goal[which], self._offset[which] = 0.0, 0.0
 
     def override(self, targets: np.ndarray, standing: np.ndarray) -> np.ndarray:
-        """Return joint targets ``(n, 19)``, rad: the policy's, but for arms that are moved.
+        """Return joint targets ``(n, 19)``, rad: the policy's, except for busy arms.
 
-        ``standing (n,)`` are the robots that are asked to stand.
+        ``standing (n,)`` is True for robots that are asked to stand.
         """
         if not self._busy.any():
             return targets

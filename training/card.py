@@ -1,4 +1,4 @@
-"""The model card: what a policy is, how it was made and how it walks."""
+"""The model card of a policy: its network, its training, and its evaluations."""
 
 import json
 from collections.abc import Mapping
@@ -70,7 +70,7 @@ def _row(robots: str, e: Evaluation) -> str:
 
 
 def _changes(stages: tuple[Stage, ...]) -> list[str]:
-    """Return one line per stage: every setting that is not what it was."""
+    """Return one line per stage, with every setting that changed."""
     lines: list[str] = []
     before: dict[str, str] = {}
     for stage in stages:

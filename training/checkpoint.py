@@ -1,4 +1,4 @@
-"""Checkpoints of a training run: one file per segment, from which it goes on exactly."""
+"""Checkpoints of a training run: one file per segment, from which the run continues exactly."""
 
 import contextlib
 import io
@@ -23,7 +23,7 @@ class Checkpoint(NamedTuple):
     Attributes
     ----------
     options : dict
-        The settings that the run must not change when it goes on: seed, sizes.
+        The settings that must not change when the run continues: seed, sizes.
     segment : int
         Number of segments done.
     learner : dict
@@ -55,7 +55,7 @@ def load(path: Path) -> Checkpoint:
     Raises
     ------
     UsageError
-        The file is none, or damaged.
+        The file is not a checkpoint, or is damaged.
     """
     with refusing(path):
         found = Checkpoint(**torch.load(io.BytesIO(_undamaged(path)), weights_only=True))
@@ -65,7 +65,7 @@ def load(path: Path) -> Checkpoint:
 
 @contextlib.contextmanager
 def refusing(path: Path) -> Iterator[None]:
-    """Raise `UsageError` for whatever is wrong with a checkpoint while it is read or restored."""
+    """Raise `UsageError` for any error while a checkpoint is read or restored."""
     try:
         yield
     except Exception as error:  # torch raises anything for a file that it did not write
@@ -78,7 +78,7 @@ def refusing(path: Path) -> Iterator[None]:
 
 
 def _undamaged(path: Path) -> bytes:
-    """Return what is in a file, whose check sums torch does not compare."""
+    """Return the content of a file after checking its checksums, which torch does not do."""
     content = read_bytes(path)
     archive = Archive(content)
     for name in archive.names:

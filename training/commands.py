@@ -1,4 +1,4 @@
-"""Commands to the robot: speeds that change every few seconds, no faster than it can."""
+"""Commands to the robot: speeds that change every few seconds, no faster than it can follow."""
 
 from dataclasses import dataclass
 
@@ -13,10 +13,10 @@ class CommandRange:
     """The ranges that commands are drawn from.
 
     ``standing`` and ``turning`` are the shares of commands that ask to stand, and to turn in
-    place; ``heading`` is the share of the others that asks for a direction, which is turned to
-    with wz = ``heading_gain`` * (direction - heading), limited to +- ``wz_rad_s``. Commands change
-    no faster than `COMMAND_CHANGE_PER_S`, but for a share of ``jumping`` that is there at once. A
-    robot that is asked for no more than ``still`` need not step.
+    place; ``heading`` is the share of the others that ask for a direction, by the command
+    wz = ``heading_gain`` * (direction - heading), limited to +- ``wz_rad_s``. Commands change no
+    faster than `COMMAND_CHANGE_PER_S`, except for the share ``jumping``, which change at once. A
+    robot whose command is at most ``still`` need not step.
     """
 
     vx_m_s: tuple[float, float] = (0.0, 1.0)
@@ -38,7 +38,7 @@ class Commands:
     wanted : ndarray, (n, 3)
         The commands drawn: vx, vy (m/s) and wz (rad/s); vy is 0.
     value : ndarray, (n, 3)
-        The commands that robots observe: on their way to ``wanted``, from standing.
+        The commands that robots observe, which move from standing towards ``wanted``.
     age_s : ndarray, (n,)
         Time since the last draw.
     moving_s : ndarray, (n,)
@@ -86,7 +86,7 @@ class Commands:
         self.age_s += CONTROL_DT_S
         self.draw(self._left_s <= 0)
         r, turning = self._ranges, self._follows_heading
-        # The shorter way round.
+        # The error along the shorter way round.
         error = (self._direction_rad - heading_rad + np.pi) % (2 * np.pi) - np.pi
         wz = np.clip(r.heading_gain * error, -r.wz_rad_s, r.wz_rad_s)
         self.wanted[turning, 2] = wz[turning]

@@ -1,4 +1,4 @@
-"""The stages of training, as data: what is asked, and what disturbs, from which step on."""
+"""The stages of training, as data: tasks and disturbances, and the steps at which they begin."""
 
 from dataclasses import dataclass, field, replace
 
@@ -16,7 +16,7 @@ from spikeport.training.velocity_belief import EstimatorErrors
 class Stage:
     """A stage of training, from ``first_step`` (control steps of all robots together) on.
 
-    Joints that are ``held`` stay where they are in the default pose.
+    Joints that are ``held`` stay in the default pose.
     """
 
     name: str
@@ -33,7 +33,7 @@ _STEP = TrainingTask(
     weights=Weights(track_velocity=3.0, track_yaw_rate=1.5, lift=4.0, late_lift=-2.0),
     scales=RewardSettings(step_s=0.36, longest_step_s=0.5),
 )
-"""Lifting a foot pays more than standing: with half these weights, two seeds of three stood."""
+"""Lifting a foot pays more than standing: with half these weights, two of three seeds stood."""
 
 _STRIDE = replace(
     _STEP,
@@ -51,9 +51,8 @@ _STRIDE = replace(
     ),
     scales=replace(_STEP.scales, step_s=0.4, longest_step_s=0.6, lift_m=0.06, high_m=0.1),
 )
-"""The gait is learned while it is new, on a level floor and with prompt observations: long steps,
-low feet that come down softly, both on the floor in between, slow joints. It is kept once it has
-settled."""
+"""The gait is learned early, on a level floor and with prompt observations: long steps, low feet
+that touch down softly, double support in between, slow joints. Once it has settled, it is kept."""
 
 _WIDE = replace(
     _STRIDE,
@@ -80,7 +79,7 @@ _WIDE = replace(
         _STRIDE.scales, vx_sd_m_s=0.4, wz_sd_rad_s=0.4, step_s=0.44, longest_step_s=0.62
     ),
 )
-"""Staying up pays: where costs outweigh what a step earns, falling would be no loss."""
+"""Staying up pays: if costs outweighed the reward of a step, falling would be no loss."""
 
 _NOISY = replace(
     _WIDE,
@@ -111,7 +110,7 @@ _NOISY = replace(
         _WIDE.scales, vx_sd_m_s=0.3, wz_sd_rad_s=0.3, step_s=0.47, longest_step_s=0.66, high_m=0.08
     ),
 )
-"""The disturbances of the chip, and commands and observations as a robot has them."""
+"""The disturbances by the chip, and commands and observations as on a robot."""
 
 _LATE = replace(
     _NOISY,
@@ -123,8 +122,8 @@ _LATE = replace(
     ),
     weights=replace(_NOISY.weights, fall=-400.0),
 )
-"""Ground is uneven from here on. In runs that had it from 2 M steps on, robots fell often to the
-end (docs/lab/gait.md)."""
+"""The ground is uneven from here on. In runs with uneven ground from 2 M steps on, robots still
+fell often at the end (docs/lab/gait.md)."""
 
 _BOXES = replace(
     _LATE,
@@ -157,8 +156,9 @@ _PRECISE = replace(
     weights=replace(_SLOPES.weights, fall=-1200.0, track_yaw_rate=5.0),
     scales=replace(_SLOPES.scales, vx_sd_m_s=0.15, wz_sd_rad_s=0.2),
 )
-"""Not before speeds are right to within these widths: far from them, no change gains anything.
-Falls are rare by now; were they as cheap as before, they would become more frequent again."""
+"""These widths come once errors of speed are within them: with larger errors, no change would earn
+anything. Falls are rare by now; if they cost as little as before, they would become more frequent
+again."""
 
 _EXPLORE = replace(
     _PRECISE,
@@ -172,8 +172,8 @@ _EXPLORE = replace(
     weights=replace(_PRECISE.weights, fall=-800.0, stand=7.0, early_touchdown=-2.0),
     scales=replace(_PRECISE.scales, vx_sd_m_s=0.2, step_s=0.5, longest_step_s=0.7),
 )
-"""Five times the entropy of any stage before: actions of hip roll, hip pitch and knees vary by 0.08
-to 0.14 by then, which changes steps too little to learn what to do about a push."""
+"""The entropy is five times that of any stage before: actions of hip roll, hip pitch and knees vary
+by only 0.08 to 0.14 by then, which changes steps too little to learn how to react to a push."""
 
 _SHOVED = replace(
     _EXPLORE,
@@ -183,17 +183,17 @@ _SHOVED = replace(
         terrain=replace(_EXPLORE.randomisation.terrain, slope_rad=0.15),
     ),
 )
-"""Pushes of up to 1.1 m/s: with 0.6 along each axis few were as hard as the 0.8 m/s that a policy
-is to survive, which then fell a fifth of the robots. Slopes of up to 8.6 degrees, since of those up
-to 7 few were as steep as the 6 that it is to walk on."""
+"""Pushes reach 1.1 m/s: with 0.6 along each axis, few were as hard as the 0.8 m/s that a policy
+must survive, and pushes of 0.8 m/s made a fifth of the robots fall. Slopes reach 8.6 degrees: with
+up to 7 degrees, few were as steep as the 6 degrees that a policy must walk on."""
 
 _FIRM = replace(
     _SHOVED,
     weights=replace(_SHOVED.weights, fall=-1200.0, high_foot=-60.0, fast_joints=-0.03),
     scales=replace(_SHOVED.scales, vx_sd_m_s=0.15, clearance_m=0.05, high_m=0.06),
 )
-"""Low feet: beyond 6 cm they cost, and below 5 in place of 8. With costs beyond and below 8 they
-came 8.9 cm high."""
+"""Low feet: heights above 6 cm cost, and heights below 5 cm instead of 8 cm. With costs above and
+below 8 cm, feet rose to 8.9 cm."""
 _LAST = replace(
     _FIRM,
     commands=replace(_FIRM.commands, still=0.02),
@@ -209,7 +209,7 @@ _EXACT = replace(
     weights=replace(_LAST.weights, track_velocity=8.0, track_yaw_rate=8.0, on_average=10.0),
     scales=replace(_LAST.scales, vx_sd_m_s=0.1, wz_sd_rad_s=0.14),
 )
-"""Exploring costs speeds their exactness, which now pays more."""
+"""Exploration makes speeds less exact, and exact speeds pay more now."""
 
 _HELD = tuple(name for name in JOINTS if "shoulder" in name or "elbow" in name or name == "torso")
 """Joints that are held: the effect of their actions is lost in the noise of the rewards."""

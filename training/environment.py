@@ -39,7 +39,7 @@ VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
 @dataclass(frozen=True)
 class TrainingTask:
-    """The commands to the robots, and what happens to them."""
+    """The commands to the robots, their disturbances, and their rewards."""
 
     commands: CommandRange = field(default_factory=CommandRange)
     randomisation: Randomisation = field(default_factory=Randomisation)
@@ -57,7 +57,7 @@ class StepOutcome(NamedTuple):
 
 
 class WalkEnvironment:
-    """n robots with bodies, commands and clocks of their own; robots that are done start over.
+    """n robots, each with its own body, commands and clocks; robots that are done start over.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class WalkEnvironment:
     task : TrainingTask
         Their task.
     seed : int
-        Seed of all that is random.
+        Seed of all random draws.
     threads : int
         Threads of the physics.
     """
@@ -76,7 +76,7 @@ class WalkEnvironment:
         self._rng = np.random.default_rng(seed)
         nominal = models.build_model()
         self._bodies = Bodies(nominal)
-        # Bodies differ, so each robot has a model; of scratch data there is one for each thread.
+        # Bodies differ, so each robot has a model; scratch data are per thread.
         self._models = [copy.copy(nominal) for _ in range(n)]
         self._ground = Ground(n, self._rng)
         left, right = (nominal.geom(plane).id for plane in models.PLANES)
@@ -88,7 +88,7 @@ class WalkEnvironment:
         self._out = {name: np.empty((n, SUBSTEPS, size)) for name, size in sizes.items()}
         self._limit_nm = nominal.actuator_forcerange[:, 1]
         self.states = np.tile(self._start, (n, 1))
-        # The physics steps of a control step, for observations that come late.
+        # The states of a control step's physics steps, for delayed observations.
         self._recent = np.tile(self._start, (n, SUBSTEPS + 1, 1))
         self._targets = np.tile(POSE_RAD, (n, 1))
         newest, last, oldest = np.zeros((3, n, ACTION_SIZE))
@@ -138,7 +138,7 @@ class WalkEnvironment:
         return StepOutcome(np.sum(list(terms.values()), axis=0), fallen, timed_out, terms)
 
     def _advance(self, action: Floats) -> Flags:
-        """Advance physics by a control step; returns who left the range of numbers, ``(n,)``."""
+        """Advance physics by a control step; return which robots diverged, ``(n,)``."""
         self.actions = (action, self.actions[0], self.actions[1])
         noise = self.task.randomisation.action_noise_sd
         jitter = noise * self._rng.standard_normal(action.shape) if noise else 0.0
@@ -167,7 +167,7 @@ class WalkEnvironment:
         return diverged
 
     def _lay_planes(self) -> None:
-        """Lay planes through the ground below heel and toe of the feet that are above it."""
+        """Lay planes through the ground below heel and toe of the feet in the air."""
         feet = self.feet
         below = feet.points.copy()
         below[..., 2] = feet.ground_m
@@ -176,7 +176,7 @@ class WalkEnvironment:
         self._planes.lay(~feet.contact & (feet.height_m > 0), below[:, :, 0], along)
 
     def _see(self) -> None:
-        """Take up the motion, as it is and as it is observed."""
+        """Update the motion: the true one and the observed one."""
         self.motion = Motion.from_states(*self._split())
         self.ground_m = self._ground.height_m(self.states[:, None, 1:3])[:, 0]
         late = self._recent[np.arange(self.n), SUBSTEPS - self.observation_delay]
@@ -232,8 +232,7 @@ class WalkEnvironment:
         ranges, rng = self.task.randomisation, self._rng
         pushed = rng.random(self.n) < CONTROL_DT_S / ranges.push_every_s
         change = rng.uniform(-ranges.push_m_s, ranges.push_m_s, (self.n, 2))
-        # A view of the states: the first two of the velocities are the pelvis', in the world's
-        # frame.
+        # A view of the states: the first two velocities are the pelvis', in the world frame.
         self._split()[1][:, :2] += change * pushed[:, None]
 
     def _reset(self, which: Flags) -> None:
@@ -261,7 +260,7 @@ class WalkEnvironment:
         self.commands.restart(which)
 
     def _standing(self, which: Flags) -> Floats:
-        """Return states near the default pose, looking anywhere, moving slowly; lays the planes."""
+        """Return states near the default pose, slow, with any heading; also lay the planes."""
         k, rng = int(np.count_nonzero(which)), self._rng
         state = np.tile(self._start, (k, 1))
         qpos, qvel = state[:, 1:27], state[:, 27:]
@@ -276,7 +275,7 @@ class WalkEnvironment:
         return state
 
     def _lay_level(self, which: Flags, height_m: Floats) -> None:
-        """Lay both planes of some robots level at a height ``(n, 1)``, for them to begin on."""
+        """Lay both planes of some robots level at a height ``(n, 1)``, for their start."""
         place = np.zeros((self.n, 2, 3))
         place[..., 2] = height_m
         along = np.tile([1.0, 0.0, 0.0], (self.n, 2, 1))

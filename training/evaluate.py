@@ -13,7 +13,7 @@ BatchPolicy = Callable[[np.ndarray], np.ndarray]
 """Actions ``(n, 19)`` for observations ``(n, 69)``."""
 
 SETTLING_S = 1.0
-"""Time after a change of command that no error is counted in."""
+"""Time after a change of command in which errors are not counted."""
 
 SMOOTHING_S = 0.2
 """Speeds are averaged over this time before they are compared."""
@@ -76,7 +76,7 @@ class Tally:
         self._peak_m[down] = 0.0
 
     def result(self) -> Evaluation:
-        """Return the figures; errors are infinite where nothing could be counted, heights 0."""
+        """Return the figures; without anything to count, errors are infinite and heights 0."""
         errors, peaks = np.concatenate(self._errors), self._walking.peaks_m
         vx, wz = errors.mean(axis=0) if len(errors) else (np.inf, np.inf)
         return Evaluation(
@@ -91,7 +91,7 @@ class Tally:
 
 
 class _Footsteps:
-    """The steps of some of the robots: how often, and how high."""
+    """The steps of some of the robots: their rate and their heights."""
 
     def __init__(self) -> None:
         self._robots = 0

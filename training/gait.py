@@ -1,4 +1,4 @@
-"""Clocks of every foot: how long it has been up or down, and since when it was last lifted."""
+"""Clocks of every foot: its time in the air or on the floor, and since it was last lifted."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ class Gait:
     touched_down : ndarray of bool
         True if the foot came down in the last step.
     last_air_s : ndarray
-        The time it had been in the air then.
+        The time in the air before the foot last came down.
     lifted : ndarray of bool
         True if the foot left the floor in the last step.
     both_s : ndarray, (n,)

@@ -2,8 +2,8 @@
 
     h += (1 + |h|) (w + l)    w ~ N(0, white²) at every step, l ~ N(0, lasting²) in every episode
 
-Spikes are noise within a step, and a unit's decoders are off by something that recurs with every
-step, which a mean over time does not take away.
+Spikes are noise that differs from step to step. A unit's decoders also have an error that recurs in
+every step, which a mean over time does not remove.
 """
 
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class HiddenNoiseSource:
     noise : HiddenNoise
         The size of the noise.
     robots, units : int
-        Numbers of them.
+        Number of robots, and of hidden units.
     """
 
     def __init__(self, noise: HiddenNoise, robots: int, units: int) -> None:
@@ -39,7 +39,7 @@ class HiddenNoiseSource:
         self._redraw(torch.ones(robots, dtype=torch.bool))
 
     def draw(self, starts: torch.Tensor) -> torch.Tensor:
-        """Return the noise of a step, ``(n, units)``; ``starts (n,)`` says whose episode begins."""
+        """Return the noise of a step, ``(n, units)``; ``starts (n,)`` marks new episodes."""
         self._redraw(starts)
         return torch.empty_like(self._lasting).normal_(std=self._noise.white) + self._lasting
 

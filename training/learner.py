@@ -1,7 +1,7 @@
 """PPO on many robots: rsl-rl's, with the symmetric networks and the noise of hidden units.
 
-The noise of hidden units is part of what the policy sees, so that an update replays the sample that
-was drawn.
+The noise of hidden units is part of the policy's observation, so that an update replays the sample
+that was drawn.
 """
 
 from collections.abc import Mapping, Sequence
@@ -69,28 +69,28 @@ class LearnerOptions:
 
 
 class Learner:
-    """Actor, critic and their optimiser; `begin` comes before `collect` and `update`.
+    """Actor, critic and their optimiser; call `begin` before `collect` and `update`.
 
     Parameters
     ----------
     options : LearnerOptions
         Sizes, of all workers together.
     worker : Worker
-        The worker that this is; all of them call `update` at the same time.
+        This process's worker; all workers call `update` at the same time.
 
     Attributes
     ----------
     worker : Worker
-        The worker that this is.
+        This process's worker.
     robots : int
-        Number of its robots.
+        Number of this worker's robots.
     actor, average : Module
         The network that acts in training, and its running average.
     """
 
     def __init__(self, options: LearnerOptions, worker: Worker = ALONE) -> None:
         self.options, self.worker = options, worker
-        # Dealt out in turn, so that workers have the same number of robots, or one more.
+        # Robots are dealt out in turn, so that workers have the same number, or one more.
         self.robots = len(range(worker.rank, options.robots, worker.world_size))
         sample = self._sample(0)
         scale = observation_scale()
@@ -111,19 +111,19 @@ class Learner:
         )
 
     def begin(self, stage: Stage) -> None:
-        """Take over what a stage asks of the learner."""
+        """Apply a stage's settings of the learner."""
         self._noise = HiddenNoiseSource(stage.hidden_noise, self.robots, NOISE_SIZE)
         self._noisy = bool(stage.hidden_noise)
         in_use = [joint not in stage.held for joint in JOINTS]
         self.actor.use(in_use)
         self._distribution.explore(in_use)
         self.ppo.entropy_coef = stage.entropy
-        # Noise of hidden units lies behind the observation, so its size differs from stage to
+        # Noise of hidden units follows the observation, so the storage differs from stage to
         # stage.
         self.ppo.storage = self._storage(self._sample(NOISE_SIZE if self._noisy else 0))
 
     def collect(self, env: WalkEnvironment) -> TrainingFigures:
-        """Let the robots act for one horizon; returns falls and rewards per second."""
+        """Let the robots act for one horizon; return falls and rewards per second."""
         log: list[dict[str, np.ndarray]] = []
         with torch.inference_mode():
             observed = self._look(env)
@@ -133,7 +133,7 @@ class Learner:
                 self.ppo.process_env_step(
                     observed,
                     _tensor(outcome.reward),
-                    # rsl-rl adds the value of the last state where time is up: the robot did not
+                    # rsl-rl adds the value of the last state after a time-out: the robot did not
                     # cause that end.
                     torch.as_tensor(outcome.fallen | outcome.timed_out),
                     {"time_outs": torch.as_tensor(outcome.timed_out)},
@@ -143,7 +143,7 @@ class Learner:
         return {name: mean / CONTROL_DT_S for name, mean in mean_figures(log).items()}
 
     def update(self) -> TrainingFigures:
-        """Learn from what was collected; returns the losses and the pace."""
+        """Learn from the collected steps; return the losses and the learning rate."""
         losses = self.ppo.update()
         self.average.update_parameters(self.actor)
         return {**losses, "learning_rate": self.ppo.learning_rate}
@@ -157,7 +157,7 @@ class Learner:
         return {**self.ppo.save(), "average": self.average.state_dict()}
 
     def load(self, state: Mapping[str, object]) -> None:
-        """Go on from a kept state."""
+        """Continue from a kept state."""
         self.ppo.load(state, None, True)
         self.average.load_state_dict(state["average"])
 

@@ -1,4 +1,4 @@
-"""The robot as it is trained with: no appearance, position actuators, sensors at its feet."""
+"""The robot model for training: no visual shapes, position actuators, foot sensors."""
 
 import numpy as np
 
@@ -15,14 +15,14 @@ KP = np.array([GAINS[joint].kp for joint in JOINTS])
 KD = np.array([GAINS[joint].kd for joint in JOINTS])
 
 PLANES = ("left_ground", "right_ground")
-"""Geoms that the left and the right foot alone stand on; see `spikeport.training.terrain`."""
+"""Floor geoms, one for each foot alone, left first; see `spikeport.training.terrain`."""
 
 
 def build_model() -> mujoco.MjModel:
     """Return the compiled model.
 
-    Shapes that only look, equality constraints and the sensors of ``h1.xml`` are left out, and
-    those of `robot.foot_sensors` added. Each foot has a floor of its own, the only one.
+    Visual shapes, equality constraints and the sensors of ``h1.xml`` are left out, and the sensors
+    of `robot.foot_sensors` are added. Each foot has its own floor; there is no other.
     """
     spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
     skin = [geom for geom in spec.geoms if geom.classname.name == "skin"]
@@ -32,7 +32,7 @@ def build_model() -> mujoco.MjModel:
     spec.delete(spec.geom("floor"))
     add_foot_sensors(spec)
     for number, foot in enumerate(SIDES):
-        # The other geoms have bit 1: with a bit of its own, a foot meets its own plane alone.
+        # The other geoms have bit 1: with its own bit, a foot collides with its own plane alone.
         _add_ground(spec, foot, PLANES[number], 2 << number)
     model = spec.compile()
     for plane in PLANES:
@@ -43,7 +43,7 @@ def build_model() -> mujoco.MjModel:
 
 
 def _add_ground(spec: mujoco.MjSpec, foot: str, plane: str, bit: int) -> None:
-    """Give a foot the floor that it alone collides with; contacts take the floor's friction."""
+    """Add the floor that only one foot collides with; contacts have the floor's friction."""
     spec.worldbody.add_geom(
         name=plane,
         type=mujoco.mjtGeom.mjGEOM_PLANE,

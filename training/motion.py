@@ -68,7 +68,7 @@ class FeetMotion:
 
     @property
     def lowest_velocity(self) -> Floats:
-        """Velocity of the lowest shapes' centres, ``(n, 3)``, m/s: about leg odometry's error."""
+        """Velocity of the lowest shapes' centres, ``(n, 3)``, m/s; about leg odometry's error."""
         heights = (self.points[..., 2] - _RADII_M).reshape(-1, 4)
         weights = np.exp((heights.min(axis=1, keepdims=True) - heights) / ODOMETRY.lowness_m)
         weights /= weights.sum(axis=1, keepdims=True)
@@ -89,7 +89,7 @@ class Motion:
     velocity : ndarray, (n, 3)
         The velocity of the pelvis, in the pelvis frame, m/s.
     level_velocity : ndarray, (n, 3)
-        The same, in a frame that only turns about the vertical, m/s.
+        The velocity of the pelvis, in a frame that only turns about the vertical, m/s.
     turn_rate : ndarray, (n, 3)
         Angular velocity of the pelvis, in the pelvis frame, rad/s.
     yaw_rate : ndarray, (n,)
@@ -122,7 +122,7 @@ class Motion:
             velocity=in_frame(rotation, qvel[:, :3]),
             level_velocity=_turned_back(qvel[:, :3], heading),
             turn_rate=qvel[:, 3:6],
-            # About the vertical, along which `down` points the other way.
+            # About the upward vertical, which is opposite to `down`.
             yaw_rate=-np.einsum("ni,ni->n", down, qvel[:, 3:6]),
             gravity=down,
             q=qpos[:, 7:],

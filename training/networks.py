@@ -1,11 +1,11 @@
-"""Actor and critic that know the robot's symmetry by construction.
+"""Actor and critic that have the robot's symmetry by construction.
 
 The hidden units form pairs (h, h') that change places when the input is mirrored:
 
     W1 = [A; A P]    W2, W3 = [[B, C], [C, B]]    action: W4 = [D, P D]    value: w4 = [d, d]
 
-so that actor(P x) = P actor(x) and critic(P x) = critic(x). Exact symmetry alone topples from a
-symmetric stand; the actor's first bias, [c + k, c - k], may break it.
+so that actor(P x) = P actor(x) and critic(P x) = critic(x). An exactly symmetric policy topples
+from a symmetric stand; the actor's first bias, [c + k, c - k], may break the symmetry.
 """
 
 import math
@@ -26,7 +26,7 @@ HIDDEN_LAYERS = 3
 NOISE_SIZE = WIDTH * HIDDEN_LAYERS
 SYMMETRY_BREAKING_SD = 0.15
 HELD_STD = 1e-3
-"""Standard deviation of an action that is not explored: next to none, but a divisor."""
+"""Standard deviation of an action that is not explored: almost 0, but usable as a divisor."""
 
 TorchLayer = tuple[torch.Tensor, torch.Tensor]
 
@@ -48,9 +48,9 @@ class MirrorNetwork(nn.Module):
     scale : Tensor, (inputs,)
         Factor of every input, folded into the first layer.
     output_gain : float
-        Size of the last layer's weights, against what is usual.
+        Size of the last layer's weights, relative to the usual size.
     symmetry_breaking_sd : float
-        Deviation of the part of the first bias that has no mirror image; 0: there is none.
+        Standard deviation of k, the part of the first bias that breaks the symmetry; 0: no k.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class MirrorNetwork(nn.Module):
         self.k = nn.Parameter(k, requires_grad=symmetry_breaking_sd > 0)
 
     def layers(self) -> list[TorchLayer]:
-        """Return weights ``(outputs, inputs)`` and biases of layers, as an ordinary network's."""
+        """Return the layers' weights ``(outputs, inputs)`` and biases, as an ordinary network's."""
         A = self.A * self.scale
         mirrored = A[:, self.in_index] * self.in_sign
         layers = [(torch.cat((A, mirrored)), torch.cat((self.c[0] + self.k, self.c[0] - self.k)))]
@@ -92,7 +92,7 @@ class MirrorNetwork(nn.Module):
         return [*layers, (self.in_use[:, None] * D, self.in_use * e)]
 
     def use(self, outputs: Sequence[bool]) -> None:
-        """Let the outputs that are not in use be 0."""
+        """Set the outputs that are not in use to 0."""
         self.in_use.copy_(torch.as_tensor(outputs))
 
     def _mirror_rows(self, x: torch.Tensor) -> torch.Tensor:
@@ -100,9 +100,9 @@ class MirrorNetwork(nn.Module):
         return x[self.out_index] * sign
 
     def forward(self, x: torch.Tensor) -> torch.Tensor:
-        """Return the output; behind the input may lie noise of the hidden units, ``(n, 384)``.
+        """Return the output; noise of the hidden units, ``(n, 384)``, may follow the input.
 
-        It grows with their activity: h += (1 + |h|) noise.
+        The noise grows with their activity: h += (1 + |h|) noise.
         """
         n_in = len(self.scale)
         x, noise = x[:, :n_in], x[:, n_in:].split(WIDTH, dim=1)
@@ -124,7 +124,7 @@ class MirrorGaussian(GaussianDistribution):
         self.explore([True] * output_dim)
 
     def explore(self, joints: Sequence[bool]) -> None:
-        """Let the actions of the other joints hardly vary."""
+        """Explore with the actions of some joints; the others hardly vary."""
         kept = zip(JOINTS, joints, strict=True)
         largest = [_largest_std(joint) if explored else HELD_STD for joint, explored in kept]
         self.largest.copy_(torch.tensor(largest))
@@ -152,11 +152,11 @@ class MirrorModel(MLPModel):
         distribution: GaussianDistribution | None = None,
     ) -> None:
         output_dim = len(network.out_index)
-        # The smallest network: rsl-rl builds it, and the next line replaces it.
+        # rsl-rl builds the smallest network, and the next line replaces it.
         super().__init__(observations, {"all": [group]}, "all", output_dim, hidden_dims=(1,))
         self.mlp = network
         self.distribution = distribution
 
     def get_latent(self, obs: TensorDict, *_: object) -> torch.Tensor:
-        """Return the one group that the network reads, not copied."""
+        """Return the only group that the network reads, without a copy."""
         return obs[self.obs_groups[0]]

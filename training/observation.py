@@ -47,7 +47,7 @@ def exact_observation(env: "WalkEnvironment", motion: Motion) -> np.ndarray:
 
 
 def noisy(env: "WalkEnvironment", rng: np.random.Generator) -> np.ndarray:
-    """Return the policy's observations, ``(n, 69)``: late, by an estimator, and with noise."""
+    """Return the policy's observations, ``(n, 69)``: delayed, estimated, and with noise."""
     observed = exact_observation(env, env.observed)
     observed[:, PARTS["linear velocity"]] += env.belief.error
     scale = env.task.randomisation.observation_noise
@@ -55,14 +55,15 @@ def noisy(env: "WalkEnvironment", rng: np.random.Generator) -> np.ndarray:
 
 
 def privileged(env: "WalkEnvironment") -> np.ndarray:
-    """Return the critic's observations: the exact ones, and what only a simulation knows.
+    """Return the critic's observations: the exact ones, and values that only a simulation has.
 
     Smoothed speeds, height of the pelvis, delays, joint offsets, error of the velocity's estimate;
     of the feet: contact, force, height, clocks and velocity, and the ground below heel and toe.
     """
     feet, gait = env.feet, env.gait
     ground_m = feet.ground_m - env.ground_m[:, None, None]
-    # Offsets and factors bring each part to a size near one, as the learner's do the others.
+    # Offsets and factors bring each part to a size near one, as the learner's factors do with the
+    # policy's observations.
     parts = {
         "exact": exact_observation(env, env.motion),
         "level velocity": env.motion.level_velocity,

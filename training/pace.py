@@ -2,8 +2,8 @@
 
     g = v* . v / v* . v*,    W_vx <- W_vx / g
 
-v are the speeds at which robots walk that nothing disturbs, v* those that they are asked for, and
-W_vx the first layer's weights of the forward command. A policy that is trained under hard pushes
+v are the speeds of undisturbed robots, v* the speeds that they are asked for, and W_vx the first
+layer's weights of the forward command. A policy that is trained under hard pushes
 walks slower than it is asked to, perhaps since slow robots fall less; g was 0.79 to 0.84, over all
 speeds together. A policy that has not learned to walk, g below 0.5, is left as it is.
 """
@@ -22,9 +22,9 @@ from spikeport.training.randomisation import UNDISTURBED
 SPEEDS_M_S = (0.2, 0.4, 0.6, 0.8, 1.0)
 ROBOTS, SEED = 8, 40_000
 SECONDS, SETTLED_S = 10.0, 3.0
-"""For how long a robot walks, and after which time its speed counts."""
+"""Duration of a walk, and the time from which the speed counts."""
 SLOWEST = 0.5
-"""The least g of a policy that walks: that of one which stands or falls may be zero or negative."""
+"""The least g of a policy that walks; one that stands or falls may have zero or a negative g."""
 FORWARD = PARTS["command"].start
 
 
@@ -45,7 +45,7 @@ def scaled(policy: WalkingPolicy, factor: float) -> WalkingPolicy:
 
 
 def mean_speed_m_s(policy: WalkingPolicy, asked_m_s: float) -> float:
-    """Return how fast robots walk straight on, undisturbed, that are asked for a speed."""
+    """Return the mean speed of undisturbed robots that are asked to walk straight on at a speed."""
     ahead = CommandRange(vx_m_s=(asked_m_s, asked_m_s), wz_rad_s=0.0, heading=0.0)
     speeds = []
     with closing(WalkEnvironment(ROBOTS, TrainingTask(ahead, UNDISTURBED), SEED)) as env:

@@ -88,7 +88,7 @@ class Bodies:
         self._torso = nominal.body("torso_link").id
 
     def draw(self, model: mujoco.MjModel, ranges: Randomisation, rng: np.random.Generator) -> None:
-        """Give ``model`` other friction, inertia and gains; lengths stay what they are."""
+        """Give ``model`` other friction, inertia and gains; lengths do not change."""
         nominal = self._nominal
         model.geom_friction[self._floors, 0] = rng.uniform(*ranges.friction)
         # The first six degrees of freedom are the free joint's: the pelvis has neither motor nor

@@ -32,10 +32,10 @@ class RewardSettings:
     set_off_s, sideways_m_s : float
         Time for which `set_off` counts, and the drift to a side at which it falls to 1/e.
     step_s, longest_step_s : float
-        Time in the air up to which `air_time` pays, and `early_touchdown` costs; beyond which
-        `long_air` costs.
+        Time in the air up to which `air_time` pays and `early_touchdown` costs, and the time beyond
+        which `long_air` costs.
     double_support_s : float
-        Time on both feet short of which `hasty_lift` costs.
+        Time on both feet below which `hasty_lift` costs.
     lift_every_s : float
         Time since a foot was lifted beyond which `late_lift` costs.
     lift_m : float
@@ -70,13 +70,13 @@ class RewardSettings:
 class Step:
     """The quantities that a reward may depend on, for n robots.
 
-    ``pelvis_m (n,)`` is its height above the ground, ``even (n,)`` says who is on level, even
-    ground, ``feet_before`` are the feet a step ago;
-    ``command (n, 3)`` is what is asked of them, ``moving (n,)`` who is asked to move, and
-    ``moving_s (n,)`` for how long;
-    ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``drift (n, 3)`` is what is missing of
-    the command, on average over a step and more; ``actions`` are the last three, the newest first,
-    each ``(n, 19)``.
+    ``pelvis_m (n,)`` is the height of the pelvis above the ground, ``even (n,)`` is True on level,
+    even ground, ``feet_before`` are the feet a step ago;
+    ``command (n, 3)`` are the commands, ``moving (n,)`` is True for robots that are asked to move,
+    and ``moving_s (n,)`` is the time since then;
+    ``velocity (n, 2)`` and ``yaw_rate (n,)`` are smoothed; ``drift (n, 3)`` is command less speed,
+    on average over a step and more; ``actions`` are the last three, the newest first, each
+    ``(n, 19)``.
     """
 
     motion: Motion
@@ -152,25 +152,25 @@ def on_average(s: Step) -> Floats:
 def set_off(s: Step) -> Floats:
     """Return exp(-|(vy, wz) drift / scale|) in the first ``set_off_s`` of a command to move.
 
-    Feet are closer when it walks than when it stands. A robot that begins with the foot that bears
-    it, and puts the other one next to that, has gone to a side.
+    Feet are closer together in walking than in standing. A robot that begins by putting one foot
+    next to the foot that bears it has moved to a side.
     """
     sideways = s.drift[:, 1:] / (s.settings.sideways_m_s, s.settings.drift_rad_s)
     return np.exp(-np.sqrt(_squares(sideways))) * (s.moving & (s.moving_s < s.settings.set_off_s))
 
 
 def alive(s: Step) -> Floats:
-    """Return 1 while it stands."""
+    """Return 1 while the robot has not fallen."""
     return (~s.fallen).astype(float)
 
 
 def fall(s: Step) -> Floats:
-    """Return 1 in the step it falls."""
+    """Return 1 in the step in which the robot falls."""
     return s.fallen.astype(float)
 
 
 def air_time(s: Step) -> Floats:
-    """Return the time of one foot up and the other down, the shorter, up to ``step_s``."""
+    """Return the shorter of the times of one foot up and the other down, up to ``step_s``."""
     both: Floats = np.minimum(s.gait.air_s.max(axis=1), s.gait.contact_s.max(axis=1))
     return np.minimum(both, s.settings.step_s) * s.single_support
 
@@ -193,15 +193,15 @@ def long_air(s: Step) -> Floats:
 
 
 def early_touchdown(s: Step) -> Floats:
-    """Return the time missing of ``step_s`` in the air as a foot comes down, per second."""
+    """Return ``step_s`` less the time in the air, as a foot comes down too early, per second."""
     early = np.clip(s.settings.step_s - s.gait.last_air_s, 0.0, None) * s.gait.touched_down
-    # An event lasts one control step: by its length, weights are figures per second as of all
-    # terms.
+    # An event lasts one control step. Divided by this time, its weight is a figure per second, as
+    # for all terms.
     return _sum(early) * s.moving / CONTROL_DT_S
 
 
 def hasty_lift(s: Step) -> Floats:
-    """Return the time missing of ``double_support_s`` on both feet as one is lifted, per second."""
+    """Return ``double_support_s`` less the time on both feet, as one lifts early, per second."""
     missing = np.clip(s.settings.double_support_s - s.gait.both_s, 0.0, None)
     return missing * s.gait.lifted.any(axis=1) * s.moving / CONTROL_DT_S
 
@@ -235,19 +235,19 @@ def flight(s: Step) -> Floats:
 
 
 def impact(s: Step) -> Floats:
-    """Return the contact force of each foot beyond ``impact_n``, of which 1,000 N count."""
+    """Return the contact force of each foot beyond ``impact_n``, up to 1,000 N."""
     return _sum(np.clip(s.feet.force_n - s.settings.impact_n, 0.0, 1000.0))
 
 
 def stand(s: Step) -> Floats:
-    """Return 1 with both feet on the floor where it is asked to stand, on even ground."""
+    """Return 1 with both feet on the floor, if asked to stand on even ground."""
     return (~s.moving & s.even & s.feet.contact.all(axis=1)).astype(float)
 
 
 def restless(s: Step) -> Floats:
-    """Return the heights of the feet where it is asked to stand, on even ground.
+    """Return the heights of the feet, if asked to stand on even ground.
 
-    Ankles of 40 N m hardly balance a robot on a slope, so one that steps there pays nothing.
+    Ankles of 40 N m hardly balance a robot on a slope, so steps cost nothing there.
     """
     return _sum(s.feet.height_m.clip(min=0.0)) * (~s.moving & s.even)
 
@@ -304,7 +304,7 @@ def acceleration(s: Step) -> Floats:
 
 
 def fast_joints(s: Step) -> Floats:
-    """Return the speed of leg joints beyond eight tenths of their motors' largest, squared."""
+    """Return the speed of leg joints beyond eight tenths of the motors' limits, squared."""
     return _squares(np.clip(np.abs(s.motion.dq[:, _LEGS]) - _BRISK_RAD_S, 0.0, None))
 
 

@@ -3,9 +3,9 @@
 cost = share of falls / 10 % + |vx error| / 0.05 m/s + |wz error| / 0.10 rad/s
 
 The shortlist has the checkpoints of the smallest cost by training's evaluations, which disturb all
-robots. The one is chosen that costs least when falls are counted in other such episodes and errors
-in episodes without a disturbance: pushed robots err until they have caught themselves,
-which hides how exactly a policy walks.
+robots. The choice from it has the smallest cost when falls are counted in other disturbed episodes,
+and errors in undisturbed ones: pushed robots have errors until they recover, which hides how
+exactly a policy walks.
 """
 
 from dataclasses import dataclass, replace
@@ -43,9 +43,9 @@ def undisturbed(task: TrainingTask) -> TrainingTask:
 
 
 def cost(falls: float, vx_error_m_s: float, wz_error_rad_s: float) -> float:
-    """Return how far a checkpoint is from its goals, 1 for each of them when it just meets it.
+    """Return the distance of a checkpoint from its goals: 1 for each goal that it just meets.
 
-    ``falls`` is the share of episodes that end in one.
+    ``falls`` is the share of episodes that end in a fall.
     """
     return falls / FALLS_GOAL + vx_error_m_s / VX_GOAL_M_S + wz_error_rad_s / WZ_GOAL_RAD_S
 
@@ -58,7 +58,7 @@ def choose(
     Raises
     ------
     UsageError
-        No checkpoint was evaluated, or none of these is left.
+        No checkpoint was evaluated, or no evaluated checkpoint is left.
     """
     choices = []
     for place, entry in enumerate(shortlist(folder, log)):

@@ -2,9 +2,9 @@
 
     h(x, y) = slope . (x, y) + relief sin(k . (x, y) + phase) + box of the square that (x, y) is in
 
-A foot touches the ground at its heel and its toe, so the plane through both is all of the ground
-that it feels; planes are the cheapest shapes to collide with. A plane follows its foot while that
-is in the air. A box that a foot is too low for is not there for it: nothing is stumbled over.
+A foot touches the ground only at its heel and its toe, so a plane through both points stands for
+the ground; planes are the cheapest shapes for collisions. A plane follows its foot while the foot
+is in the air. A foot that is too low for a box passes through it: robots do not stumble over boxes.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from spikeport.arrays import Flags, Floats
 from spikeport.robot.engine import mujoco
 
 SQUARES = 64
-"""Boxes that differ, along x and along y; beyond, they recur."""
+"""Different boxes along x and along y, after which they recur."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Planes:
     models : list of MjModel
         The robots' models, which hold the planes.
     planes : (int, int)
-        Their geoms' numbers, of the left foot and the right one.
+        The numbers of the planes' geoms, for the left foot and the right one.
     """
 
     def __init__(self, models: list[mujoco.MjModel], planes: tuple[int, int]) -> None:
@@ -128,7 +128,7 @@ class Planes:
         place : ndarray, (n, 2, 3)
             A point of the plane.
         forward : ndarray, (n, 2, 3)
-            A unit vector in it, along the foot; at right angles to it, the plane is level.
+            A unit vector in the plane, along the foot; at right angles to it, the plane is level.
         """
         turns = _turns(forward)
         for robot, foot in np.argwhere(which):

@@ -1,8 +1,8 @@
 """The training run: segments of updates, each followed by a checkpoint.
 
-A segment starts with fresh robots and with random numbers that depend on the run's seed and the
-segment's number alone: a run that was killed goes on from its last checkpoint exactly as if it had
-not been.
+A segment starts with fresh robots and with random numbers that depend only on the run's seed, the
+segment and the worker: a run that was killed continues from its last checkpoint exactly as if it
+had not been killed.
 """
 
 import json
@@ -28,17 +28,17 @@ from spikeport.training.workers import Worker, others
 
 EVALUATION_SEED = 10_000
 RARER = 4
-"""Evaluations are so many times rarer before the stage that a run ends in, the only one that a
-checkpoint is chosen from."""
+"""Evaluations are this many times rarer before the run's last stage: only a checkpoint of the last
+stage is chosen."""
 
 
 @dataclass(frozen=True)
 class TrainOptions:
     """A training run.
 
-    ``steps`` is its length in control steps of all robots together, a multiple of segments being
-    done by ``workers`` processes; every ``evaluate_every`` segments of the stage it ends in, more
-    rarely before, and at the end the policy walks ``episodes`` episodes.
+    ``steps`` is its length in control steps of all robots together, rounded up to whole segments;
+    ``workers`` processes share the robots. The policy is evaluated in ``episodes`` episodes at the
+    end, and after every ``evaluate_every`` segments of the last stage, more rarely before.
     """
 
     folder: Path
@@ -76,7 +76,7 @@ class TrainOptions:
         return (segment + 1) % every == 0 or segment + 1 == self.segments
 
     def identity(self) -> dict[str, object]:
-        """Return the settings that must be the same when a run goes on."""
+        """Return the settings that must be the same when a run continues."""
         return {
             "seed": self.seed,
             "updates_per_segment": self.updates_per_segment,
@@ -88,7 +88,7 @@ class TrainOptions:
 
 
 def train(options: TrainOptions, progress: Progress) -> list[Entry]:
-    """Train, or go on training, until all steps are done; returns the figures of every segment.
+    """Train, or continue training, until all steps are done; return the figures of every segment.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def _write_log(folder: Path, log: list[Entry]) -> None:
 
 
 def _help(worker: Worker, options: TrainOptions) -> None:
-    """Take part in all segments that are left, as another worker than the first."""
+    """Take part in all segments that are left, as a worker other than the first."""
     learner, done, _ = _start(options, worker)
     for segment in range(done, options.segments):
         _learn(learner, options, segment, lambda _what, _share: None)
@@ -135,7 +135,7 @@ def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[En
         return learner, 0, []
     last = checkpoint.load(path)
     for key, value in options.identity().items():
-        # Checkpoints of earlier versions lack what these could not choose.
+        # Checkpoints of earlier versions lack settings that these did not have.
         held = last.options.get(key, value)
         if held != value:
             raise UsageError(
@@ -148,7 +148,7 @@ def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[En
 
 
 def _segment(learner: Learner, options: TrainOptions, segment: int, progress: Progress) -> Entry:
-    """Train for one segment; returns its figures, with an evaluation where one is due."""
+    """Train for one segment; return its figures, with an evaluation if it is due."""
     step = segment * options.steps_per_segment
     stage = stage_at(step, options.stages)
     start = time.perf_counter()
@@ -171,7 +171,8 @@ def _learn(
     learner: Learner, options: TrainOptions, segment: int, progress: Progress
 ) -> dict[str, float]:
     stage = stage_at(segment * options.steps_per_segment, options.stages)
-    # Seeded anew, so that a run that goes on at a checkpoint draws what one without a break does.
+    # Seeded anew, so that a run that continues from a checkpoint draws the same numbers as one
+    # without a break.
     parts = [options.seed, segment, learner.worker.rank]
     seed = int(np.random.SeedSequence(parts).generate_state(1)[0])
     torch.manual_seed(seed)

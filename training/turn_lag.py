@@ -2,12 +2,12 @@
 
     turn_lag = (heading - course) . wz / wz . wz  +  0.04 s
 
-Robots that turn move where they were heading a while before: their course is behind their heading,
-by an angle that grows with the yaw rate wz. A follower that looks at the heading alone
-(`spikeport.networks.path_following`) then leaves curves to their outer side. The policies shipped
-have 0.03 and 0.16 s of it. A robot also turns later than its command, which the 0.04 s stand for:
-the gains with which either policy left the built-in paths least are those for 0.02 to 0.05 s more
-than what was measured (docs/lab/walk.md).
+A turning robot moves in the direction of its heading a while before: its course lags its heading by
+an angle that grows with the yaw rate wz. A follower that uses the heading alone
+(`spikeport.networks.path_following`) then leaves curves to their outer side. The shipped policies
+have lags of 0.03 and 0.16 s. A robot also turns later than its command, so 0.04 s are added: the
+gains with which either policy stayed closest to the built-in paths are those for 0.02 to 0.05 s
+more than the measured lag (docs/lab/walk.md).
 """
 
 from contextlib import closing
@@ -25,12 +25,13 @@ from spikeport.training.randomisation import UNDISTURBED
 ROBOTS, SEED = 16, 50_000
 SPEED_M_S, FASTEST_RAD_S = 0.5, 1.0
 SECONDS, SETTLED_S = 10.0, 3.0
-"""For how long a robot turns, and after which time its course counts."""
+"""Duration of a turn, and the time from which the course counts."""
 SLOWEST_M_S = 0.25
 """The least mean speed of robots that walk."""
 LATE_S = 0.04
 KP_SPEED = 1.1
-"""In 1/s; with more, a robot that lags is too near its reference to turn with it on the chip."""
+"""In 1/s; with a larger gain, a robot that lags is too near its reference to turn with it on the
+chip."""
 MOST_S = 0.25
 """Largest turn lag that is allowed for: the heading gain is 4.9/s then."""
 
@@ -49,7 +50,7 @@ def with_gains(policy: WalkingPolicy) -> WalkingPolicy:
 def turning(policy: WalkingPolicy) -> tuple[np.ndarray, np.ndarray]:
     """Return mean velocities (16, 2) in m/s ahead and to the left, and yaw rates (16,) in rad/s.
 
-    They are those of undisturbed robots, each of which turns at a rate of its own.
+    They are those of undisturbed robots, each of which turns at its own rate.
     """
     turns = CommandRange(
         vx_m_s=(SPEED_M_S, SPEED_M_S),

@@ -1,9 +1,9 @@
-"""The velocity of its pelvis that a robot observes: no sensor has it, an estimator does.
+"""The pelvis velocity that a robot observes: no sensor measures it, so it is estimated.
 
     leg odometry    b += s (v - u - b),    s = 1 - exp(-dt / 30 ms)
     other           b = (1 + a) v + w,     w an Ornstein-Uhlenbeck process of 1 s
 
-u is the velocity of the lowest points of the feet, which leg odometry takes to stand still
+u is the velocity of the lowest points of the feet, which leg odometry assumes to be at rest
 (`spikeport.robot.estimator.leg_odometry`); a and the kind of estimator are drawn for an episode.
 """
 
@@ -27,7 +27,7 @@ class EstimatorErrors:
     odometry : float
         Share of the robots that have leg odometry.
     scale : float
-        Largest a of the others.
+        Largest a of the other robots.
     wander_m_s : float
         Standard deviation of w, along each axis.
     """
@@ -45,14 +45,14 @@ class VelocityBelief:
     n : int
         Number of robots.
     errors : EstimatorErrors
-        Their errors.
+        The estimators' errors.
     rng : Generator
         Draws kinds, scales and wandering.
 
     Attributes
     ----------
     error : ndarray, (n, 3)
-        Estimate less velocity, in the pelvis frame, m/s.
+        Estimate less true velocity, in the pelvis frame, m/s.
     """
 
     def __init__(self, n: int, errors: EstimatorErrors, rng: np.random.Generator) -> None:

@@ -1,4 +1,4 @@
-"""``spikeport train walk``: trains, chooses, evaluates, and writes policy and model card."""
+"""The command ``spikeport train walk``: train, choose, evaluate, write policy and model card."""
 
 from dataclasses import replace
 
@@ -13,13 +13,13 @@ from spikeport.training.turn_lag import with_gains
 
 NAME = "h1_walk"
 EPISODES, SEED = 200, 30_000
-"""Episodes and seed of the card's evaluations, by which no choice was made."""
+"""Episodes and seed of the card's evaluations, which are not used for any choice."""
 
 
 def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[str, Evaluation]:
     """Write ``h1_walk.npz`` and ``h1_walk.md`` into the run's folder.
 
-    Returns how the policy walks: ``"as trained"`` with the delays and disturbances of the last
+    Return the policy's evaluations: ``"as trained"`` with the delays and disturbances of the last
     stage, ``"jumping commands"`` with commands that change at once, ``"exact targets"`` without
     offsets and noise of the joint targets, ``"undisturbed"`` without any disturbance.
     """

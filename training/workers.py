@@ -1,8 +1,8 @@
 """Several processes that train one policy.
 
 Each has its share of the robots. PPO averages their gradients before every step of its optimiser,
-so that all hold the same weights: on n cores this is nearly n times as fast as one process, which
-threads within torch's and MuJoCo's calls are not.
+so that all have the same weights. On n cores this is nearly n times as fast as one process, unlike
+threads within the calls of torch and MuJoCo.
 """
 
 import multiprocessing
@@ -29,13 +29,13 @@ class Worker(NamedTuple):
     world_size: int = 1
 
     def join(self, meeting: str) -> None:
-        """Meet the others; ``meeting`` is the address of a file that all can reach."""
+        """Join the other workers; ``meeting`` is the address of a file that all can reach."""
         distributed.init_process_group(
             "gloo",
             init_method=meeting,
             rank=self.rank,
             world_size=self.world_size,
-            timeout=MEETING,  # a process that ended as it began would be waited for without end
+            timeout=MEETING,  # else a process that died at its start is awaited for ever
         )
 
 
@@ -50,7 +50,7 @@ def others(
     if not number:
         yield
         return
-    # A fork would copy torch's and MuJoCo's threads in whatever they were doing.
+    # A fork would copy torch's and MuJoCo's threads in the middle of their work.
     spawn = multiprocessing.get_context("spawn")
     with tempfile.TemporaryDirectory() as folder:
         meeting = (Path(folder) / "meeting").as_uri()
@@ -59,7 +59,7 @@ def others(
             spawn.Process(target=_help, args=(worker, meeting, work, args), daemon=True)
             for worker in workers[1:]
         ]
-        # Interrupted as well, each would end with an error of its own on the screen.
+        # If they were interrupted, too, each would print an error of its own.
         with uninterruptible():
             for process in processes:
                 process.start()
