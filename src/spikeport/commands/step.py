@@ -57,7 +57,7 @@ class Stepped(NamedTuple):
     """The values that each output held, (n_steps, n) each, and the counts.
 
     ``counts`` (n_steps, 6, n_cores) are the counts of every step, in the order of `PER_STEP`; the
-    activity of a long run has only its last steps.
+    activity of a long run has only its last steps one by one.
     """
 
     held: list[np.ndarray]
