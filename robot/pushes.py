@@ -7,7 +7,7 @@ EARLIEST, LATEST = 0.5, 1.5
 
 
 class Pushes:
-    """Pushes of one strength in drawn directions, at drawn times.
+    """Pushes of one strength in random directions, at random times.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ class Place(NamedTuple):
         return self.domain == REAL or self.interface != LOOPBACK
 
     def check(self, may_move_a_robot: bool) -> None:
-        """Refuse a place where a real robot may listen, unless allowed; raises UsageError."""
+        """Raise UsageError for an unknown place, or a place of real robots that is not allowed."""
         names = [name for _, name in socket.if_nameindex()]
         # The name goes into Cyclone's XML: a quote in it would end the attribute.
         if self.interface not in names or not re.fullmatch(r"[\w.:@-]+", self.interface):
