@@ -64,8 +64,8 @@ def find_box(text: str) -> TargetBox:
     Raises
     ------
     UsageError
-        If the text is neither, or the box is too small for the next target to be 10 cm away
-        wherever the last one was.
+        If the text is neither, an edge is beyond `FARTHEST_M`, or the box is too small for the next
+        target to be 10 cm away wherever the last one was.
     """
     if text in BOXES:
         return BOXES[text]
