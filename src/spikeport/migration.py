@@ -19,7 +19,7 @@ WITHOUT_CHIP = "reference"
 
 
 def check_target(target: object, backend: str) -> None:
-    """Check ``target``: only an emulator can run here, on any backend with a chip.
+    """Check ``target``: ``"sim"`` goes with any backend that has a chip.
 
     Raises
     ------

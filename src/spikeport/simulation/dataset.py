@@ -17,9 +17,9 @@ OURS = ("time_", "size_")
 def dataset(recorded: Mapping[str, Recorded], backend: str) -> xr.Dataset:
     """Return a variable for each probe on the backend, and one in float Nengo, (time, size) each.
 
-    The attribute ``run`` of a variable is the backend's name, or ``float``. Probes that sample at
-    other times have a time axis of their own. A slash in a name becomes a bar, and a name that
-    another variable has gets a number.
+    The attribute ``run`` of a variable is the backend's name, or ``float`` if it was run there,
+    too. Probes that sample at other times have a time axis of their own. A slash in a name becomes
+    a bar, and a name that another variable has gets a number.
     """
     variables: dict[str, xr.Variable] = {}
     clocks: dict[bytes, str] = {}
