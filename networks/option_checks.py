@@ -16,7 +16,7 @@ def check_counts(**counts: int) -> None:
 
 
 def check_pairs(key: str, count: int, what: str) -> None:
-    """Refuse a number of neurons that is not even; ``what`` has half of them for each sign."""
+    """Refuse an odd number of neurons, or one below 2; ``what`` has half of them for each sign."""
     if count < 2 or count % 2:
         raise UsageError(
             f"{key}={count}: {what} has as many neurons for each sign; give an even number from "

@@ -37,7 +37,7 @@ def at_asked_speeds(policy: WalkingPolicy) -> WalkingPolicy:
 
 
 def scaled(policy: WalkingPolicy, factor: float) -> WalkingPolicy:
-    """Return a policy that takes a forward command for one that is ``factor`` times as large."""
+    """Return a policy that acts as if its forward command were ``factor`` times as large."""
     first, *others = policy.weights
     first = first.copy()
     first[:, FORWARD] *= factor

@@ -20,7 +20,7 @@ from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 ACTIVATION = "elu"
-"""The default activation of checkpoints, which do not contain the name of theirs."""
+"""The default activation of checkpoints, whose files do not name it."""
 
 ZIP = b"PK"
 ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}

@@ -284,7 +284,7 @@ class Interpreter:
         name = reference.removeprefix("torch.").removeprefix("ops.").replace(".", "::")
         kind = f"aten::{name}" if reference.startswith("torch.") else name
         operands = [self._unchanged(value) for value in values]
-        # Names of operations in place end in one underscore, those of Python's operators in two.
+        # Names of in-place operations end in one underscore, names of Python's operators in two.
         if not kind.endswith("_") or kind.endswith("__"):
             return self._evaluation.apply(kind, *operands, **named)
         if not operands or not isinstance(operands[0], Chain):
