@@ -31,7 +31,7 @@ PARAMETERS = (
     "threshold",
 )
 LONGEST = 8192
-"""The longest time constant of a current, in steps: its decay on the chip has 12 bits, not all 0."""
+"""The longest time constant of a current, in steps: the chip has 12 bits for its decay, never 0."""
 
 
 @dataclass(frozen=True)
