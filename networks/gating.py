@@ -23,7 +23,7 @@ FULL_RATE_HZ = 1000.0
 """The rate of a closed gate: its neurons fire in every step."""
 FULL_RATE_NEURONS = 8
 DRIVEN_HZ = 1020.0
-"""A rate above the chip's one spike a step: neurons driven to it fire in every step."""
+"""A rate above the chip's one spike a step: neurons at it fire in every step, without noise."""
 
 
 def full_rate_ensemble(label: str, always: bool = False) -> nengo.Ensemble:
