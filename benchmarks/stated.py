@@ -35,6 +35,7 @@ PERTURBED_ROWS = (
     *("push=0.8", "terrain=slope:6", "terrain=boxes:0.01", "terrain=relief:0.02"),
     *("estimator=leg-odometry", "robot_model=urdf"),
 )
+UNIT_ROWS = ("push=0.5", "terrain=boxes:0.02", "terrain=slope:6", "observation_delay=0.02")
 QUIET = f"walk --set policy={QUIET_POLICY} --set path=loop --seconds 20"
 
 
@@ -78,8 +79,11 @@ RUNS = {
     "walk_silenced": "run walk --set n_neurons=20 --set path=loop --set silence=0.5"
     " --set silence_at=25 --seconds 40",
     "perturbed_exact": f"{_evaluate(PERTURBED_ROWS, 20)} --backend analytic",
+    "perturbed_4": f"{_evaluate(UNIT_ROWS, 30)} --set n_neurons=4",
+    "perturbed_20": f"{_evaluate(UNIT_ROWS, 30)} --set n_neurons=20",
     "robust_exact": f"{_evaluate(ROBUST_ROWS, 200)} --backend analytic"
     f" --set policy={ROBUST_POLICY}",
+    "robust_chip": f"{_evaluate(ROBUST_ROWS, 200)} --set gait=rough --set policy={ROBUST_POLICY}",
     "robust_paths_exact": f"sweep walk --vary {PATHS} --set policy={ROBUST_POLICY} --set ramp=4"
     " --seeds 3 --backend analytic",
     "robust_paths": f"sweep walk --vary {PATHS} --set policy={ROBUST_POLICY} --set gait=rough"
@@ -415,17 +419,35 @@ GAIT = ("speed_use", "clearance_m", "double_support", "steps_per_s", "impact_bw"
 @states("docs/walk.md")
 def perturbed_walks(perturbed_exact: Results) -> Iterator[str]:
     for row in _rows(perturbed_exact):
-        yield (
-            f"| {_named(row)} | {_fallen(row, by=' | ')} | {_errors(row)} "
-            f"| {_means(row, *GAIT, 'cost_of_transport')} |"
-        )
+        cells = _named(row), _fallen(row, by=" | "), *_errors(row)
+        yield f"| {' | '.join(cells)} | {_means(row, *GAIT, 'cost_of_transport')} |"
 
 
 @states("docs/walk.md")
-def perturbed_walks_of_the_robust_policy(robust_exact: Results) -> Iterator[str]:
-    for row in _rows(robust_exact):
-        yield f"| {_named(row)} | {_fallen(row, by=', ')} |"
-        yield f"| {_errors(row)} | {_means(row, *GAIT)} |"
+def perturbed_walks_of_the_robust_policy(
+    robust_exact: Results, robust_chip: Results
+) -> Iterator[str]:
+    for exact, chip in zip(_rows(robust_exact), _rows(robust_chip), strict=True):
+        fallen = (_fallen(row, by=", ") for row in (exact, chip))
+        cells = _named(exact), *fallen, *_errors(exact)
+        yield f"| {' | '.join(cells)} | {_means(exact, *GAIT)} |"
+    nominal = _rows(robust_chip)[0]
+    speed, yaw_rate, steps, clearance_m = (
+        nominal[name]["estimate"]
+        for name in ("speed_error_m_s", "yaw_rate_error_rad_s", "steps_per_s", "clearance_m")
+    )
+    yield (
+        f"errors are {speed:.3f} m/s and {yaw_rate:.3f} rad/s undisturbed, and it takes "
+        f"{steps:.1f} steps a second with feet {100 * clearance_m:.1f} cm high."
+    )
+
+
+@states("docs/walk.md")
+def perturbed_walks_of_few_neurons(perturbed_4: Results, perturbed_20: Results) -> Iterator[str]:
+    for few, many in zip(_rows(perturbed_4), _rows(perturbed_20), strict=True):
+        falls = (f"{row['falls']} of {row['fell']['n']}" for row in (few, many))
+        errors = (cell for pair in zip(_errors(few), _errors(many), strict=True) for cell in pair)
+        yield f"| {' | '.join((_named(few), *falls, *errors))} |"
 
 
 @states("docs/walk.md")
@@ -450,10 +472,10 @@ def _fallen(row: dict[str, Any], by: str) -> str:
     return f"{row['falls']} of {row['fell']['n']}{by}{low:.0f}-{high:.0f} %"
 
 
-def _errors(row: dict[str, Any]) -> str:
+def _errors(row: dict[str, Any]) -> list[str]:
     """Return the errors of speed and yaw rate with their intervals, which are symmetric."""
     errors = (row[name] for name in ("speed_error_m_s", "yaw_rate_error_rad_s"))
-    return " | ".join(f"{e['estimate']:.3f} ± {e['high'] - e['estimate']:.3f}" for e in errors)
+    return [f"{e['estimate']:.3f} ± {e['high'] - e['estimate']:.3f}" for e in errors]
 
 
 def _means(row: dict[str, Any], *names: str) -> str:
