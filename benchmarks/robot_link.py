@@ -70,7 +70,7 @@ def layouts() -> None:
 
 def in_one_process() -> None:
     """Print the CPU time of a state and its answer, with DDS in one process."""
-    with Bus(Place(domain=DOMAIN), keeps_all=True) as bus:
+    with Bus(Place(domain=DOMAIN), reliable=True) as bus:
         states, to_controller = bus.reader(STATES), bus.writer(STATES)
         commands, to_robot = bus.reader(COMMANDS), bus.writer(COMMANDS)
         while not (states.n_writers and commands.n_writers):
@@ -89,7 +89,7 @@ def in_one_process() -> None:
 
 def controller(n: int, pipe: int) -> None:
     """Answer states until the robot leaves, and report the number of states and CPU times."""
-    with Bus(Place(domain=DOMAIN), keeps_all=n > 0) as bus:
+    with Bus(Place(domain=DOMAIN), reliable=n > 0) as bus:
         reader, writer = bus.reader(STATES), bus.writer(COMMANDS)
         while not reader.n_writers:
             time.sleep(0.01)
@@ -116,7 +116,7 @@ def with_controller(robot: Callable[[Bus], R], n: int) -> tuple[R, int, list[flo
     if child == 0:
         controller(n, write)
         os._exit(0)
-    with Bus(Place(domain=DOMAIN), keeps_all=n > 0) as bus:
+    with Bus(Place(domain=DOMAIN), reliable=n > 0) as bus:
         found = robot(bus)
     os.waitpid(child, 0)
     came, times = json.loads(os.read(read, 10_000))
