@@ -297,7 +297,7 @@ def check_arguments(network: object, chip: object, dt: object, pipeline: object)
         raise ArgumentError("network", network, "a nengo.Network")
     if not isinstance(chip, str | Path):
         expected = "the name of a chip, or the path of its TOML file"
-        cure = "; give a time step by its name, dt=..." if isinstance(chip, float) else ""
+        cure = "; give a time step by keyword, dt=..." if isinstance(chip, float) else ""
         raise ArgumentError("chip", chip, expected + cure)
     if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < _as_float(dt) < math.inf:
         raise ArgumentError("dt", dt, "a time step in seconds, above 0 and finite")

@@ -14,8 +14,8 @@ from spikeport.compile.ground.scope import Scope
 
 COMPACT, AS_WRITTEN = "compact", "as_written"
 """The passes that rewrite a network to take fewer cores, and those that rewrite nothing."""
-TRY_COMPACT = f"more: try -p {COMPACT}, which rewrites it, and may take fewer cores"
-OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
+TRY_COMPACT = f"more: try -p {COMPACT}, which rewrites the network and may take fewer cores"
+OFFLOAD = "more: try --offload, which moves the ensembles that break a rule to the host"
 ON_ONE_CORE, MEMORY = "SP012", "SP501"
 """The rules that no pass mends and `lint` does not check: on weights that learn, which are checked
 once they are built, and on the memory of a compile."""
@@ -71,5 +71,5 @@ def advice(
     except RefusedError:
         if passes == AS_WRITTEN:  # as expected
             return OFFLOAD * movable
-        return f"more: -p {passes} does not compile it either" + "; try --offload" * movable
-    return f"more: -p {passes} compiles it, on {n_cores} core{'s' * (n_cores != 1)}"
+        return f"more: it does not compile with -p {passes} either" + "; try --offload" * movable
+    return f"more: it compiles with -p {passes}, on {n_cores} core{'s' * (n_cores != 1)}"

@@ -4,7 +4,7 @@ from spikeport.compile.ground.refusal import reason_of
 
 ANY = "change this object"
 DENSE = "use a dense transform: transform.sample(rng).toarray()"
-OFF_CHIP = "leave its on_chip unset: targets and error sources of learning stay on the host"
+OFF_CHIP = "do not set its on_chip: targets and error sources of learning stay on the host"
 CLOSER = "bring its weights, gains and biases closer together"
 FUNCTION = "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
 EVEN = (

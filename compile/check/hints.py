@@ -43,7 +43,7 @@ def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
         if scope.in_chip_units(probe):
             yield rules.get("SP414").broken(names[probe], probe.attr)
     for connection in _in_cycles(scope):
-        yield rules.get("SP416").broken(names[connection], "none around it")
+        yield rules.get("SP416").broken(names[connection], "none")
 
 
 def _in_cycles(scope: Scope) -> Iterator[nengo.Connection]:
@@ -84,7 +84,9 @@ def filter_hints(
     for target, found in asked.items():
         if len(found) > 1:
             named = " and ".join(f"{1000 * tau_s:g}" for tau_s in sorted(found))
-            yield rules.get("SP409").broken(target, f"{named} ms, all by {1000 * max(found):g} ms")
+            yield rules.get("SP409").broken(
+                target, f"{named} ms, all filtered with {1000 * max(found):g} ms"
+            )
     loop = components([(one.source, one.target) for one in passages if one.source])
     for one in passages:
         before_s = 0.0 if one.relay_s is None else one.relay_s + dt_s

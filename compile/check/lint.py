@@ -257,7 +257,7 @@ def host_cycles(scope: Scope) -> Iterator[Violation]:
     size = Counter(loop.values())
     last = {loop[c]: c for c in direct if size[loop[c]] > 1}
     for connection in last.values():
-        yield rules.get("SP017").broken(scope.names[connection], "none around it")
+        yield rules.get("SP017").broken(scope.names[connection], "none")
 
 
 def _ways_through(connection: nengo.Connection) -> Iterator[tuple[Hashable, Hashable]]:

@@ -94,7 +94,7 @@ class Offloaded(NamedTuple):
         because = f"{self.id} {self.rule}".strip()
         return (
             f"{self.object} ({self.n_neurons:,} neurons) to the host: {because} of "
-            f"{self.violator}; adds up to {self.host_spikes:,} host spikes a step"
+            f"{self.violator}; adds at most {self.host_spikes:,} host spikes a step"
         )
 
 

@@ -158,7 +158,9 @@ def _check_cores(image: "ChipImage") -> None:
 def _check_rows(image: "ChipImage") -> None:
     atoms, sizes = image.rows.atoms, np.diff(image.rows.start)
     _require(atoms <= MOST_ATOMS, "rows.atoms", atoms, f"at most {MOST_ATOMS}")
-    _require(sizes % atoms == 0, "rows.atoms", atoms, "no divisor of the row's weights,", sizes)
+    _require(
+        sizes % atoms == 0, "rows.atoms", atoms, "no divisor of the row's number of weights,", sizes
+    )
 
 
 def _check_axons(image: "ChipImage") -> None:

@@ -276,8 +276,9 @@ def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> N
         if probe.obj in lost:
             raise _refusal(
                 names[probe.obj],
-                "nengo-loihi removes what feeds this passthrough node, and its probe would read "
-                "zeros; cure: give it a function, as in nengo.Node(lambda t, x: x, size_in=...)",
+                "nengo-loihi removes the connections into this passthrough node, so that its probe "
+                "would read zeros; cure: give it a function, as in "
+                "nengo.Node(lambda t, x: x, size_in=...)",
             )
 
 
@@ -290,8 +291,8 @@ def _check_order_of_reads(model: Model, names: Names) -> None:
         if blocks > 1 and np.any(np.diff(neurons_read(probe)) <= 0):
             raise _refusal(
                 names[probe.obj],
-                "its neurons are read out in another order than theirs, which fails where they "
-                "are split over several cores; cure: read them in ascending order",
+                "a probe reads its neurons out of order, which fails because they are split over "
+                "several cores; cure: probe them in ascending order",
             )
 
 

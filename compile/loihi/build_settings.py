@@ -62,7 +62,9 @@ class BuildSettings:
         if self.node_neurons is not None and (
             type(self.node_neurons) is not OnOffDecodeNeurons or pairs != 1
         ):
-            expected = "OnOffDecodeNeurons of one pair a dimension, as images describe their inputs"
+            expected = (
+                "OnOffDecodeNeurons with one pair a dimension, which is what an image can describe"
+            )
             raise ArgumentError("node_neurons", str(self.node_neurons), expected)
 
     @classmethod
@@ -86,8 +88,8 @@ class BuildSettings:
                 continue
             if value != getattr(BuildSettings, name):
                 expected = (
-                    f"{getattr(BuildSettings, name)!r}, with which the passes that rewrite "
-                    "networks reckon; or choose a pipeline without them: as_written"
+                    f"{getattr(BuildSettings, name)!r}, which the passes that rewrite networks "
+                    "assume; or choose a pipeline without these passes: as_written"
                 )
                 raise ArgumentError(name, value, expected)
 

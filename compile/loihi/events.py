@@ -143,13 +143,13 @@ def _header_length(content: bytes) -> int:
     while content[length : length + 1] == b"#":
         length = content.find(b"\n", length, HEADER_BYTES) + 1
         if not length:
-            raise MismatchError(f"a header of at most {HEADER_BYTES:,} bytes", "no end of it")
+            raise MismatchError(f"a header of at most {HEADER_BYTES:,} bytes", "a longer one")
     return length
 
 
 def _table(content: bytes, event: np.dtype[np.void]) -> np.ndarray:
     if rest := len(content) % event.itemsize:
-        raise MismatchError(f"events of {event.itemsize} bytes", f"{rest} bytes behind the last")
+        raise MismatchError(f"events of {event.itemsize} bytes", f"{rest} more bytes at the end")
     return np.frombuffer(content, dtype=event)
 
 

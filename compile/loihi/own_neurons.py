@@ -119,8 +119,8 @@ def _rounded_biases(values: np.ndarray, label: str) -> np.ndarray:
 
 def _beyond(label: str, what: str, used: float, limit: int) -> RefusedError:
     return RefusedError(
-        f"{label}: a {what} of {used:,.0f} units, at most {limit:,}; cure: scale the thresholds, "
-        "weights and leaks of its neurons down together"
+        f"{label}: a {what} of {used:,.0f} units, at most {limit:,}; cure: scale down the "
+        "thresholds, weights and leaks of its neurons together"
     )
 
 

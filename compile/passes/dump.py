@@ -17,7 +17,7 @@ from spikeport.compile.loihi.blocks import FloatBlocks
 @singledispatch
 def dump(value: object) -> list[str]:
     """Return the lines that describe a network, nengo-loihi's blocks or an image."""
-    raise TypeError(f"there is no text for a {type(value).__name__}")
+    raise TypeError(f"cannot describe a {type(value).__name__} as text")
 
 
 @dump.register

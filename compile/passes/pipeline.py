@@ -46,7 +46,7 @@ class Pipeline:
         """Check the passes, and their order."""
         for one in self.passes:
             if not isinstance(one, Pass):
-                expected = "a pass; a text goes to `compile_network` as it is: pipeline='fuse,pack'"
+                expected = "a pass; give a text directly to `compile_network`: pipeline='fuse,pack'"
                 raise ArgumentError("passes", one, expected)
             check_fields(one, f"pass {one.name}: ")
         for before, after in itertools.combinations(self.passes, 2):
@@ -127,10 +127,12 @@ def _check_order(before: AnyPass, after: AnyPass) -> None:
     if _stage(after) < _stage(before):
         raise UsageError(
             f"pass {after.name} works on {kind(after)}, and cannot follow {before.name}, "
-            f"which works on {kind(before)}; put it before"
+            f"which works on {kind(before)}; put it before {before.name}"
         )
     if before.name in after.precedes:
-        raise UsageError(f"pass {after.name} cannot follow {before.name}; put it before")
+        raise UsageError(
+            f"pass {after.name} cannot follow {before.name}; put it before {before.name}"
+        )
 
 
 def _stage(one: AnyPass | type[AnyPass]) -> int:

@@ -41,7 +41,8 @@ def get(name: str) -> type[AnyPass]:
     """
     if name in PIPELINES:
         raise UsageError(
-            f"'{name}' is a whole pipeline: write it alone, or the passes it has: {PIPELINES[name]}"
+            f"'{name}' is a pipeline and takes no options: leave these out, or list its passes: "
+            f"{PIPELINES[name]}"
         )
     if name not in PASSES:
         raise unknown("pass or pipeline", name, [*PIPELINES, *PASSES])

@@ -14,7 +14,7 @@ from spikeport.hardware_models.estimate import Estimate, at_least_zero
 from spikeport.hardware_models.timing import timing
 
 OPTIONS = ("--max-cores", "--max-power", "--max-step-us")
-RATES_CURE = "give them with --rate-hz, as in --rate-hz 100, or measure them with --loss"
+RATES_CURE = "set them with --rate-hz, for example --rate-hz 100, or measure them with --loss"
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def _held(
     known = {name: cost for name, cost in costs.items() if cost is not None}
     if not known:
         rule = rules.get(rule_id)
-        raise UsageError(f"--{rule.name}: chip '{chip}' has no public figure to hold it against")
+        raise UsageError(f"--{rule.name}: chip '{chip}' has no public figure to compare it with")
     # Calibrations differ: the budget has to hold in each of them.
     name, cost = max(known.items(), key=lambda item: item[1].value)
     if cost.value > most:

@@ -49,7 +49,7 @@ def verdict(report: "Report") -> str:
         rules = sorted({violation.id for violation in report.violations})
         return f"does not fit chip '{report.chip.name}': breaks {', '.join(rules)}"
     if not report.digest:
-        return "nothing of the network is on the chip: all of it runs on the host"
+        return "no part of the network is on the chip: all of it runs on the host"
     unknown = [name for name, usage in report.resources().items() if usage.limit is None]
     parts = [f"fits chip '{report.chip.name}' on {cores_in_words(report)}"]
     if "cores" in report.lower_bound:

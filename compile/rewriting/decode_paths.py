@@ -31,7 +31,7 @@ N_STEPS = 400
 """Simulated steps of a relay, of which the second half counts."""
 EPSILON_S = 1e-9
 """Difference below which delays are equal: they are sums of time steps and time constants."""
-OTHER_FILTER = "its target has a filter of another time constant, and one for all inputs"
+OTHER_FILTER = "its target has one filter for all inputs, of another time constant"
 
 
 class PathCost(NamedTuple):
@@ -282,7 +282,7 @@ def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> di
             reasons.setdefault(one.path, f"{one.cores - fewest:.2g} more cores than the fewest")
     left = [one for one in costs if one.path not in reasons]
     best = min(left, key=lambda one: one.error)
-    lost = f"loses more than {best.path}"
+    lost = f"has a larger error than {best.path}"
     return reasons | {one.path: lost for one in left if one is not best}
 
 

@@ -278,13 +278,13 @@ CASES = [
     ),
     Case(
         "SP413",
-        "lower the loop's gain, as by transform=0.9",
+        "lower the loop's gain, for example with transform=0.9",
         hinted(partial(loop, 0.1)),
         (hinted(partial(loop, 0.1, gain=0.9)),),
     ),
     Case(
         "SP415",
-        "give the node's function to a connection between its ensembles, which stays on the chip",
+        "replace the node by a connection between its ensembles",
         hinted(over_host),
         (hinted(partial(loop, 0.1)), hinted(partial(over_host, on_chip=False))),
     ),

@@ -282,7 +282,7 @@ CASES = [
     ),
     Case(
         "SP016",
-        "learn to a node",
+        "let the learning connection end in a node",
         linted(learned_to_neurons),
         (
             linted(partial(learned_to_neurons, by_node=True)),
@@ -306,7 +306,7 @@ CASES = [
     ),
     Case(
         "SP019",
-        "set it there, after spikeport.add_params",
+        "set it in the config that is named as the limit, after spikeport.add_params",
         linted(inner_setting),
         (linted(partial(inner_setting, outermost=True)),),
     ),
@@ -318,7 +318,8 @@ CASES = [
     ),
     Case(
         "SP010",
-        "probe {instead}, leave the probe out, so that what it probes stays on the chip, or keep",
+        "probe {instead}, or leave the probe out, so that the probed object stays on the chip, or "
+        "keep",
         linted(partial(probed, "scaled_encoders")),
         (
             linted(partial(probed, "decoded_output")),
@@ -335,7 +336,8 @@ CASES = [
     ),
     Case(
         "SP012",
-        "learn from fewer neurons, or fewer values, or keep what it learns from on the host",
+        "learn from fewer neurons, or fewer values, or keep the ensemble it learns from on the "
+        "host",
         compiled(partial(learned, nengo.PES(), n=600, values=110)),
         (
             compiled(partial(learned, nengo.PES(), n=100, values=110)),

@@ -17,7 +17,7 @@ from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.pipeline import compile_network
 from tests.helpers.chip_files import chip_file
 
-OFFLOAD = "more: try --offload, which moves what breaks a rule to the host"
+OFFLOAD = "more: try --offload, which moves the ensembles that break a rule to the host"
 
 
 def refusal(network: nengo.Network, passes: str = "as_written", **options: Any) -> RefusedError:
@@ -36,8 +36,8 @@ def sparse() -> nengo.Network:
 
 def test_what_compiles_rewritten_is_said_with_its_cores() -> None:
     error = refusal(sparse())
-    assert error.advice == "more: -p compact compiles it, on 1 core"
-    assert str(error).endswith("add_params(net)\nmore: -p compact compiles it, on 1 core")
+    assert error.advice == "more: it compiles with -p compact, on 1 core"
+    assert str(error).endswith("add_params(net)\nmore: it compiles with -p compact, on 1 core")
     assert compile_network(sparse(), pipeline="compact").image.n_cores == 1
 
 
@@ -46,11 +46,13 @@ def test_what_does_not_is_said_too() -> None:
         a = nengo.Ensemble(20, 1, neuron_type=nengo.LIF(tau_rc=8.3))
         nengo.Connection(a, a)
     # Without its only ensemble, nothing would be left on the chip.
-    assert refusal(network).advice == "more: -p compact does not compile it either"
+    assert refusal(network).advice == "more: it does not compile with -p compact either"
     assert refusal(network, "compact").advice == ""
     with network:
         nengo.Ensemble(20, 1)
-    assert refusal(network).advice == "more: -p compact does not compile it either; try --offload"
+    assert (
+        refusal(network).advice == "more: it does not compile with -p compact either; try --offload"
+    )
     assert refusal(network, "compact").advice == OFFLOAD
     assert compile_network(network, offload=True).image.n_cores == 1
 
@@ -146,13 +148,13 @@ def test_what_compiles_as_it_is_written_alone_is_said_too(tmp_path: Path) -> Non
     error = refusal(network, COMPACT, chip=chip)
     assert "SP102 in-axons" in str(error)
     n_cores = compile_network(network, chip, pipeline=AS_WRITTEN).image.n_cores
-    assert error.advice == f"more: -p as_written compiles it, on {n_cores} cores"
+    assert error.advice == f"more: it compiles with -p as_written, on {n_cores} cores"
 
 
 def test_a_trial_warns_of_nothing() -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        assert refusal(sparse()).advice == "more: -p compact compiles it, on 1 core"
+        assert refusal(sparse()).advice == "more: it compiles with -p compact, on 1 core"
     assert caught == []
 
 
@@ -183,5 +185,5 @@ def test_a_large_network_is_refused_before_it_is_built_and_not_tried() -> None:
         "fewer decoded connections, or 25 times the chips, by [limits.chips] of a chip file "
         "(docs/adding.md)\n"
         "more: spikeport compile --explain SP201\n"
-        "more: try -p compact, which rewrites it, and may take fewer cores"
+        "more: try -p compact, which rewrites the network and may take fewer cores"
     )

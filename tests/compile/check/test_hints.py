@@ -107,7 +107,7 @@ def test_filters_that_share_compartments_are_found() -> None:
     alike = passage("", "a", 5, 5), passage("b", "a", 8, 8, 5)
     assert filters(*alike) == []
     assert filters(*alike, passage("b", "a", 100, 100)) == [
-        ("SP409", "a", "5 and 100 ms, all by 100 ms")
+        ("SP409", "a", "5 and 100 ms, all filtered with 100 ms")
     ]
 
 

@@ -36,10 +36,10 @@ PART = (
 )
 RULE = (
     "a -> out: SP007 learning rule: {}, limit one PES; cure: learn with PES, passed by itself as "
-    "in learning_rule_type=nengo.PES(), or keep what it learns from on the host with "
+    "in learning_rule_type=nengo.PES(), or keep the ensemble it learns from on the host with "
     "net.config[ensemble].on_chip = False, after spikeport.add_params(net)"
 )
-LEAVE = "leave the probe out, so that what it probes stays on the chip"
+LEAVE = "or leave the probe out, so that the probed object stays on the chip"
 BOARD = (
     "{}: SP009 node on the chip: {}, limit events of a file, to ensembles on the chip; cure: feed "
     "the events from a node on the host"
@@ -242,16 +242,17 @@ CASES: list[tuple[Callable[[], None], str]] = [
         decoders_of_another_shape,
         "a -> b: SP013 shape of the user's decoders: (4, 8), limit (4, 1); cure: give "
         "nengo.solvers.NoSolver a row for each neuron, and a column for each value of the "
-        "connection's function, also with weights=True",
+        "connection's function; the same holds with weights=True",
     ),
     (foreign_learning_rule, RULE.format("RLS")),
     (list_of_rules, RULE.format("list of PES")),
     (
         learning_to_neurons,
-        "a -> b: SP016 target of learning: neurons, limit an ensemble or node; cure: learn "
-        "to a node, as in nengo.Connection(ensemble, node, learning_rule_type=nengo.PES()), and "
-        "connect the node to the neurons, or keep what it learns from on the host with "
-        "net.config[ensemble].on_chip = False, after spikeport.add_params(net)",
+        "a -> b: SP016 target of learning: neurons, limit an ensemble or node; cure: let the "
+        "learning connection end in a node, as in nengo.Connection(ensemble, node, "
+        "learning_rule_type=nengo.PES()), and connect the node to the neurons, or keep the "
+        "ensemble it learns from on the host with net.config[ensemble].on_chip = False, after "
+        "spikeport.add_params(net)",
     ),
     (
         learning_full_weights,
@@ -261,15 +262,15 @@ CASES: list[tuple[Callable[[], None], str]] = [
     ),
     (
         direct_loop,
-        "b -> a: SP017 loop on the host without a synapse: none around it, limit a synapse in "
-        "each loop; cure: give a connection of the loop a synapse, as in "
+        "b -> a: SP017 loop on the host without a synapse: none, limit a synapse in each loop; "
+        "cure: give a connection of the loop a synapse, as in "
         "synapse=nengo.Lowpass(0.001), or synapse=0, which is one step of delay",
     ),
     (
         setting_of_an_inner_network,
         "inner.a: SP019 setting in another config: on_chip in the config of inner, limit in the "
-        "config of the outermost network; cure: set it there, after spikeport.add_params on that "
-        "network",
+        "config of the outermost network; cure: set it in the config that is named as the limit, "
+        "after spikeport.add_params on that network",
     ),
     (dict_of_rules, RULE.format("dict of PES, RLS")),
     (
@@ -379,7 +380,7 @@ def test_the_error_lists_all_breaches_row_by_row() -> None:
         f"cure: probe an end of the connection, {LEAVE}, or keep a#2 on the host with "
         "net.config[ensemble].on_chip = False, after spikeport.add_params(net)\n"
         "more: spikeport compile --explain SP003\n"
-        "more: try --offload, which moves what breaks a rule to the host"
+        "more: try --offload, which moves the ensembles that break a rule to the host"
     )
 
 

@@ -130,7 +130,7 @@ def test_where_nothing_is_left_the_error_has_what_was_moved() -> None:
     assert str(raised.value) == (
         "no ensemble of the network is on the chip (0 of 1: 1 with on_chip = False): all of it "
         "runs on the host, in float Nengo; there is no image\n"
-        "a (5 neurons) to the host: SP002 neuron type of a; adds up to 0 host spikes a step"
+        "a (5 neurons) to the host: SP002 neuron type of a; adds at most 0 host spikes a step"
     )
     assert len(raised.value.offloaded) == 1
 

@@ -47,7 +47,7 @@ def test_eight_thousand_decoded_neurons_do_not_fit() -> None:
         "  big -> read-out[1/2], big -> read-out[2/2]: SP102 in-axons: 8,000, limit 4,096; "
         f"cure: {cure}\n"
         "more: spikeport compile --explain SP102\n"
-        "more: try -p compact, which rewrites it, and may take fewer cores"
+        "more: try -p compact, which rewrites the network and may take fewer cores"
     )
     assert isinstance(error, CompileError)
 

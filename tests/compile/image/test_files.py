@@ -17,7 +17,7 @@ from spikeport.compile.image.manifest import SCHEMA
 from spikeport.compile.image.tables import LAYOUT
 from spikeport.compile.pipeline import Compilation
 from spikeport.errors import ImageError
-from spikeport.reading.text import PARTS
+from spikeport.reading.text import MOST_PARTS
 
 DAMAGED = "not a chip image, or truncated or altered"
 
@@ -194,12 +194,12 @@ def test_a_manifest_that_would_fill_the_memory_is_refused(file: Path) -> None:
     """Lists take fifty times their text, and it inflates a hundredfold."""
 
     def change(members: dict[str, np.ndarray]) -> None:
-        members["header"] = np.frombuffer(b"[1]," * (PARTS + 1), np.uint8)
+        members["header"] = np.frombuffer(b"[1]," * (MOST_PARTS + 1), np.uint8)
 
     rewrite(file, change)
     tracemalloc.start()
     assert refusal(file) == DAMAGED
-    assert tracemalloc.get_traced_memory()[1] < 8 * len("[1],") * PARTS
+    assert tracemalloc.get_traced_memory()[1] < 8 * len("[1],") * MOST_PARTS
     tracemalloc.stop()
 
 

@@ -79,7 +79,11 @@ def put(row: int, value: int) -> Callable[[np.ndarray], None]:
         ("in_axon_base", put(1, 4), "the farthest target of in_axons[1] is 6, at most 5"),
         ("indices", put(0, -1), "synapses.index[0] is -1, at least 0"),
         ("row_atoms", put(0, 2**31 - 1), "rows.atoms[0] is 2147483647, at most 512"),
-        ("row_atoms", put(0, 4), "rows.atoms[0] is 4, no divisor of the row's weights, 6"),
+        (
+            "row_atoms",
+            put(0, 4),
+            "rows.atoms[0] is 4, no divisor of the row's number of weights, 6",
+        ),
         ("route_source", put(2, 1), "routes.source[2] is 1, at most 0"),
         ("route_source", put(0, 1), "the length of routes[0] is 4, not that of its source, 6"),
         ("route_synapse", put(0, 2), "routes.group[0] is 2, at most 1, the last of groups"),

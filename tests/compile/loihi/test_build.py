@@ -108,8 +108,8 @@ def test_split_neurons_must_be_read_in_order(neurons: Any) -> None:
     with pytest.raises(CompileError) as raised:
         integer_blocks(network)
     assert str(raised.value) == (
-        "a: its neurons are read out in another order than theirs, which fails where they are "
-        "split over several cores; cure: read them in ascending order"
+        "a: a probe reads its neurons out of order, which fails because they are split over "
+        "several cores; cure: probe them in ascending order"
     )
 
 
@@ -130,8 +130,8 @@ def test_a_probed_node_that_the_builder_cuts_off_is_refused() -> None:
     with pytest.raises(CompileError) as raised:
         integer_blocks(probed_end(None))
     assert str(raised.value) == (
-        "end: nengo-loihi removes what feeds this passthrough node, and its probe would read "
-        "zeros; cure: give it a function, as in nengo.Node(lambda t, x: x, size_in=...)"
+        "end: nengo-loihi removes the connections into this passthrough node, so that its probe "
+        "would read zeros; cure: give it a function, as in nengo.Node(lambda t, x: x, size_in=...)"
     )
 
 

@@ -96,13 +96,13 @@ def test_what_is_no_event_file_is_refused(tmp_path: Path, monkeypatch: pytest.Mo
     (tmp_path / "folder.events").mkdir()
     assert refused(tmp_path / "folder.events") == "cannot be read: Is a directory"
     assert (
-        refused(path, b"123456789") == "expected events of 8 bytes, found 1 bytes behind the last"
+        refused(path, b"123456789") == "expected events of 8 bytes, found 1 more bytes at the end"
     )
     version = "expected #!AER-DAT2.0, the only version that is read, found"
     assert refused(aedat, b"#!AER-DAT3.1\n") == f"{version} b'#!AER-DAT3.1'"
     assert refused(aedat, b"") == f"{version} b''"
     endless = HEADER + b"#" * 2**17
-    found = "expected a header of at most 65,536 bytes, found no end of it"
+    found = "expected a header of at most 65,536 bytes, found a longer one"
     assert refused(aedat, endless) == found
     assert refused(path, b"12345678", file_fmt="txt").endswith("found txt")
     monkeypatch.setattr(events, "FILE_BYTES", 16)

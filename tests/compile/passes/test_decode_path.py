@@ -139,7 +139,7 @@ def test_auto_takes_the_host_where_its_delay_may_be() -> None:
 def test_what_is_not_chosen_has_its_reason() -> None:
     assert reasons(chain(n=400), slack_cores=0.5) == {
         "direct": "1.3 more cores than the fewest",
-        "onoff": "loses more than preset10",
+        "onoff": "has a larger error than preset10",
         "preset10": None,
         "host": "1 ms slower than decode neurons",
     }

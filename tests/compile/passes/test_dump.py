@@ -46,5 +46,5 @@ def test_blocks_are_described_without_addresses() -> None:
 
 
 def test_nothing_else_has_a_text() -> None:
-    with pytest.raises(TypeError, match=r"^there is no text for a int$"):
+    with pytest.raises(TypeError, match=r"^cannot describe a int as text$"):
         dump(3)

@@ -34,7 +34,9 @@ def test_the_name_of_a_pipeline_stands_for_its_passes() -> None:
 
 
 def test_a_pipeline_has_no_options() -> None:
-    with pytest.raises(UsageError, match="'compact' is a whole pipeline: write it alone"):
+    with pytest.raises(
+        UsageError, match="'compact' is a pipeline and takes no options: leave these out"
+    ):
         parse("compact{effort=2}")
 
 
@@ -84,12 +86,12 @@ def test_several_options() -> None:
             "name,name{key=value,key=value}",
         ),
         ("pack,pack", "pass pack is there twice; give it once, with all its options"),
-        ("place,pack", "pass pack cannot follow place; put it before"),
-        ("pack,split", "pass split cannot follow pack; put it before"),
+        ("place,pack", "pass pack cannot follow place; put it before place"),
+        ("pack,split", "pass split cannot follow pack; put it before pack"),
         (
             "pack,fuse",
             "pass fuse works on networks, and cannot follow pack, which works on images; "
-            "put it before",
+            "put it before pack",
         ),
     ],
 )

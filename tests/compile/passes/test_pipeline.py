@@ -48,7 +48,7 @@ class Second(Noting, ImagePass):
 
 @pytest.mark.parametrize("passes", [("fuse",), ("fuse", "pack"), (Network(), None)])
 def test_what_is_no_pass_is_refused(passes: Any) -> None:
-    with pytest.raises(UsageError, match=r"^passes=.*: expected a pass; a text goes to"):
+    with pytest.raises(UsageError, match=r"^passes=.*: expected a pass; give a text directly to"):
         Pipeline(passes)
 
 
@@ -118,17 +118,17 @@ def test_without_passes_nothing_changes() -> None:
 @pytest.mark.parametrize(
     ("passes", "message"),
     [
-        ((Second(), First()), "pass first cannot follow second; put it before"),
+        ((Second(), First()), "pass first cannot follow second; put it before second"),
         ((First(), First()), "pass first is there twice; give it once, with all its options"),
         (
             (First(), Network()),
             "pass network works on networks, and cannot follow first, which works on images; "
-            "put it before",
+            "put it before first",
         ),
         (
             (First(), Block()),
             "pass block works on blocks, and cannot follow first, which works on images; "
-            "put it before",
+            "put it before first",
         ),
     ],
 )

@@ -25,7 +25,7 @@ def test_a_pipeline_within_another_is_refused() -> None:
     with pytest.raises(UsageError) as caught:
         get("as_written")
     assert str(caught.value) == (
-        "'as_written' is a whole pipeline: write it alone, or the passes it has: "
+        "'as_written' is a pipeline and takes no options: leave these out, or list its passes: "
         "merge_axons,split,pack,place"
     )
 

@@ -330,7 +330,7 @@ def test_nothing_is_compiled_where_nothing_can_be_tied(monkeypatch: pytest.Monke
 def test_it_comes_before_what_joins_and_cuts_ensembles() -> None:
     with pytest.raises(UsageError) as caught:
         parse("fuse,tie")
-    assert str(caught.value) == "pass tie cannot follow fuse; put it before"
+    assert str(caught.value) == "pass tie cannot follow fuse; put it before fuse"
 
 
 def test_a_wrong_option() -> None:

@@ -40,7 +40,7 @@ def test_the_costliest_calibration_counts(compiled_chain: Compilation, activity)
 
 @pytest.mark.parametrize("budget", [Budget(power_w=1), Budget(step_us=1)])
 def test_costs_need_rates(compiled_chain: Compilation, budget: Budget) -> None:
-    with pytest.raises(UsageError, match=r"^--max-(power|step-us) needs firing rates: give them "):
+    with pytest.raises(UsageError, match=r"^--max-(power|step-us) needs firing rates: set them "):
         budget.exceeded(compiled_chain.report, None)
 
 
@@ -49,7 +49,7 @@ def test_a_chip_without_figures_cannot_be_held_to_a_budget(chain, activity) -> N
     with pytest.raises(UsageError) as raised:
         Budget(power_w=1).exceeded(report, activity)
     assert str(raised.value) == (
-        "--max-power: chip 'loihi2' has no public figure to hold it against"
+        "--max-power: chip 'loihi2' has no public figure to compare it with"
     )
 
 

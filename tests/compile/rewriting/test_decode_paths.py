@@ -183,12 +183,18 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
         (
             Slack(2.5, 0.0),
             True,
-            {"onoff": "loses more than direct", "preset10": "loses more than direct"},
+            {
+                "onoff": "has a larger error than direct",
+                "preset10": "has a larger error than direct",
+            },
         ),
         (
             Slack(2.4, 0.0),
             True,
-            {"direct": "2.5 more cores than the fewest", "onoff": "loses more than preset10"},
+            {
+                "direct": "2.5 more cores than the fewest",
+                "onoff": "has a larger error than preset10",
+            },
         ),
         (
             Slack(0.4, 0.0),
@@ -198,7 +204,11 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
                 "preset10": "0.5 more cores than the fewest",
             },
         ),
-        (Slack(2.5, 0.0), False, {"direct": OTHER_FILTER, "onoff": "loses more than preset10"}),
+        (
+            Slack(2.5, 0.0),
+            False,
+            {"direct": OTHER_FILTER, "onoff": "has a larger error than preset10"},
+        ),
         (
             Slack(0.4, 0.0),
             False,

@@ -83,7 +83,7 @@ def test_every_violation_is_printed_and_no_image_written(spikeport, net_py, tmp_
         '`network.config[connection].decode_path = "host"`, after '
         "`spikeport.add_params(network)` and with `-p compact`\n"
         "more: spikeport compile --explain SP002\n"
-        "more: try --offload, which moves what breaks a rule to the host\n"
+        "more: try --offload, which moves the ensembles that break a rule to the host\n"
     )
     assert done.out == ""
     assert names(tmp_path) == ["net.py"]
@@ -314,8 +314,8 @@ def test_a_budget_that_is_kept_exits_with_0(spikeport, net_py):
     [
         (
             ["--max-power", "1"],
-            "--max-power needs firing rates: give them with --rate-hz, as in --rate-hz 100, or "
-            "measure them with --loss",
+            "--max-power needs firing rates: set them with --rate-hz, for example --rate-hz 100, "
+            "or measure them with --loss",
         ),
         (
             ["--rate-hz", "1", "--loss", "0.1"],

@@ -95,4 +95,7 @@ def test_print_after_a_pass_that_is_not_there(spikeport, net_py):
 
 def test_a_wrong_pass_exits_with_2(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "-p", "pack,split")
-    assert (done.code, done.err) == (2, "error: pass split cannot follow pack; put it before\n")
+    assert (done.code, done.err) == (
+        2,
+        "error: pass split cannot follow pack; put it before pack\n",
+    )

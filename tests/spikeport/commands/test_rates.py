@@ -69,7 +69,7 @@ def test_where_nothing_is_public_the_report_says_so(spikeport, net_py, report):
     assert done.code == 0
     assert "no public figure" in done.out
     assert "not public, not checked: in axons, out axons, " in done.out
-    assert "the fit is one of resources" in done.out
+    assert "`fits` means that the resources suffice" in done.out
     written = report.read()
     assert written["energy"]["intel-relative"]["dynamic"] is None
     assert written["resources"]["in_axons"]["limit"] is None

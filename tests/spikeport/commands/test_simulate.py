@@ -91,7 +91,7 @@ def test_what_is_refused_is_moved_to_the_host_and_said_with_all_hints(spikeport,
     refused = spikeport("simulate", spec, *options)
     assert refused.code == 1
     assert refused.err.endswith(
-        "\nmore: try --offload, which moves what breaks a rule to the host\n"
+        "\nmore: try --offload, which moves the ensembles that break a rule to the host\n"
     )
     done = spikeport("simulate", spec, *options, "--offload")
     assert done.code == 0
