@@ -49,7 +49,7 @@ class Decoding(NamedTuple):
 
     start: np.ndarray
     """Start of each value's entries, (n_values + 1,); only a 0 where sums have too many terms."""
-    held: np.ndarray
+    indices: np.ndarray
     """Index of each entry in the states of all outputs."""
     weights: np.ndarray
 

@@ -102,7 +102,7 @@ class Decoder:
         firsts = np.repeat(image.outputs.start[self._numbers], [o.size for o in self._outputs])
         return Decoding(
             start=np.cumsum([0] + [len(entries) for entries, _ in terms]),
-            held=flat([first + e for first, (e, _) in zip(firsts, terms, strict=False)]),
+            indices=flat([first + e for first, (e, _) in zip(firsts, terms, strict=False)]),
             weights=flat([weights for _, weights in terms], float),
         )
 

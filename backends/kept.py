@@ -40,7 +40,7 @@ HEADER, IMAGE = "header", "image/"
 """The name of the image's header, and the prefix of the names of its arrays."""
 MOST_BYTES = 256 << 20
 """The largest entry: a larger one takes about as long to read as it saves."""
-DAMAGES = (
+UNREADABLE = (
     LookupError,
     TypeError,
     ValueError,
@@ -96,7 +96,7 @@ class BuiltParameters(Mapping[NengoObject, Built]):
         return len(self._built)
 
 
-class Asked(NamedTuple):
+class CompileRequest(NamedTuple):
     """A network to compile, and everything else that decides the result."""
 
     network: nengo.Network
@@ -107,32 +107,32 @@ class Asked(NamedTuple):
     offload: bool
 
 
-def compiled(asked: Asked, kept: Cache, compile_it: Compile) -> Compilation:
+def compiled(request: CompileRequest, kept: Cache, compile_it: Compile) -> Compilation:
     """Return the compilation from the cache; if there is none, compile the network and keep it.
 
-    A network that has no identity, or whose host has no form in a cache, is compiled each time; a
-    warning says why.
+    A network that has no identity, or whose host cannot be kept in a cache, is compiled each time;
+    a warning says why.
     """
     if isinstance(kept, Nothing):
         return compile_it()
     try:
         # A TypeError says that a function or an object has no identity.
-        inputs = digest_of((identity(asked.network), *asked[1:]))
+        inputs = digest_of((identity(request.network), *request[1:]))
     except TypeError as error:
         return _each_time(error, compile_it)
     once = functools.cache(compile_it)
     try:
-        arrays = kept.kept("compile", inputs, lambda: arrays_of(once(), asked.network))
+        arrays = kept.kept("compile", inputs, lambda: arrays_of(once(), request.network))
     except NotKeptError as error:
         return _each_time(error, once)
     # Return a fresh compile itself: it has its blocks, which an entry of the cache lacks.
-    return once() if once.cache_info().currsize else _found(arrays, asked, compile_it)
+    return once() if once.cache_info().currsize else _found(arrays, request, compile_it)
 
 
-def _found(arrays: Arrays, asked: Asked, compile_it: Compile) -> Compilation:
+def _found(arrays: Arrays, request: CompileRequest, compile_it: Compile) -> Compilation:
     """Return the compilation of an entry, or compile again if it cannot be read."""
     try:
-        found = read(arrays, asked, compile_it)
+        found = read(arrays, request, compile_it)
     except MismatchError as error:
         warnings.warn(f"cache: {error}; the network is compiled again", stacklevel=3)
         return compile_it()
@@ -153,11 +153,11 @@ def arrays_of(compilation: Compilation, network: nengo.Network) -> Arrays:
     Raises
     ------
     NotKeptError
-        If a part of it has no form in a cache.
+        If a part of it cannot be kept in a cache.
     """
     users, program = UsersObjects(network), host_program(compilation)
     if program.events:
-        raise NotKeptError("inputs that read events from files have no form in a cache")
+        raise NotKeptError("inputs that read events from files cannot be kept in a cache")
     host = HostWriter(users, program)
     chip: Any = None  # not kept: it is in the key
     report = replace(compilation.report, chip=chip)
@@ -168,11 +168,13 @@ def arrays_of(compilation: Compilation, network: nengo.Network) -> Arrays:
     image = {IMAGE + name: array for name, array in compilation.image.arrays.items()}
     found = {**host.values.arrays(tree), HEADER: _header(compilation.image), **image}
     if (size := sum(array.nbytes for array in found.values())) > MOST_BYTES:
-        raise NotKeptError(f"its compile takes {size >> 20:,} MB, limit {MOST_BYTES >> 20:,} MB")
+        raise NotKeptError(
+            f"the compiled network takes {size >> 20:,} MB, limit {MOST_BYTES >> 20:,} MB"
+        )
     return found
 
 
-def read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
+def read(arrays: Arrays, request: CompileRequest, compile_it: Compile) -> KeptCompilation:
     """Return the compilation in the arrays of a cache.
 
     Raises
@@ -181,20 +183,20 @@ def read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
         If they hold no compilation, or that of another network.
     """
     try:
-        return _read(arrays, asked, compile_it)
-    except DAMAGES as error:
-        raise MismatchError("a compile as it was kept", f"none ({error})") from error
+        return _read(arrays, request, compile_it)
+    except UNREADABLE as error:
+        raise MismatchError("a kept compile", f"something else ({error})") from error
 
 
-def _read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
+def _read(arrays: Arrays, request: CompileRequest, compile_it: Compile) -> KeptCompilation:
     header = read_header(arrays[HEADER].tobytes())
     names = [name for name in arrays if name.startswith(IMAGE)]
     image = ChipImage.from_arrays(
         header.manifest, {name.removeprefix(IMAGE): arrays[name] for name in names}
     )
     if image.digest != header.digest:
-        raise MismatchError("the image of its digest", "another")
-    users = UsersObjects(asked.network)
+        raise MismatchError("an image with the digest of its header", "another image")
+    users = UsersObjects(request.network)
     reader = Reader(arrays)
     host = HostReader(reader, reader.tree["host"], users)
     report: Report = reader.read(reader.tree["report"])
@@ -204,7 +206,7 @@ def _read(arrays: Arrays, asked: Asked, compile_it: Compile) -> KeptCompilation:
     program = replace(program, params=BuiltParameters(again, users))
     return KeptCompilation(
         image.checked,
-        replace(report, chip=asked.chip),
+        replace(report, chip=request.chip),
         lambda: again().blocks,
         program=program,
     )

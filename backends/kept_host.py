@@ -98,13 +98,16 @@ class HostWriter:
             now = stand_ins.get(probe, probe)
             # A pass may replace a probe; a replacement with another filter would change the data.
             if (now.synapse, now.sample_every) != (probe.synapse, probe.sample_every):
-                raise NotKeptError(f"{probe}: it is recorded by another probe than itself")
+                raise NotKeptError(
+                    f"{probe}: a pass replaced it with a probe of another filter or sampling "
+                    "interval"
+                )
             if now in program.probes:
                 recorded.append([self.values.write(probe), program.probes[now]])
             elif now in model.probes:
                 on_host.append([self.values.write(probe), self._signal(model.sig[now]["in"])])
         if len(on_host) != len(model.probes):
-            raise NotKeptError("the host records what no probe of the network asks for")
+            raise NotKeptError("the host has a recording that belongs to no probe of the network")
         return {
             "operators": [self._operator(one) for one in model.operators],
             "step": self._signal(model.step),
@@ -122,7 +125,7 @@ class HostWriter:
         name = type(op).__name__
         # Compare classes, not names alone: a user's operator may have the name of one of Nengo's.
         if OPERATORS.get(name) is not type(op):
-            raise NotKeptError(f"the host computes {name}, which has no form in a cache")
+            raise NotKeptError(f"the host computes {name}, which cannot be kept in a cache")
         state = {}
         for key, value in vars(op).items():
             if key in SIGNALS:
@@ -136,7 +139,7 @@ class HostWriter:
     def _function(self, function: object) -> Tree:
         written = self.values.write(function)
         if not isinstance(written, list) or written[0] != "ref":
-            raise NotKeptError(f"the host calls {function!r}, which is no part of the network")
+            raise NotKeptError(f"the host calls {function!r}, which is not part of the network")
         return written
 
     def _signal(self, signal: Signal) -> int:
@@ -144,7 +147,7 @@ class HostWriter:
         if id(signal) in self._signals:
             return self._signals[id(signal)]
         if signal.sparse:
-            raise NotKeptError("the host has a sparse matrix, which has no form in a cache")
+            raise NotKeptError("the host has a sparse matrix, which cannot be kept in a cache")
         base = self._signal(signal.base) if signal.is_view else None
         self._signals[id(signal)] = number = len(self._bases)
         # Keep the signal alive: another object could get the `id` of a freed one.

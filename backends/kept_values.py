@@ -33,7 +33,7 @@ KINDS = "biufc"
 
 
 class NotKeptError(TypeError):
-    """The error of a value that has no form in a cache."""
+    """The error of a value that cannot be kept in a cache."""
 
 
 class Writer:
@@ -87,11 +87,11 @@ class Writer:
         if isinstance(value, FrozenObject) and kind[0] in FROZEN:
             state = {n: s for n, s in value.__getstate__().items() if not n.startswith("_Frozen")}
             return ["frozen", kind, self.write(state)]
-        raise NotKeptError(f"an object of {kind[0]}.{kind[1]} has no form in a cache")
+        raise NotKeptError(f"an object of {kind[0]}.{kind[1]} cannot be kept in a cache")
 
     def _number(self, array: np.ndarray) -> int:
         if array.dtype.hasobject:
-            raise NotKeptError("an array of Python objects has no form in a cache")
+            raise NotKeptError("an array of Python objects cannot be kept in a cache")
         if id(array) not in self._numbers:
             self._numbers[id(array)] = len(self._arrays)
             self._arrays.append(array)

@@ -60,9 +60,10 @@ def recounted(image: ChipImage, path: Path, n_steps: int) -> Totals:
             same = (np.array_equal(*pair) for pair in zip(held, then.held, strict=True))
             if not all(same) or not np.array_equal(chip.log.last, then.counts):
                 raise BackendError(
-                    f"{path}: holds no counts after step {n_steps:,}, and the native chip, which "
-                    f"would count in the board's place, answers step {step.number:,} otherwise; "
-                    "cure: record a session that is not broken off, and run as long"
+                    f"{path}: the record has no counts after step {n_steps:,}, and the native chip "
+                    f"cannot recount them: its answer to step {step.number:,} differs from the "
+                    "board's; cure: record a session that is not interrupted, and replay it to its "
+                    "end"
                 )
     activity = chip.activity()
     messages = MessageCounts(activity.messages, activity.messages_host)

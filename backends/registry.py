@@ -11,7 +11,7 @@ import nengo
 from spikeport.backends.board.link import OWN_STUB, LinkOptions, record_of
 from spikeport.backends.chip import Chip
 from spikeport.backends.execution import Execution
-from spikeport.backends.kept import Asked, compiled
+from spikeport.backends.kept import CompileRequest, compiled
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.backends.reference import Reference, fused
 from spikeport.backends.step_log import LogOptions
@@ -49,8 +49,10 @@ class Source(NamedTuple):
         """Return the compile from the cache; if there is none, compile the network."""
         chip = chips.get(str(self.chip))
         pipeline = resolved(self.pipeline, chip)
-        asked = Asked(self.network, chip, self.dt_s, pipeline, self.settings, self.offload)
-        return compiled(asked, self.cache, self._compile)
+        request = CompileRequest(
+            self.network, chip, self.dt_s, pipeline, self.settings, self.offload
+        )
+        return compiled(request, self.cache, self._compile)
 
     def _compile(self) -> Compilation:
         return compile_network(

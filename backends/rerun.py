@@ -31,7 +31,7 @@ class Rerun:
     Raises
     ------
     BackendError
-        If blocks learn or have noise, which cannot be run again, or nothing is read out.
+        If blocks learn or have noise, which cannot be run again, or no output can be compared.
     """
 
     def __init__(self, image: ChipImage, spikes: Sequence[np.ndarray]) -> None:
@@ -96,15 +96,18 @@ def check(image: ChipImage) -> None:
     Raises
     ------
     BackendError
-        If blocks learn or have noise, or nothing is read out.
+        If blocks learn or have noise, or no output can be compared.
     """
     if image.learns.any() or image.compartments.enable_noise.any():
         raise BackendError(
-            "loss is not measured of a network that learns or has noise on the chip: "
-            "each of its runs differs; compile it without --loss"
+            "cannot measure the loss of a network that learns or has noise on the chip: "
+            "every run differs; compile it without --loss"
         )
     if not _compared(image):
-        raise BackendError("loss is measured at what is read out, and nothing is; add a probe")
+        raise BackendError(
+            "loss is measured on outputs of spikes, decoded values or voltages, and the network "
+            "has none; add a probe"
+        )
 
 
 def low_pass(values: np.ndarray, dt_s: float) -> np.ndarray:

@@ -111,8 +111,8 @@ def _host(text: str, host: str) -> str:
         host.encode("idna")  # as sockets do
     except UnicodeError:
         raise UsageError(
-            f"address {text!r}: {host!r} is no name of a host, whose parts between dots have 1 to "
-            "63 letters; choose another"
+            f"address {text!r}: {host!r} is not a valid host name: each part between dots must "
+            "have 1 to 63 characters; choose another"
         ) from None
     return host
 
@@ -154,8 +154,7 @@ def client_context(
     """
     if not address.is_local and certificates is None:
         raise UsageError(
-            f"{address}: a board on another machine is reached over TLS alone; give --cert, --key "
-            "and --ca"
+            f"{address}: a board on another machine needs TLS; give --cert, --key and --ca"
         )
     return _context(address, certificates, server=False)
 
@@ -201,8 +200,8 @@ def connect(address: Address, certificates: Certificates | None = None) -> socke
         ) from None
     except OSError as error:  # ssl.SSLError is an OSError
         raise BackendError(
-            f"board {address}: no TLS ({reason_of(error)}); does it serve with --cert, --key and "
-            "--ca?"
+            f"board {address}: the TLS handshake failed ({reason_of(error)}); does it serve with "
+            "--cert, --key and --ca?"
         ) from None
 
 
@@ -238,9 +237,9 @@ def listening(
     Raises
     ------
     UsageError
-        If the address is in use or cannot be listened on, if other machines can reach it and
-        ``allow_remote`` or certificates are missing, if it is a Unix socket's and either is there,
-        or if a file is wrong.
+        If the board cannot listen at the address, as when it is in use, if other machines can reach
+        it and ``allow_remote`` or certificates are missing, if it is a Unix socket's and either is
+        there, or if a file is wrong.
     """
     given = {"--allow-remote": allow_remote, "--cert, --key and --ca": certificates is not None}
     missing = " with ".join(option for option, is_given in given.items() if not is_given)
@@ -258,7 +257,7 @@ def listening(
         listener = _bound(address)
     except OSError as error:
         raise UsageError(
-            f"{address}: cannot be listened on ({reason_of(error)}); choose another"
+            f"{address}: the board cannot listen there ({reason_of(error)}); choose another"
         ) from None
     with listener, _taken_away(address.path):
         yield listener, context
@@ -347,5 +346,5 @@ def secured(
             plain.settimeout(TLS_HANDSHAKE_S)
             return context.wrap_socket(plain, server_side=True)
     except OSError as error:
-        say(f"board: a host is not let in: no TLS ({reason_of(error)})")
+        say(f"board: refused a host: the TLS handshake failed ({reason_of(error)})")
         return None

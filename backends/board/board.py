@@ -110,7 +110,7 @@ class Board:
             case Kind.STOP:
                 self.end()
                 return []
-        raise BodyError(f"kind {frame.kind} of a frame is none that a host sends")
+        raise BodyError(f"a host does not send frames of kind {frame.kind}")
 
     def end(self) -> None:
         """End the session: the state of its neurons is gone."""
@@ -129,9 +129,9 @@ class Board:
     def _receive(self, frame: Frame) -> Sequence[Frame]:
         """Take a piece of an image; after the last one, build it."""
         if self._hello is None:
-            raise BodyError("an image that the board did not ask for")
-        if frame.step != len(self._upload):
-            raise BodyError(f"byte {frame.step} of an image, after {len(self._upload)}")
+            raise BodyError("the host sent an image that the board did not ask for")
+        if frame.step != (at := len(self._upload)):
+            raise BodyError(f"a piece of an image begins at byte {frame.step}, expected byte {at}")
         self._upload += frame.body
         if len(self._upload) > IMAGE_BYTES:
             raise BodyError(f"an image of more than {IMAGE_BYTES:,} bytes")
@@ -139,7 +139,9 @@ class Board:
             return []
         image = ChipImage.from_bytes(bytes(self._upload))
         if image.digest != self._hello.digest:
-            raise BodyError(f"an image {image.digest[:12]}, not {self._hello.digest[:12]}")
+            raise BodyError(
+                f"the image has the digest {image.digest[:12]}, HELLO has {self._hello.digest[:12]}"
+            )
         while len(self._images) >= IMAGES_KEPT:
             # Remove the oldest image: dicts keep the order of insertion.
             del self._images[next(iter(self._images))]

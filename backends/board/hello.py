@@ -31,11 +31,11 @@ class Greeting:
         try:
             return TypeAdapter(cls).validate_json(body[:MOST])
         except ValidationError as error:
-            wrong = "no JSON object"
+            wrong = "the body is not a JSON object"
             if key := ".".join(map(str, error.errors()[0]["loc"])):
                 wrong = f"key '{shown(key)}' is missing, unknown or has a wrong value"
             raise BodyError(
-                f"{cls.__name__.upper()}: {wrong}; it has exactly the keys {cls.keys}"
+                f"{cls.__name__.upper()}: {wrong}; the keys must be exactly {cls.keys}"
             ) from None
 
 

@@ -53,17 +53,19 @@ class LinkOptions:
         check_fields(self, "LinkOptions: ")
         if isinstance(self.faults, str):  # which is a sequence, too: of letters
             raise UsageError(
-                f"LinkOptions: faults={self.faults!r}: is one text, expected a sequence of them; "
+                f"LinkOptions: faults={self.faults!r}: is one text, expected a sequence of texts; "
                 f"cure: faults=({self.faults!r},)"
             )
         if self.hold < 0:
-            raise UsageError(f"LinkOptions: hold={self.hold}: steps must be from 0 on")
+            raise UsageError(f"LinkOptions: hold={self.hold}: must be 0 or more")
         for name in ("record", "replay"):
             path = getattr(self, name)
             if isinstance(path, str):
                 object.__setattr__(self, name, Path(path))
             elif not isinstance(path, Path | None):
-                raise UsageError(f"LinkOptions: {name}={path!r}: is no path; cure: name a file")
+                raise UsageError(
+                    f"LinkOptions: {name}={path!r}: expected a path; cure: name a file"
+                )
 
 
 OWN_STUB = LinkOptions()

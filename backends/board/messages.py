@@ -115,8 +115,8 @@ class Codec:
         listed = np.sort(spikes)
         if listed.size and not 0 <= listed[0] <= listed[-1] < self._n_inputs:
             raise BackendError(
-                f"spikes of sources {listed[0]} to {listed[-1]}; the image's inputs have "
-                f"{self._n_inputs}, counted from 0"
+                f"the host sent {listed.size} spikes of sources {listed[0]} to {listed[-1]}, but "
+                f"the image has only {self._n_inputs} sources, numbered from 0"
             )
         return listed.astype(U32).tobytes(), 0
 
@@ -154,17 +154,19 @@ class Codec:
                 f"the step's body is cut: {len(body)} bytes, fewer than its counts ask for"
             ) from None
         if at != len(body):
-            raise BodyError(f"the step's body has {len(body)} bytes, its content {at}")
+            raise BodyError(f"the step's body has {len(body)} bytes, but its counts give {at}")
         return spikes, errors
 
     def _sources(self, sent: bytes, flags: int) -> np.ndarray:
         if flags & BITMAP:
             sources = np.unpackbits(np.frombuffer(sent, np.uint8)).nonzero()[0]
             if len(sent) != self._bitmap_bytes or (sources.size and sources[-1] >= self._n_inputs):
-                raise BodyError(f"a bitmap of {len(sent)} bytes for {self._n_inputs} sources")
+                raise BodyError(
+                    f"a bitmap of {len(sent)} bytes does not fit {self._n_inputs} sources"
+                )
             return sources
         if len(sent) % U32.itemsize:
-            raise BodyError(f"{len(sent)} bytes of spikes, which are 4 each")
+            raise BodyError(f"{len(sent)} bytes of spikes, expected a multiple of 4")
         spikes = np.frombuffer(sent, U32).astype(np.int64)
         if spikes.size and (spikes[-1] >= self._n_inputs or (spikes[1:] < spikes[:-1]).any()):
             raise BodyError(f"sources must ascend from 0 to {self._n_inputs - 1}")
@@ -181,7 +183,7 @@ class Codec:
     def unpack_state(self, body: bytes) -> Stepped:
         """Return the content of an answer, valid until the next; BodyError if its size is wrong."""
         if len(body) != len(self._state):
-            raise BodyError(f"an answer of {len(body)} bytes, not {len(self._state)}")
+            raise BodyError(f"an answer of {len(body)} bytes, expected {len(self._state)}")
         self._state[:] = body
         # Look the bytes up in a table, in place: `unpackbits` would make an array in each step.
         # "clip" spares NumPy a buffer.

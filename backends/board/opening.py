@@ -41,15 +41,15 @@ def check(link: LinkOptions) -> None:
         FAULTS.parse(text)
     if link.hold != OWN_STUB.hold and not link.real_time:
         raise UsageError(
-            f"--hold {link.hold}: for --real-time, as simulated time waits for the board; cure: "
-            "leave it out, or give --real-time"
+            f"--hold {link.hold} applies only to --real-time: simulated time waits for the board; "
+            "cure: leave it out, or give --real-time"
         )
     if link.board != STUB:
         if link.faults:
-            raise UsageError("--fault is for the stub: a board has faults of its own")
+            raise UsageError("--fault works only with the stub, not with a board")
         client_context(Address.parse(link.board), link.certificates)
     elif link.certificates is not None:
-        raise UsageError("--cert, --key and --ca are for a board at the end of tcp://HOST:PORT")
+        raise UsageError("--cert, --key and --ca work only with a board at tcp://HOST:PORT")
 
 
 def on_board(image: ChipImage, seed: int, log: LogOptions, link: LinkOptions) -> BoardChip:

@@ -78,7 +78,7 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     Raises
     ------
     UsageError
-        If the address cannot be listened on, or a certificate's file is wrong.
+        If the board cannot listen at the address, or a certificate's file is wrong.
     """
     asked = service.address, service.certificates, service.allow_remote
     with listening(*asked) as (listener, context):
@@ -169,8 +169,8 @@ def _frames(
             yield frame
         elif line.bad and not is_met:  # such a host would wait long for an answer
             raise BoardLostError(
-                "the host's first bytes are no frame; one with --cert, --key and --ca needs a "
-                "board with them"
+                "the host's first bytes are not a frame; a host with --cert, --key and --ca needs "
+                "a board that serves with these options, too"
             )
         elif not is_met and time.perf_counter() > end_s:
             raise BoardLostError(f"the host sent no greeting within {HELLO_S:g} s")

@@ -151,8 +151,8 @@ class NativeChip:
 
     def _refusal(self, sources: np.ndarray) -> BackendError:
         return BackendError(
-            f"{len(sources)} spikes of sources {sources.min()} to {sources.max()} of the host; "
-            f"the image's inputs have {self._image.n_inputs}, counted from 0"
+            f"the host sent {len(sources)} spikes of sources {sources.min()} to {sources.max()}, "
+            f"but the image has only {self._image.n_inputs} sources, numbered from 0"
         )
 
     def activity(self) -> Activity:

@@ -138,7 +138,7 @@ class SoftChip(ABC):
         )
         yield (
             f"cycles a step: {self.total_cycles / self.n_steps:,.0f} in the mean, "
-            f"{self.worst_cycles:,} in the longest; expected of {self._model.name}: "
+            f"{self.worst_cycles:,} in the longest; expected for {self._model.name}: "
             f"{mean:,.0f} and {worst:,.0f}"
         )
 

@@ -1,4 +1,4 @@
-"""The errors of a network's functions, named where a run calls them."""
+"""Errors of a network's own functions, with the place in the run where they occurred."""
 
 import pytest
 

@@ -56,7 +56,7 @@ def test_a_reference_is_the_object_itself():
 
 @pytest.mark.parametrize("value", [object(), print, np.array([print]), nengo.PES(), {1, 2}])
 def test_what_is_not_known_is_not_written(value):
-    with pytest.raises(NotKeptError, match="has no form in a cache"):
+    with pytest.raises(NotKeptError, match="cannot be kept in a cache"):
         back(value)
 
 

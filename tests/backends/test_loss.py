@@ -206,14 +206,17 @@ def refusal(network: nengo.Network, *stages: str) -> str:
 def test_what_cannot_be_compared_is_refused_before_it_runs() -> None:
     with nengo.Network(seed=1) as silent:
         nengo.Ensemble(5, 1)
-    assert refusal(silent) == "loss is measured at what is read out, and nothing is; add a probe"
+    assert refusal(silent) == (
+        "loss is measured on outputs of spikes, decoded values or voltages, and the network "
+        "has none; add a probe"
+    )
     with nengo.Network(seed=1) as learns:
         pre, out = nengo.Ensemble(5, 1), nengo.Node(lambda _t, x: None, size_in=1)
         learned = nengo.Connection(pre, out, learning_rule_type=nengo.PES())
         nengo.Connection(nengo.Node(0.1), learned.learning_rule)
     assert refusal(learns) == (
-        "loss is not measured of a network that learns or has noise on the chip: "
-        "each of its runs differs; compile it without --loss"
+        "cannot measure the loss of a network that learns or has noise on the chip: "
+        "every run differs; compile it without --loss"
     )
 
 

@@ -36,8 +36,8 @@ def test_voltages_are_compared_only_where_nothing_else_is_read() -> None:
     [
         (
             integrator(enable_noise=1),
-            "loss is not measured of a network that learns or has noise on the chip: "
-            "each of its runs differs; compile it without --loss",
+            "cannot measure the loss of a network that learns or has noise on the chip: "
+            "every run differs; compile it without --loss",
         ),
         (
             Parts(
@@ -45,12 +45,13 @@ def test_voltages_are_compared_only_where_nothing_else_is_read() -> None:
                 [Group([[0]], learning=(1, 4, -7, 10, 8.5, 2, 4))],
                 outputs=[Output("voltage", [0])],
             ).image(),
-            "loss is not measured of a network that learns or has noise on the chip: "
-            "each of its runs differs; compile it without --loss",
+            "cannot measure the loss of a network that learns or has noise on the chip: "
+            "every run differs; compile it without --loss",
         ),
         (
             Parts([Block(1)], outputs=[Output("current", [0])]).image(),
-            "loss is measured at what is read out, and nothing is; add a probe",
+            "loss is measured on outputs of spikes, decoded values or voltages, and the network "
+            "has none; add a probe",
         ),
     ],
 )

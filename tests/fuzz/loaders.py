@@ -26,7 +26,7 @@ from spikeport.backends.board.hello import Hello
 from spikeport.backends.board.messages import Codec
 from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.record import SessionRecorder
-from spikeport.backends.kept import Asked
+from spikeport.backends.kept import CompileRequest
 from spikeport.backends.replay import ReplayChip
 from spikeport.backends.softcore import port
 from spikeport.backends.softcore.port import Held, Output
@@ -451,24 +451,24 @@ def _kept(path: Path) -> dict[str, np.ndarray]:
         raise UsageError(f"{path}: {error}") from None
 
 
-def _compile_asked() -> Asked:
+def _compile_request() -> CompileRequest:
     with nengo.Network(seed=0) as network:
         ensemble = nengo.Ensemble(10, 1)
         nengo.Connection(nengo.Node(np.sin), ensemble)
         nengo.Probe(ensemble, synapse=0.01)
-    return Asked(network, chips.get("loihi"), 0.001, parse(""), AS_USUAL, offload=False)
+    return CompileRequest(network, chips.get("loihi"), 0.001, parse(""), AS_USUAL, offload=False)
 
 
 def _compiled_arrays(folder: Path) -> None:
-    asked = _compile_asked()
-    compilation = compile_network(asked.network, pipeline="")
-    np.savez(folder / "compile.npz", **kept.arrays_of(compilation, asked.network))
+    request = _compile_request()
+    compilation = compile_network(request.network, pipeline="")
+    np.savez(folder / "compile.npz", **kept.arrays_of(compilation, request.network))
 
 
 def _kept_compile(path: Path) -> None:
     """Read a compile whose seal holds, whatever it is."""
     try:
-        kept.read(npz.read(path), _compile_asked(), lambda: pytest.fail("compiled"))
+        kept.read(npz.read(path), _compile_request(), lambda: pytest.fail("compiled"))
     except MismatchError as error:
         raise UsageError(f"{path}: {error}") from None
 

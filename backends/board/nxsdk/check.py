@@ -34,7 +34,7 @@ class Checked:
         Numbers of cores, synapses and registers written; 0 if the image was refused.
     n_steps, n_spikes : int
         Numbers of steps and spikes that were compared.
-    n_read, n_phantoms : int
+    n_spike_values, n_phantoms : int
         Spikes (0 or 1) that outputs would have read, and phantom spikes: see `PHANTOMS`.
     differing : mapping of str to int
         Numbers of values that differ: of u, v and spikes over all steps, of the settings of noise,
@@ -48,7 +48,7 @@ class Checked:
     n_registers: int = 0
     n_steps: int = 0
     n_spikes: int = 0
-    n_read: int = 0
+    n_spike_values: int = 0
     n_phantoms: int = 0
     differing: Mapping[str, int]
 
@@ -100,7 +100,7 @@ def check(image: ChipImage, placement: Placement, n_steps: int, seed: int = 0) -
         n_registers=sum(core.n_registers for core in written.board.cores),
         n_steps=n_steps,
         n_spikes=stepped.n_spikes,
-        n_read=n_steps * len(spikes_read(image)),
+        n_spike_values=n_steps * len(spikes_read(image)),
         n_phantoms=stepped.n_phantoms,
         differing={
             **stepped.differing,

@@ -9,7 +9,11 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from spikeport.backends.board.board import say_nothing
-from spikeport.backends.board.nxsdk.half import Half, real_half, recording_half
+from spikeport.backends.board.nxsdk.hardware import (
+    HardwareModules,
+    real_hardware,
+    recording_hardware,
+)
 from spikeport.backends.board.nxsdk.traps import SPIKE_VOLTAGE
 from spikeport.backends.board.nxsdk.voltage_register import refractory_left
 from spikeport.backends.native.chip import NativeChip
@@ -24,15 +28,15 @@ END_S = 10.0
 """The time the board's process has to end, before it is killed."""
 
 
-def snips_half() -> Half:
+def snips_hardware() -> HardwareModules:
     """Import the hardware half on recorded registers that step behind nengo-loihi's snips."""
     from spikeport.backends.board.nxsdk.live import Live
     from spikeport.backends.board.nxsdk.package import modules
     from spikeport.backends.board.nxsdk.recording import BANKS
 
-    half = recording_half(modules(Live))
-    half.allow_thresholds(BANKS["vthProfileCfg"])
-    return half
+    hardware = recording_hardware(modules(Live))
+    hardware.allow_thresholds(BANKS["vthProfileCfg"])
+    return hardware
 
 
 class NxsdkChip:
@@ -48,8 +52,8 @@ class NxsdkChip:
         The image.
     seed : int
         Seed of the native chip, and of the numbers that nengo-loihi draws.
-    half : callable
-        Imports nengo-loihi's hardware half in that process: `real_half`, or `snips_half`.
+    hardware : callable
+        Imports nengo-loihi's hardware half in that process: `real_hardware`, or `snips_hardware`.
     say : callable
         Is called at the end, with a line on the values that differed.
 
@@ -67,7 +71,7 @@ class NxsdkChip:
     Raises
     ------
     MissingExtraError
-        If NxSDK, or gcc for `snips_half`, is not installed.
+        If NxSDK, or gcc for `snips_hardware`, is not installed.
     BackendError
         If nengo-loihi's hardware half refuses the image, or the process dies.
     """
@@ -78,7 +82,7 @@ class NxsdkChip:
         self,
         image: ChipImage,
         seed: int,
-        half: Callable[[], Half] = real_half,
+        hardware: Callable[[], HardwareModules] = real_hardware,
         say: Callable[[str], None] = say_nothing,
     ) -> None:
         self._twin, self._say = NativeChip(image, seed), say
@@ -90,7 +94,7 @@ class NxsdkChip:
         self.n_values = self.n_phantoms = self.n_counting = self.n_differing = 0
         self._pipe, theirs = SPAWN.Pipe()
         self._process = SPAWN.Process(
-            target=_serve, args=(theirs, image.to_bytes(), seed, half), daemon=True
+            target=_serve, args=(theirs, image.to_bytes(), seed, hardware), daemon=True
         )
         self._process.start()
         theirs.close()
@@ -154,13 +158,15 @@ class NxsdkChip:
         self._twin.close()
 
 
-def _serve(pipe: Connection, content: bytes, seed: int, half: Callable[[], Half]) -> None:
+def _serve(
+    pipe: Connection, content: bytes, seed: int, hardware: Callable[[], HardwareModules]
+) -> None:
     """Run the process of a board: build the board, and step it until the other end is done."""
     os.dup2(2, 1)  # snips print to standard output, which belongs to the server
     try:
         from spikeport.backends.board.nxsdk.device import Device
 
-        device = Device(ChipImage.from_bytes(content), half(), seed)
+        device = Device(ChipImage.from_bytes(content), hardware(), seed)
         pipe.send([])
         while (asked := pipe.recv()) is not None:
             pipe.send(device.step(*asked))

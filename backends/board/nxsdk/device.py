@@ -7,7 +7,7 @@ import numpy as np
 from spikeport.backends.board.nxsdk.allocator import Allocator, n_chips
 from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.nxsdk.findings import findings, host_axons
-from spikeport.backends.board.nxsdk.half import Half
+from spikeport.backends.board.nxsdk.hardware import HardwareModules
 from spikeport.backends.board.nxsdk.model import Placement, model_of
 from spikeport.backends.board.nxsdk.written import REFUSALS, refusal
 from spikeport.backends.nengo_loihi import by_input
@@ -27,7 +27,7 @@ class Device:
     ----------
     image : ChipImage
         The image; its own placement is used.
-    half : Half
+    hardware : HardwareModules
         nengo-loihi's hardware half, on a real NxSDK or a recording one.
     seed : int
         Seed of the numbers that nengo-loihi draws: for rounding traces, not for noise.
@@ -38,7 +38,7 @@ class Device:
         If nengo-loihi's hardware half refuses the image.
     """
 
-    def __init__(self, image: ChipImage, half: Half, seed: int) -> None:
+    def __init__(self, image: ChipImage, hardware: HardwareModules, seed: int) -> None:
         placement = Placement.packed(image)
         for found in findings(image, placement):
             if found.trap.refused:
@@ -46,10 +46,10 @@ class Device:
         self._image, self._at = image, 0
         self._model = model_of(image, placement)
         self._errors = self._no_errors()
-        half.interface.HostSnip.recv_retries = RETRIES
-        half.interface.HostSnip.recv_bytes = recv_bytes
+        hardware.interface.HostSnip.recv_retries = RETRIES
+        hardware.interface.HostSnip.recv_bytes = recv_bytes
         try:
-            self._hardware = half.interface.HardwareInterface(
+            self._interface = hardware.interface.HardwareInterface(
                 self._model,
                 use_snips=True,
                 seed=seed,
@@ -59,8 +59,8 @@ class Device:
             )
         except REFUSALS as error:
             raise refusal(error) from None
-        self._hardware.connect()
-        self._hardware.run_steps(ENDLESS, blocking=False)
+        self._interface.connect()
+        self._interface.run_steps(ENDLESS, blocking=False)
 
     def _no_errors(self) -> dict[int, np.ndarray]:
         """Return zero errors for each group that learns: the chip waits for these in each step."""
@@ -73,15 +73,15 @@ class Device:
         self._at += 1
         self._errors.update(errors)
         sent = by_input(self._image, spikes)
-        self._hardware.host2chip(
+        self._interface.host2chip(
             [(source, self._at, s) for source, s in zip(self._model.inputs, sent, strict=True)],
             [(self._model.synapses[g], self._at, error) for g, error in self._errors.items()],
         )
         # No signals of Nengo: the values are taken as the snips read them.
-        self._hardware.chip2host({})
-        held = self._hardware.snips.probe_data
+        self._interface.chip2host({})
+        held = self._interface.snips.probe_data
         return [np.ravel(held[probe].pop()).astype(np.int32) for probe in self._model.probes]
 
     def close(self) -> None:
         """Shut the board down."""
-        self._hardware.close()
+        self._interface.close()

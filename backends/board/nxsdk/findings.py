@@ -45,7 +45,7 @@ def _thresholds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     for number in np.unique(core):
         n = np.unique(image.compartments.vth[core == number]).size
         if n > MOST_THRESHOLDS:
-            used = f"{n}, nengo-loihi's builder takes {MOST_THRESHOLDS}"
+            used = f"{n}, nengo-loihi's builder takes up to {MOST_THRESHOLDS}"
             yield Finding(THRESHOLDS, f"core {number}", used)
 
 
@@ -61,7 +61,9 @@ def _shared(image: ChipImage, placement: Placement) -> Iterator[Finding]:
             columns = [getattr(image.blocks, name)[mine] for name in names]
             n = np.unique(np.stack(columns), axis=1).shape[1]
             if n > 1:
-                yield Finding(trap, f"core {number}", f"{n} different ones, a core has 1")
+                yield Finding(
+                    trap, f"core {number}", f"{n} different settings, but a core has only 1"
+                )
 
 
 def _populations(image: ChipImage, placement: Placement) -> Iterator[Finding]:
@@ -77,7 +79,7 @@ def _learners(image: ChipImage, placement: Placement) -> Iterator[Finding]:
         n = int((core == number).sum())
         blocks = int((placement.core == number).sum())
         if n > 1 or blocks > 1:
-            used = f"{n} groups of {blocks} blocks, 1 of 1 can learn"
+            used = f"{n} groups and {blocks} blocks, limit 1 and 1"
             yield Finding(LEARNERS, f"core {number}", used)
 
 
@@ -106,7 +108,7 @@ def _bases(image: ChipImage, placement: Placement) -> Iterator[Finding]:
         most = int(image.in_axons.base[part(image.groups.axon_start, group)].max(initial=0))
         if most > MOST_BASE:
             label = image.manifest.groups[group].label
-            yield Finding(BASES, label, f"{most}, nengo-loihi's builder takes {MOST_BASE}")
+            yield Finding(BASES, label, f"{most}, nengo-loihi's builder takes up to {MOST_BASE}")
 
 
 def host_axons(image: ChipImage) -> int:
@@ -142,7 +144,12 @@ def _indices(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     rows = np.diff(image.groups.row_start)
     for trap, where, mine, used in (
         (INDICES, "blocks that share a core", moved, "moved by the blocks before theirs"),
-        (SCATTERED, "formats without targets", scattered, "whose targets are no run from 0"),
+        (
+            SCATTERED,
+            "formats that store no targets",
+            scattered,
+            "whose targets are not consecutive from 0",
+        ),
     ):
         if n := int(rows[mine].sum()):
             yield Finding(trap, where, f"{n:,} of {rows.sum():,} weight rows, {used}")
@@ -174,7 +181,8 @@ def _refractory(image: ChipImage, placement: Placement) -> Iterator[Finding]:
         delays = np.unique(image.compartments.refract_delay[part(image.blocks.start, block)])
         if len(delays) > 1:
             label = image.manifest.blocks[block].label
-            yield Finding(REFRACTORY, label, f"{len(delays)} different ones, snips compare with 1")
+            used = f"{len(delays)} different delays, but snips detect spikes by only 1"
+            yield Finding(REFRACTORY, label, used)
 
 
 def _shutdowns(image: ChipImage, placement: Placement) -> Iterator[Finding]:
@@ -182,10 +190,8 @@ def _shutdowns(image: ChipImage, placement: Placement) -> Iterator[Finding]:
     # An answer ends with the words of the last output.
     for last in image.manifest.outputs[-1:]:
         value = "32 spikes at once" if last.key == "spiked" else f"a {last.key} of -1"
-        used = (
-            f"{value}, or -1 in what a packet is filled up with, which the chip's snip never sets"
-        )
-        yield Finding(SHUTDOWNS, "the end of the last output", used)
+        rest = "-1 in the unused rest of the last packet, which the chip's snip never sets"
+        yield Finding(SHUTDOWNS, "the end of the last output", f"{value}, or {rest}")
 
 
 LOOKS: tuple[Callable[[ChipImage, Placement], Iterator[Finding]], ...] = (

@@ -31,7 +31,7 @@ LEARNERS = Trap(
     "NX05",
     "groups of synapses on a core that learns",
     True,
-    f"{SINGLE}; a block that learns twice has to be two",
+    f"{SINGLE}; split a block that learns twice into two blocks",
 )
 DUMMIES = Trap(
     "NX06",
@@ -44,7 +44,7 @@ SPIKES = Trap(
     "NX08",
     "host spikes in a step",
     False,
-    "snip_max_spikes_per_step of that number, as `board serve --machine nxsdk` sets it",
+    "set snip_max_spikes_per_step to that number, as `board serve --machine nxsdk` does",
 )
 PHANTOMS = Trap(
     "NX09",
@@ -52,13 +52,16 @@ PHANTOMS = Trap(
     False,
     "none, nengo-loihi's issue 170 is open; more neurons or a longer filter make each weigh less",
 )
-INDICES = Trap("NX10", "not provable offline: index bits", False, f"{SINGLE}; then a board")
+INDICES = Trap(
+    "NX10", "not provable offline: index bits", False, f"{SINGLE}; then run it on a board"
+)
 SEEDS = Trap("NX11", "noise without a seed", False, "compare spikes with noise off, rates with it")
 SCATTERED = Trap(
     "NX12",
     "not provable offline: scattered targets",
     False,
-    "none here; nengo-loihi writes its own sparse connections so, and a board shows what differs",
+    "none here: nengo-loihi writes its own sparse connections this way; a run on a board shows "
+    "whether values differ",
 )
 REFRACTORY = Trap(
     "NX13",

@@ -9,7 +9,7 @@ from nengo_loihi.hardware.validate import validate_board
 
 from spikeport.backends.board.nxsdk import recording
 from spikeport.backends.board.nxsdk.allocator import Allocator, n_chips
-from spikeport.backends.board.nxsdk.half import Half, recording_half
+from spikeport.backends.board.nxsdk.hardware import HardwareModules, recording_hardware
 from spikeport.backends.board.nxsdk.model import Placement, model_of
 from spikeport.backends.board.nxsdk.package import modules
 from spikeport.compile.image.chip_image import ChipImage
@@ -30,7 +30,9 @@ class Written(NamedTuple):
     inputs: Sequence[AxonMap]
 
 
-def write(image: ChipImage, placement: Placement, half: Half | None = None) -> Written:
+def write(
+    image: ChipImage, placement: Placement, hardware: HardwareModules | None = None
+) -> Written:
     """Write an image into recorded registers.
 
     Parameters
@@ -39,7 +41,7 @@ def write(image: ChipImage, placement: Placement, half: Half | None = None) -> W
         The image.
     placement : Placement
         The core of each block.
-    half : Half, optional
+    hardware : HardwareModules, optional
         nengo-loihi's hardware half on a recording NxSDK; by default a new import.
 
     Raises
@@ -47,13 +49,13 @@ def write(image: ChipImage, placement: Placement, half: Half | None = None) -> W
     BackendError
         If nengo-loihi's builder refuses the image; the message has its words.
     """
-    half = recording_half(modules(None)) if half is None else half
-    half.allow_thresholds(recording.BANKS["vthProfileCfg"])
+    hardware = recording_hardware(modules(None)) if hardware is None else hardware
+    hardware.allow_thresholds(recording.BANKS["vthProfileCfg"])
     model = model_of(image, placement)._replace(probes=[])
     try:
         allocated = Allocator(placement)(model, n_chips(placement))
         validate_board(allocated)
-        board = half.builder.build_board(allocated, use_snips=True, seed=0)
+        board = hardware.builder.build_board(allocated, use_snips=True, seed=0)
     except REFUSALS as error:
         raise refusal(error) from None
     return Written(board, [board.spike_inputs[source].axon_map for source in model.inputs])

@@ -37,16 +37,16 @@ def _nengo_loihi(image: ChipImage, seed: int) -> CountingChip:
 
 
 def _snips(image: ChipImage, seed: int) -> CountingChip:
-    from spikeport.backends.board.nxsdk.chip import NxsdkChip, snips_half
+    from spikeport.backends.board.nxsdk.chip import NxsdkChip, snips_hardware
 
-    return NxsdkChip(image, seed, snips_half, _say_of_board)
+    return NxsdkChip(image, seed, snips_hardware, _say_of_board)
 
 
 def _nxsdk(image: ChipImage, seed: int) -> CountingChip:
     from spikeport.backends.board.nxsdk.chip import NxsdkChip
-    from spikeport.backends.board.nxsdk.half import real_half
+    from spikeport.backends.board.nxsdk.hardware import real_hardware
 
-    return NxsdkChip(image, seed, real_half, _say_of_board)
+    return NxsdkChip(image, seed, real_hardware, _say_of_board)
 
 
 def _rtl(image: ChipImage, seed: int) -> CountingChip:
@@ -96,7 +96,7 @@ def _need_verilator() -> None:
 
 
 def _need_nxsdk() -> None:
-    from spikeport.backends.board.nxsdk.half import require_nxsdk
+    from spikeport.backends.board.nxsdk.hardware import require_nxsdk
 
     require_nxsdk()
 

@@ -47,7 +47,8 @@ def _lines(checked: Checked) -> list[str]:
         f"{name}: {checked.n_cores} cores, {checked.n_synapses:,} synapses, "
         f"{checked.n_registers:,} registers written",
         f"  {checked.n_steps:,} steps, {checked.n_spikes:,} spikes; differing: {differing}",
-        f"  {checked.n_phantoms:,} phantom spikes in {checked.n_read:,} values that snips read",
+        f"  {checked.n_phantoms:,} phantom spikes in {checked.n_spike_values:,} values that snips "
+        "read",
         *_findings(checked),
     ]
 

@@ -63,8 +63,8 @@ def test_a_missing_step_ends_the_session(board: Board, number: int) -> None:
     [
         (Frame(Kind.STEP, 0, 1, BODY, FLAGS), "the head has session 0; begin with HELLO"),
         (Frame(Kind.STEP, 7, 1, BODY, FLAGS), "session 00000007 is not known: it is over, or"),
-        (Frame(Kind.STATE), "kind 6 of a frame is none that a host sends"),
-        (Frame(99), "kind 99 of a frame is none that a host sends"),
+        (Frame(Kind.STATE), "a host does not send frames of kind 6"),
+        (Frame(99), "a host does not send frames of kind 99"),
     ],
 )
 def test_a_frame_that_a_board_does_not_answer_ends_the_session(
@@ -86,14 +86,15 @@ def test_another_image_than_was_greeted_is_refused(board: Board) -> None:
     other = Parts(inputs=[2]).image()
     answers(board, Frame(Kind.HELLO, body=Hello("0" * 64, 0).pack()))
     (answer,) = answers(board, *pieces(Kind.IMAGE, other.to_bytes(), 0))
-    assert refusal(answer) == f"an image {other.digest[:12]}, not 000000000000"
+    digest = other.digest[:12]
+    assert refusal(answer) == f"the image has the digest {digest}, HELLO has 000000000000"
 
 
 def test_pieces_of_an_image_must_follow_each_other() -> None:
     board = Board(MACHINE)
     answers(board, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
     (answer,) = answers(board, Frame(Kind.IMAGE, step=5, body=b"x", flags=MORE))
-    assert refusal(answer) == "byte 5 of an image, after 0"
+    assert refusal(answer) == "a piece of an image begins at byte 5, expected byte 0"
 
 
 def test_the_images_kept_are_the_last_ones() -> None:
@@ -134,7 +135,7 @@ def test_an_image_that_nobody_asked_for_ends_the_session(board: Board) -> None:
     assert board.session is not None
     chip = board.session.chip
     (answer,) = answers(board, *pieces(Kind.IMAGE, IMAGE.to_bytes(), 0))
-    assert refusal(answer) == "an image that the board did not ask for"
+    assert refusal(answer) == "the host sent an image that the board did not ask for"
     with pytest.raises(BackendError, match="the chip is closed"):
         chip.step(np.zeros(0, dtype=int), {})
 

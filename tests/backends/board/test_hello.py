@@ -28,6 +28,8 @@ def test_greetings_come_back() -> None:
 def test_other_bodies_are_refused(body: bytes, key: str) -> None:
     with pytest.raises(BodyError) as caught:
         Hello.unpack(body)
-    wrong = f"key '{key}' is missing, unknown or has a wrong value" if key else "no JSON object"
+    wrong = "the body is not a JSON object"
+    if key:
+        wrong = f"key '{key}' is missing, unknown or has a wrong value"
     keys = f"digest (a text) and seed (an integer from 0 to {LARGEST_SEED})"
-    assert str(caught.value) == f"HELLO: {wrong}; it has exactly the keys {keys}"
+    assert str(caught.value) == f"HELLO: {wrong}; the keys must be exactly {keys}"

@@ -31,11 +31,16 @@ def test_a_step_comes_back(spikes: set[int], errors: dict[int, list[float]]) -> 
 @pytest.mark.parametrize(
     ("codec", "spikes", "reason"),
     [
-        (CODEC, [5, 2], "sources 2 to 5; the image's inputs have 5, counted"),
-        (CODEC, [-1, 2], "sources -1 to 2; "),
-        (CODEC, [-11], "sources -11 to -11; "),
-        (WIDE, [300], "sources 300 to 300; the image's inputs have 300, counted"),
-        (WIDE, [*range(20), -280], "sources -280 to 19; "),
+        (
+            CODEC,
+            [5, 2],
+            "the host sent 2 spikes of sources 2 to 5, but the image has only 5 sources, "
+            "numbered from 0",
+        ),
+        (CODEC, [-1, 2], "2 spikes of sources -1 to 2, but "),
+        (CODEC, [-11], "1 spikes of sources -11 to -11, but "),
+        (WIDE, [300], "sources 300 to 300, but the image has only 300 sources, numbered from 0"),
+        (WIDE, [*range(20), -280], "21 spikes of sources -280 to 19, but "),
     ],
 )
 def test_spikes_of_no_source_are_refused_by_the_host(
@@ -58,12 +63,12 @@ def test_a_source_that_spikes_twice_goes_as_a_list() -> None:
         (b"", 0, "the step's body is cut: 0 bytes, fewer than its counts ask for"),
         (b"\4\0\0\0\0\0\5\0\0\0", 0, "sources must ascend from 0 to 4"),
         (b"\x08\0\0\0\0\0\2\0\0\0\1\0\0\0", 0, "sources must ascend from 0 to 4"),
-        (b"\1\0\0\0\0\0\x04", BITMAP, "a bitmap of 1 bytes for 5 sources"),
-        (b"\2\0\0\0\0\0\0\0", BITMAP, "a bitmap of 2 bytes for 5 sources"),
+        (b"\1\0\0\0\0\0\x04", BITMAP, "a bitmap of 1 bytes does not fit 5 sources"),
+        (b"\2\0\0\0\0\0\0\0", BITMAP, "a bitmap of 2 bytes does not fit 5 sources"),
         (b"\0\0\0\0\1\0\0\0\0\0\3\0", 0, "cut: 12 bytes"),
-        (b"\3\0\0\0\0\0\1\0\0", 0, "3 bytes of spikes, which are 4 each"),
-        (b"\0\0\0\0\0\0\0", 0, "has 7 bytes, its content 6"),
-        (b"\xff\xff\xff\xff\0\0", 0, "has 6 bytes, its content 4294967301"),
+        (b"\3\0\0\0\0\0\1\0\0", 0, "3 bytes of spikes, expected a multiple of 4"),
+        (b"\0\0\0\0\0\0\0", 0, "has 7 bytes, but its counts give 6"),
+        (b"\xff\xff\xff\xff\0\0", 0, "has 6 bytes, but its counts give 4294967301"),
     ],
 )
 def test_steps_that_are_none_are_refused(body: bytes, flags: int, reason: str) -> None:
@@ -83,7 +88,8 @@ def test_a_state_comes_back(value: int, spiked: list[bool]) -> None:
 
 def test_a_state_of_another_size_is_refused() -> None:
     body = CODEC.pack_state(CODEC.silence(), np.zeros((6, 2), dtype=int))
-    with pytest.raises(BodyError, match=f"an answer of {len(body) - 1} bytes, not {len(body)}"):
+    sizes = f"an answer of {len(body) - 1} bytes, expected {len(body)}"
+    with pytest.raises(BodyError, match=sizes):
         CODEC.unpack_state(body[:-1])
 
 

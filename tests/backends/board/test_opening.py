@@ -70,10 +70,26 @@ def test_a_stub_that_is_cut_ends_the_run(
     [
         ("board", {"board": "x"}, UsageError, "write unix:PATH or tcp://HOST:PORT"),
         ("board", {"board": "unix:/nowhere/x"}, BackendError, "no connection"),
-        ("board", {"board": "unix:/x", "faults": ("cut@1",)}, UsageError, "is for the stub"),
+        (
+            "board",
+            {"board": "unix:/x", "faults": ("cut@1",)},
+            UsageError,
+            "^--fault works only with the stub, not with a board$",
+        ),
         ("board", {"faults": ("nonsense@1",)}, UsageError, "'nonsense@1': write KIND@STEP"),
-        ("board", {"hold": 0}, UsageError, "--hold 0: for --real-time, as simulated time waits"),
-        ("board", {"certificates": FILES}, UsageError, "are for a board at the end of tcp"),
+        (
+            "board",
+            {"hold": 0},
+            UsageError,
+            "^--hold 0 applies only to --real-time: simulated time waits for the board; cure: "
+            "leave it out, or give --real-time$",
+        ),
+        (
+            "board",
+            {"certificates": FILES},
+            UsageError,
+            "^--cert, --key and --ca work only with a board at tcp://HOST:PORT$",
+        ),
         ("board", {"record": Path("/dev/null/x")}, UsageError, "--record /dev/null/x: File exists"),
         ("replay", {}, UsageError, "name it, --replay FILE"),
         ("replay", {"replay": Path("/nowhere/x")}, UsageError, "/nowhere/x: no such file"),
@@ -100,12 +116,12 @@ def test_texts_are_paths() -> None:
     [
         (
             {"faults": "loss:0.1"},
-            "faults='loss:0.1': is one text, expected a sequence of them; cure: "
+            "faults='loss:0.1': is one text, expected a sequence of texts; cure: "
             "faults=('loss:0.1',)",
         ),
-        ({"record": 3}, "record=3: is no path; cure: name a file"),
+        ({"record": 3}, "record=3: expected a path; cure: name a file"),
         ({"hold": "5"}, "hold=5: input should be a valid integer"),
-        ({"hold": -1}, "hold=-1: steps must be from 0 on"),
+        ({"hold": -1}, "hold=-1: must be 0 or more"),
         ({"board": Path("x")}, "board=x: input should be a valid string"),
     ],
 )

@@ -172,13 +172,18 @@ def test_what_is_wrong_with_tls_is_said_at_both_ends(tmp_path: Path) -> None:
             with pytest.raises(BackendError, match=reason):
                 on_board(IMAGE, 0, SUMS_ONLY, LinkOptions(board=address, certificates=files))
     assert len(printed) == 4
-    assert all("board: a host is not let in: no TLS (" in line for line in printed[1:])
+    assert all("board: refused a host: the TLS handshake failed (" in line for line in printed[1:])
     with served(address) as printed:
         start_s = time.perf_counter()
-        with pytest.raises(BackendError, match=r"no TLS \(.*\); does it serve with --cert, --key"):
+        reason = r"the TLS handshake failed \(.*\); does it serve with --cert, --key and --ca\?"
+        with pytest.raises(BackendError, match=reason):
             line_to(address, host)
         assert time.perf_counter() - start_s < TLS_HANDSHAKE_S
-    assert "board: the host's first bytes are no frame; one with --cert" in "".join(printed)
+    first_bytes = (
+        "board: the host's first bytes are not a frame; a host with --cert, --key and --ca needs "
+        "a board that serves with these options, too"
+    )
+    assert first_bytes in "".join(printed)
 
 
 def test_the_port_that_the_system_chose_is_said() -> None:

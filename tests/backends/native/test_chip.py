@@ -47,7 +47,7 @@ def test_spikes_of_no_source_are_refused(chip: NativeChip, spikes: list[int], fo
     assert_refused(
         chip,
         np.array(spikes),
-        f"{found} of the host; the image's inputs have 5, counted from 0",
+        f"the host sent {found}, but the image has only 5 sources, numbered from 0",
     )
 
 

@@ -56,7 +56,7 @@ def test_cores_are_divided_by_their_synapses() -> None:
 
 def test_spikes_of_no_source_are_refused() -> None:
     chip = NativeChip(ring(2), 0, threads=2)
-    with pytest.raises(BackendError, match="1 spikes of sources 40 to 40 of the host"):
+    with pytest.raises(BackendError, match="the host sent 1 spikes of sources 40 to 40, but "):
         chip.step(np.array([40]), {})
     chip.close()
 

@@ -114,7 +114,7 @@ def test_the_first_step_that_differs_is_named_at_once_and_the_chip_at_the_end() 
     assert printed == ["step 3 is the first that differs: 6 outputs"]
     chip.close()
     assert printed[1] == "24 states compared in 4 steps; differing: outputs 12"
-    assert "expected of softcore-up5k: " in printed[2]
+    assert "expected for softcore-up5k: " in printed[2]
 
 
 @pytest.fixture

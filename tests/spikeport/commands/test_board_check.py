@@ -40,7 +40,7 @@ def test_both_placements_are_checked(tmp_path: Path, capsys: pytest.CaptureFixtu
         unread,
         "  NX10 not provable offline: index bits: blocks that share a core: 2 of 2 weight rows, "
         "moved by the blocks before theirs; cure: one block a core: compile with -p unpacked, or "
-        "compact_unpacked; then a board",
+        "compact_unpacked; then run it on a board",
     ]
 
 

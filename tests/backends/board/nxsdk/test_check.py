@@ -61,7 +61,7 @@ def test_a_phantom_spike_is_counted() -> None:
     block = Block(1, bias=64, vth=192, refract_delay=1)
     image = Parts([block], outputs=[Output("spiked", [0])]).image()
     checked = check(image, Placement.single(image), 4)
-    assert (checked.n_read, checked.n_phantoms, checked.n_spikes) == (4, 1, 1)
+    assert (checked.n_spike_values, checked.n_phantoms, checked.n_spikes) == (4, 1, 1)
 
 
 def test_an_input_that_reaches_nothing_is_written() -> None:

@@ -6,8 +6,8 @@ import shutil
 import numpy as np
 import pytest
 
-from spikeport.backends.board.nxsdk.chip import NxsdkChip, snips_half
-from spikeport.backends.board.nxsdk.half import Half
+from spikeport.backends.board.nxsdk.chip import NxsdkChip, snips_hardware
+from spikeport.backends.board.nxsdk.hardware import HardwareModules
 from spikeport.errors import BackendError, MissingExtraError
 from tests.helpers.images import Block, Output, Parts
 
@@ -19,7 +19,7 @@ RAMP = Parts(
 """A voltage that is 256, as in a spike, once on its way to each spike."""
 
 
-def dies() -> Half:
+def dies() -> HardwareModules:
     os._exit(7)
 
 
@@ -27,7 +27,7 @@ def dies() -> Half:
 @pytest.mark.skipif(shutil.which("g++") is None, reason="compiles nengo-loihi's snips with g++")
 def test_phantom_spikes_are_told_from_other_differences() -> None:
     lines: list[str] = []
-    chip = NxsdkChip(RAMP, 0, snips_half, lines.append)
+    chip = NxsdkChip(RAMP, 0, snips_hardware, lines.append)
     spikes = [chip.step(np.zeros(0, dtype=int), {})[0].tolist() for _ in range(60)]
     n_spikes = chip.activity().totals()["spikes"]
     chip.close()

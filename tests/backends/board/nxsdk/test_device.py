@@ -7,7 +7,7 @@ import pytest
 
 from spikeport.backends.board.nxsdk.answer import recv_bytes
 from spikeport.backends.board.nxsdk.device import RETRIES, Device
-from spikeport.backends.board.nxsdk.half import Half
+from spikeport.backends.board.nxsdk.hardware import HardwareModules
 from spikeport.errors import BackendError
 from tests.helpers.images import Block, Group, Output, Parts, Route
 
@@ -38,9 +38,9 @@ class Hardware:
         self.calls.append("close")
 
 
-def half(hardware: type = Hardware) -> Half:
+def modules(hardware: type = Hardware) -> HardwareModules:
     snip = SimpleNamespace(recv_retries=10)
-    return Half(None, SimpleNamespace(HardwareInterface=hardware, HostSnip=snip))
+    return HardwareModules(None, SimpleNamespace(HardwareInterface=hardware, HostSnip=snip))
 
 
 LEARNS = Parts(
@@ -53,13 +53,13 @@ LEARNS = Parts(
 
 
 def test_spikes_and_all_errors_are_sent_in_each_step() -> None:
-    interface = half()
-    device = Device(LEARNS, interface, 3)
-    hardware = device._hardware
+    imported = modules()
+    device = Device(LEARNS, imported, 3)
+    hardware = device._interface
     assert hardware.settings["snip_max_spikes_per_step"] == 2
     assert (hardware.settings["n_chips"], hardware.settings["seed"]) == (1, 3)
-    assert interface.interface.HostSnip.recv_retries == RETRIES
-    assert interface.interface.HostSnip.recv_bytes is recv_bytes
+    assert imported.interface.HostSnip.recv_retries == RETRIES
+    assert imported.interface.HostSnip.recv_bytes is recv_bytes
     assert [held.tolist() for held in device.step(np.array([1]), {})] == [[1]]
     device.step(np.array([], dtype=int), {0: np.array([0.5, -0.5])})
     held = device.step(np.array([], dtype=int), {})  # errors stay in effect
@@ -75,7 +75,7 @@ def test_spikes_and_all_errors_are_sent_in_each_step() -> None:
 def test_an_image_in_a_trap_is_refused_by_the_finding() -> None:
     image = Parts([Block(1), Block(1, vmin=-1)]).image()
     with pytest.raises(BackendError, match=r"^NX03 refused: voltage ranges of a core: core 0"):
-        Device(image, half(), 0)
+        Device(image, modules(), 0)
 
 
 def test_what_nengo_loihi_refuses_is_quoted() -> None:
@@ -83,4 +83,4 @@ def test_what_nengo_loihi_refuses_is_quoted() -> None:
         raise AssertionError("too many")
 
     with pytest.raises(BackendError, match=r"hardware half refuses the image \(refuse: too many\)"):
-        Device(LEARNS, half(refuse), 0)  # type: ignore[arg-type]
+        Device(LEARNS, modules(refuse), 0)  # type: ignore[arg-type]

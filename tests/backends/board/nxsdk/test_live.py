@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
-from spikeport.backends.board.nxsdk.chip import snips_half
+from spikeport.backends.board.nxsdk.chip import snips_hardware
 from spikeport.backends.board.nxsdk.device import Device
 from spikeport.backends.board.nxsdk.live import Live, Registers
 from spikeport.backends.board.nxsdk.model import Placement
@@ -102,7 +102,7 @@ def test_registers_do_not_learn() -> None:
 @pytest.mark.parametrize("core", [[0, 1], [0, 0]], ids=["one block a core", "packed"])
 def test_snips_carry_spikes_and_state_both_ways(core: list[int]) -> None:
     placed = image().on_cores(np.array(core))
-    native, device = NativeChip(placed, 0), Device(placed, snips_half(), 0)
+    native, device = NativeChip(placed, 0), Device(placed, snips_hardware(), 0)
     phantoms = 0
     for spikes in trains():
         fired, *others = native.step(spikes, {})

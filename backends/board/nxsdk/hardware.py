@@ -19,7 +19,7 @@ KEEPERS = tuple(f"nengo_loihi.hardware.{name}" for name in ("nxsdk_shim", "build
 """The modules that keep what they find of NxSDK, in the order they import each other."""
 
 
-class Half(NamedTuple):
+class HardwareModules(NamedTuple):
     """nengo-loihi's hardware half: its modules ``builder`` and ``interface``."""
 
     builder: Any
@@ -31,7 +31,7 @@ class Half(NamedTuple):
         self.builder.MAX_VTH_CFGS = most + 1
 
 
-def recording_half(modules: Mapping[str, ModuleType]) -> Half:
+def recording_hardware(modules: Mapping[str, ModuleType]) -> HardwareModules:
     """Import the hardware half with a recording NxSDK.
 
     Parameters
@@ -41,7 +41,7 @@ def recording_half(modules: Mapping[str, ModuleType]) -> Half:
     """
     with _in_place({**dict.fromkeys(KEEPERS), **modules}):
         _, builder, interface = map(import_module, KEEPERS)
-    return Half(builder, interface)
+    return HardwareModules(builder, interface)
 
 
 def require_nxsdk() -> None:
@@ -60,11 +60,11 @@ def require_nxsdk() -> None:
         )
 
 
-def real_half() -> Half:
+def real_hardware() -> HardwareModules:
     """Return the hardware half on the NxSDK of this machine; MissingExtraError if there is none."""
     require_nxsdk()
     _, builder, interface = map(import_module, KEEPERS)
-    return Half(builder, interface)
+    return HardwareModules(builder, interface)
 
 
 @contextlib.contextmanager
