@@ -137,7 +137,7 @@ def digest_of(sim: Simulator) -> str:
     return "" if sim.image is None else sim.image.digest
 
 
-def hold(node: nengo.Node, values: np.ndarray, steps: int, dt_s: float) -> None:
+def play_in(node: nengo.Node, values: np.ndarray, steps: int, dt_s: float) -> None:
     """Feed values (m, d) to a node, each for ``steps`` steps, and the last one to the end."""
 
     def value(time_s: float) -> np.ndarray:

@@ -169,7 +169,8 @@ def _simulate(trial: Trial[K, R], ready: Ready[K], watched: Path | None) -> floa
     # Only a fall ends a run early; without any pose there is nothing to measure or draw.
     if rig.loop.over and not rig.film.poses:
         raise RobotLostError(
-            "the robot lies on the floor as the run begins; cure: stand it up, or serve it anew"
+            "the robot lies on the floor as the run begins; cure: stand it up, or restart the "
+            "simulated robot"
         )
     return time.perf_counter() - start
 
@@ -234,9 +235,9 @@ def link_line(link: Mapping[str, Any]) -> str:
 def robot_line(robot: Mapping[str, Any]) -> str:
     """Return a line about the robot behind its interface."""
     itself = robot["robot"] if isinstance(robot.get("robot"), dict) else {}
-    trips = robot.get("round_trip_us", {})
+    trips, late = robot.get("round_trip_us", {}), f"{robot['overruns']:,} steps began late"
     parts = [
-        f"{robot['states']:,} states, {robot['held']:,} held, {robot['overruns']:,} began late",
+        f"{robot['states']:,} states, {robot['held']:,} held, {late}",
         f"round trip {trips['median']:,.0f} us" if trips.get("median") else "",
         f"motion {itself['motion']}" if itself else "",
         _estimator_line(robot["estimator"]),
@@ -252,7 +253,7 @@ def _estimator_line(estimator: Mapping[str, Any]) -> str:
         return f"{name}, off by {velocity} m/s and {place_m:.2f} m"
     # Without a truth to compare with, only the estimator's own deviation is known.
     deviation_m = estimator["place_deviation_m"]
-    return f"{name}, by itself off by {deviation_m:.2f} m" if deviation_m else name
+    return f"{name}, own estimate of its error {deviation_m:.2f} m" if deviation_m else name
 
 
 def _write(

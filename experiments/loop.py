@@ -360,7 +360,7 @@ def _checked(port: Port, value: Any, time_s: float) -> np.ndarray:
     if found is None or kind not in NUMBERS or found.shape != (size,):
         raise UsageError(
             f"{returned} {_named(value)} at {time_s:g} s, expected an array of shape ({size},), as "
-            "its size_out says; cure: return a flat array of so many numbers, or change size_out"
+            "its size_out says; cure: return a flat array of that many numbers, or change size_out"
         )
     finite = np.isfinite(found)
     if not finite.all():
@@ -415,8 +415,8 @@ def _check_size(what: str, nodes: Sequence[nengo.Node], found: int, size: int) -
     if found != size:
         names = ", ".join(str(node) for node in nodes)
         raise UsageError(
-            f"the controller's {what} {found} values ({names}), those of the ports are {size}; "
-            "cure: name a node for each value, in the order of the ports"
+            f"the controller's {what} {found} values ({names}), but the ports have {size}; "
+            "cure: pass nodes with as many values as the ports, in their order"
         )
 
 

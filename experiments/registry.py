@@ -27,7 +27,9 @@ def get(name: str) -> Experiment:
         If a package it needs is absent; the error names the extra that installs it.
     """
     if name.endswith((".py", ".ipynb")) or ":" in name:
-        raise UsageError(f"{name}: no experiment; a network is run by: spikeport simulate {name}")
+        raise UsageError(
+            f"{name}: not an experiment; to run a network, use: spikeport simulate {name}"
+        )
     if name not in EXPERIMENTS:
         raise unknown("experiment", name, EXPERIMENTS)
     experiment: Experiment = imported(f"experiment '{name}'", EXPERIMENTS[name]).EXPERIMENT

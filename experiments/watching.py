@@ -52,7 +52,7 @@ def ask(folder: Path, wait_s: float) -> bool:
     return True
 
 
-def goes_on(folder: Path) -> bool:
+def is_running(folder: Path) -> bool:
     """Return whether a run is still writing into a folder."""
     try:
         with locked(folder):

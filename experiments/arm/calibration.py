@@ -14,7 +14,7 @@ from typing import NamedTuple
 import nengo
 import numpy as np
 
-from spikeport.experiments.calibration import Refitted, digest_of, hold
+from spikeport.experiments.calibration import Refitted, digest_of, play_in
 from spikeport.experiments.options import Options
 from spikeport.networks.arm import REGULARISATION, ArmNetwork, term_torques
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -55,8 +55,8 @@ def refit_arm(built: ArmNetwork, held: HeldStates, options: Options, dt_s: float
     steps = SETTLING_STEPS + COUNTED_STEPS
     with nengo.Network(label="calibration", seed=built.seed) as network:
         network.add(built)
-        hold(built.state, held.state, steps, dt_s)
-        hold(built.target, held.target, steps, dt_s)
+        play_in(built.state, held.state, steps, dt_s)
+        play_in(built.target, held.target, steps, dt_s)
         probes = {
             label: [nengo.Probe(ensemble.neurons) for ensemble in group]
             for label, group in built.groups.items()

@@ -113,7 +113,7 @@ class DrawTrial(ArmTrial):
 
     def metrics(self, run: ArmRun) -> dict[str, object]:
         """Return the figures of a run."""
-        trace = self.settings.sheet.read(drawing(run.recording).hand)
+        trace = self.settings.sheet.project(drawing(run.recording).hand)
         read = digit_reader.read_digit(trace) if self._reads else None
         return draw_metrics(run, self.stroke, read)
 

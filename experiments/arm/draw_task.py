@@ -41,7 +41,7 @@ class Sheet:
         right, up = ((unit - 0.5) * [self.width_m, self.height_m]).T
         return np.stack([np.full(len(unit), self.x_m), self.y_m - right, self.z_m + up], axis=1)
 
-    def read(self, points: np.ndarray) -> np.ndarray:
+    def project(self, points: np.ndarray) -> np.ndarray:
         """Return points (n, 3) as the robot sees them, (n, 2): metres to the right and up."""
         return np.stack([self.y_m - points[:, 1], points[:, 2] - self.z_m], axis=1)
 

@@ -82,8 +82,8 @@ def _draw_distance(axes: Axes, run: ArmRun) -> None:
 
 def _draw_digit(axes: Axes, run: ArmRun, sheet: Sheet, stroke: np.ndarray) -> None:
     drawn, down = drawing(run.recording), run.recording.time_s >= DrawTask.begin_s
-    template, trace = 100 * sheet.read(stroke), 100 * sheet.read(drawn.hand)
-    target = 100 * sheet.read(drawn.target)
+    template, trace = 100 * sheet.project(stroke), 100 * sheet.project(drawn.hand)
+    target = 100 * sheet.project(drawn.target)
     axes.plot(*template.T, color="0.25", ls="--", lw=1.4, label="template")
     axes.plot(*target[::100].T, ".", color=TARGET, ms=5, label="target, every 0.5 s")
     axes.plot(*trace.T, color=TRACE, lw=1.8, label="hand")
@@ -99,10 +99,12 @@ def _draw_errors(axes: Axes, run: ArmRun, stroke: np.ndarray) -> None:
     recording, drawn = run.recording, drawing(run.recording)
     errors_m = shape_error(stroke, drawn.hand)
     axes.axvspan(0, DrawTask.begin_s, color="0.93", label="approach")
-    axes.plot(recording.time_s, 1000 * recording.distance_m, color=DISTANCE, lw=1.2, label="target")
-    axes.plot(drawn.time_s, 1000 * errors_m, color=HAND, lw=1.2, label="template")
+    axes.plot(
+        recording.time_s, 1000 * recording.distance_m, color=DISTANCE, lw=1.2, label="to target"
+    )
+    axes.plot(drawn.time_s, 1000 * errors_m, color=HAND, lw=1.2, label="to template")
     _mark_limits(axes, run)
-    axes.set(ylabel="distance of the hand to (mm)", xlabel="time (s)", ylim=(0, None))
+    axes.set(ylabel="distance of the hand (mm)", xlabel="time (s)", ylim=(0, None))
     axes.set_xlim(0, recording.time_s[-1])
     axes.legend(loc="upper right", framealpha=0.9)
 
@@ -127,7 +129,7 @@ def _draw_axis(axes: Axes, run: ArmRun, d: int, name: str) -> None:
     position.plot(times, hand - middle, color=HAND, lw=1.6, label="hand")
     position.plot(times, target - hand, color=ERROR, lw=1.0, label="error")
     position.step(times, target - middle, color=TARGET, ls=":", lw=1.6, label="target")
-    position.set_ylabel(f"{name} from {middle:.2f} m (m)")
+    position.set_ylabel(f"{name} relative to {middle:.2f} m (m)")
     if d == 0:
         position.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, frameon=False)
 

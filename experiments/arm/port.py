@@ -18,7 +18,7 @@ from spikeport.robot.plant import Plant
 class Aim(Protocol):
     """The source of the places that an arm's controller observes."""
 
-    def look(self) -> tuple[np.ndarray, np.ndarray]:
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the places of the hand and of its target, (3,) each, in m."""
 
 
@@ -40,7 +40,7 @@ class TaskAim:
         self._plant = plant
         self.task: ArmTask | None = None
 
-    def look(self) -> tuple[np.ndarray, np.ndarray]:
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
         """Return hand and target (3,) in the world, in m."""
         hand = self._plant.hand_position()
         if self.task is None:
@@ -83,7 +83,7 @@ class ArmPort(Port):
 
     def observe(self) -> np.ndarray:
         """Return [q, dq, hand, target], (14,)."""
-        self.inputs = (*self._plant.motion(ARM_JOINTS), *self._aim.look())
+        self.inputs = (*self._plant.motion(ARM_JOINTS), *self._aim.places())
         return np.concatenate(self.inputs)
 
     def drive(self, torque: np.ndarray) -> None:

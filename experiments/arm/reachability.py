@@ -45,7 +45,7 @@ def _check_reachable(what: str, content: bytes) -> None:
     _check("reach of the right arm", what, points, nearest_reachable(points))
 
 
-def check_sampled(what: str, points: np.ndarray, region: ArmRegion) -> None:
+def check_in_region(what: str, points: np.ndarray, region: ArmRegion) -> None:
     """Raise `UsageError` if a network is not made for one of the points (n, 3) in m."""
     _check("the region the network is made for", what, points, region.x.clip(points))
 
@@ -56,7 +56,7 @@ def _check(where: str, what: str, points: np.ndarray, inside: Iterable[np.ndarra
         if gap_m > TOLERANCE_M:
             raise UsageError(
                 f"{what}: {_text(point)} is out of {where}, by {100 * gap_m:.1f} cm; the nearest "
-                f"point inside is {_text(nearest)}; cure: move it there, or make it smaller"
+                f"point inside is {_text(nearest)}; cure: move the goal there, or make it smaller"
             )
 
 

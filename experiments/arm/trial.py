@@ -14,7 +14,7 @@ from spikeport.cache import Arrays
 from spikeport.constants import DT_S
 from spikeport.experiments.arm.calibration import METHOD, draw_states, refit_arm
 from spikeport.experiments.arm.port import ArmRig
-from spikeport.experiments.arm.reachability import check_reachable, check_sampled
+from spikeport.experiments.arm.reachability import check_in_region, check_reachable
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun, ArmTask, dataset
 from spikeport.experiments.arm.region import Rehearsal, record_region
 from spikeport.experiments.arm.settings import ArmSettings
@@ -129,7 +129,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
 
         inputs = {"experiment": self.name, **self.rehearsed_settings}
         region = ArmRegion.of(self.options.cache.kept("rehearsal", inputs, rehearse))
-        check_sampled(self.goal, self.goal_points(), region)
+        check_in_region(self.goal, self.goal_points(), region)
         return region
 
     def _calibrated(self, region: ArmRegion) -> DecoderCalibration:

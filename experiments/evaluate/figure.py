@@ -21,7 +21,7 @@ def figure(rows: Sequence[TableRow], title: str) -> Figure:
     size = PANEL_INCH * (len(DRAWN) + 1) + 3, 1.5 + ROW_INCH * len(rows)
     figure = Figure(figsize=size, layout="constrained")
     axes = figure.subplots(1, len(DRAWN) + 1, sharey=True)
-    _draw(axes[0], [one.fell for one in rows], "fell", FELL)
+    _draw(axes[0], [one.fell for one in rows], "share that fell", FELL)
     axes[0].set_xlim(-0.03, 1.03)
     for axis, name in zip(axes[1:], DRAWN, strict=True):
         _draw(axis, [one.means[name] for one in rows], MEASURES[name].heading, COLOR)

@@ -39,10 +39,11 @@ MEASURES = {
         "yaw rate error, rad/s", "mean |command - yaw rate|, both smoothed over 0.2 s"
     ),
     "torque_use": Measure(
-        "torque, of limit", "not exceeded for 99 % of the time, of the worst joint"
+        "torque, of limit", "99th percentile over time, of the joint with the largest"
     ),
     "speed_use": Measure(
-        "joint speed, of limit", "largest of a joint, by its motor's in Unitree's h1.urdf"
+        "joint speed, of limit",
+        "largest speed of a joint, as a share of its motor's limit in Unitree's h1.urdf",
     ),
     "joint_margin_rad": Measure(
         "to joint stops, rad", "least distance of a joint from its stops, negative beyond"
@@ -51,18 +52,19 @@ MEASURES = {
         "clearance, m", "mean height of the lower of heel and toe at the top of a step"
     ),
     "double_support": Measure(
-        "double support", "share of the time on both feet, of the time that it is to move"
+        "double support", "share of the time on both feet, while the robot is commanded to move"
     ),
-    "steps_per_s": Measure("steps/s", "touch-downs a second of the time that it is to move"),
+    "steps_per_s": Measure("steps/s", "touch-downs a second, while the robot is commanded to move"),
     "slip_m_s": Measure(
         "slip, m/s",
-        "mean speed of the centre of the lower of heel and toe along the floor, by the foot's load",
+        "mean speed of the centre of the lower of heel and toe along the floor, weighted by the "
+        "foot's load",
     ),
     "impact_bw": Measure(
         "impact, body weights", "mean of the largest force within 50 ms of a touch-down"
     ),
     "cost_of_transport": Measure(
-        "cost of transport", "positive work of the joints by weight and way"
+        "cost of transport", "positive work of the joints, divided by weight and distance"
     ),
 }
 """The figures of an episode, other than its fall."""

@@ -64,7 +64,9 @@ def find_rows(asked: Sequence[str]) -> tuple[Row, ...]:
     names = [name_of(row) for row in rows]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise UsageError(f"--row {twice}: there twice; the row without perturbation always is")
+        raise UsageError(
+            f"--row {twice}: listed twice; the row without perturbation is always included"
+        )
     return rows
 
 

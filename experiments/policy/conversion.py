@@ -15,7 +15,7 @@ import numpy as np
 
 from spikeport.compile.pipeline import Compilation
 from spikeport.constants import DT_S
-from spikeport.experiments.calibration import hold
+from spikeport.experiments.calibration import play_in
 from spikeport.experiments.policy.lint import ConversionLint, LayerLint
 from spikeport.hardware_models.activity import Activity
 from spikeport.networks.loading.mlp import Mlp
@@ -102,7 +102,7 @@ class Conversion:
         net = ProbedPolicy(label="conversion", seed=self.seed)
         with net:
             net.policy = policy(self.mlp.layers, self.ranges, self.options, self.seed)
-            hold(net.policy.observation, self.sample, round(HOLD_S / DT_S), DT_S)
+            play_in(net.policy.observation, self.sample, round(HOLD_S / DT_S), DT_S)
             net.action = nengo.Probe(net.policy.action)
             layers = zip(net.policy.layers, self.taus_s, strict=True) if probed else ()
             net.layers = [nengo.Probe(layer.output, synapse=tau) for layer, tau in layers]

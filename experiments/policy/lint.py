@@ -71,16 +71,21 @@ class ConversionLint:
         yield from _each(
             "range too wide",
             [(one.name, f"{one.spread:.1f} x rms") for one in self.layers if one.spread > WIDE],
-            "record observations of what it is to do (--observations); the error grows with it",
+            "record observations of the policy's own task (--observations); the error grows with "
+            "the range",
         )
+        slow = [one for one in self.layers if one.spikes < FEW]
         yield from _each(
             "rate too low",
-            [(one.name, f"{one.spikes:.2g} spikes") for one in self.layers if one.spikes < FEW],
+            [(one.name, f"{one.spikes:.2g} spikes within one tau") for one in slow],
             "more neurons (--neurons), or a longer filter (--tau-fwd)",
         )
         if self.delay_s > ACTION_S:
             delay, action = (f"{1000 * time:g} ms" for time in (self.delay_s, ACTION_S))
-            yield f"tau too long: {delay} in all, an action lasts {action}; cure: less --tau-fwd"
+            yield (
+                f"tau too long: {delay} in total, but an action lasts {action}; cure: a smaller "
+                "--tau-fwd"
+            )
 
 
 def _each(what: str, found: Sequence[tuple[str, str]], cure: str) -> Iterator[str]:

@@ -37,7 +37,7 @@ def read_observations(path: Path, n_inputs: int) -> Observations:
     if values.ndim != 2 or values.shape[1] != n_inputs or not len(values):
         raise _refusal(path, f"an array (m, {n_inputs})", f"shape {values.shape}")
     if values.dtype.kind not in "fiu" or not np.isfinite(values).all():
-        raise _refusal(path, "finite numbers", "others")
+        raise _refusal(path, "finite numbers", "NaN, infinity or values that are not real numbers")
     return Observations(values.astype(float), f"{len(values):,} of {path}")
 
 

@@ -82,7 +82,7 @@ def _check(client: Client, scheduler: str) -> None:
     threads = client.nthreads().values()
     # Points side by side in the threads of one process would wait for each other.
     if set(threads) != {1}:
-        found = "has no worker" if not threads else f"has a worker of {max(threads)} threads"
+        found = "has no worker" if not threads else f"has a worker with {max(threads)} threads"
         raise UsageError(
             f"--scheduler {scheduler}: {found}, but each point needs a process of its own; start "
             f"workers with `dask worker {scheduler} --nthreads 1`"
@@ -134,8 +134,8 @@ def _ended(client: Client, running: Iterable[Future]) -> Iterable[Future]:
     except TimeoutError:
         if not client.nthreads():
             raise BackendError(
-                "no worker is left, and none came back; cure: run the same command again, it goes "
-                "on with what is not finished"
+                "no worker is left, and none came back; cure: run the same command again: it "
+                "continues with the unfinished points"
             ) from None
         return ()
     return done

@@ -175,7 +175,7 @@ def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
     others = [path for path in folder.path.iterdir() if not is_leftover(path)]
     if others and not folder.plan.is_file():
         raise UsageError(
-            f"{folder.path}: holds something else than a sweep or an evaluation; choose another "
+            f"{folder.path}: holds something other than a sweep or an evaluation; choose another "
             "--out"
         )
     with locked(folder.path):
@@ -203,7 +203,7 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
         there, here = (_pairs(plan, differing) for plan in (held, asked))
         raise UsageError(
             f"{folder.path}: was begun with {there}, but this {sweep.kind} has {here}; "
-            "ask for the same, or choose another --out"
+            "give the earlier values, or choose another --out"
         )
     _check_files(folder, files, now)
 
@@ -215,8 +215,8 @@ def _check_files(
     # Without digests nobody knows whether finished points read the present contents.
     if files is None and now:
         raise UsageError(
-            f"{folder.plan}: of an earlier spikeport, does not say what was in "
-            f"{', '.join(now)} as its points were run; choose another --out"
+            f"{folder.plan}: was written by an earlier spikeport, and does not record the contents "
+            f"of {', '.join(now)} when its points ran; choose another --out"
         )
     then = files or {}
     changed = [name for name in sorted(then.keys() | now) if then.get(name) != now.get(name)]

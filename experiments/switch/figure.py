@@ -70,7 +70,7 @@ def _title(result: Result) -> str:
     falls = "no fall" if not figures["falls"] else f"fell at {figures['fallen_at_s']:.1f} s"
     return (
         f"switch, {held}, {result['backend']}{cores_of(result)}: {figures['phases_done']} of "
-        f"{len(figures['phases'])} phases, {falls} in {result['seconds']:g} s, "
+        f"{len(figures['phases'])} phases done, {falls} in {result['seconds']:g} s, "
         f"seed {result['seeds']['run']}"
     )
 
@@ -111,7 +111,7 @@ def _draw_switch(beside: dict[str, Axes], run: SwitchRun) -> None:
         return
     draw_nuclei(beside, run, Window.around(begins[0]))
     beside["strD1"].set_title(f"the switch at {begins[0]:g} s", fontsize=12)
-    beside["gpi"].set_xlabel("time from there (ms)")
+    beside["gpi"].set_xlabel("time from the switch (ms)")
 
 
 def _show_pictures(

@@ -66,7 +66,7 @@ class Workplace:
         frame = self._frame(self._torso_frame())
         self.task = goal.task(frame.local(self._plant.hand_position()))
 
-    def look(self) -> tuple[np.ndarray, np.ndarray]:
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
         """Return hand and target (3,) in the torso's frame; both are the hand in walking phases."""
         torso = self._torso_frame()
         frame = self._frame(torso)

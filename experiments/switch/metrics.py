@@ -156,7 +156,7 @@ def _drawn(run: SwitchRun, number: int, _now: np.ndarray) -> PhaseJudgement:
     if not len(trace):
         return PhaseJudgement(False, {"shape_error_rms_m": None, "recognised_as": None})
     error_m = float(rms(_shape_errors(run, goal)))
-    digit = digit_reader.read_digit(Sheet().read(trace)) if digit_reader.can_read() else None
+    digit = digit_reader.read_digit(Sheet().project(trace)) if digit_reader.can_read() else None
     # None where no classifier is installed: then the shape alone decides.
     good = error_m <= LARGEST_SHAPE_ERROR_M[run.anchored] and digit in (goal.digit, None)
     return PhaseJudgement(good, {"shape_error_rms_m": error_m, "recognised_as": digit})

@@ -68,10 +68,16 @@ def dataset(run: SwitchRun) -> xr.Dataset:
         "reference": (MOVING, "moving", walk.reference, "m, m/s", "place and velocity to take"),
         "state": (turned, "turned", walk.state, "rad, m, m/s", "heading, place and velocity"),
         "action": (JOINTS, "joint", walk.action, "1", "action of the policy"),
-        "command": (["speed", "yaw rate"], "commanded", walk.command, "m/s, rad/s", "follower's"),
+        "command": (
+            ["speed", "yaw rate"],
+            "commanded",
+            walk.command,
+            "m/s, rad/s",
+            "command of the follower",
+        ),
         "torque": (ARM_JOINTS, "arm_joint", arm.torque, "N m", "torque of the arm's controller"),
         "hand": (AXES, "axis", arm.hand, "m", "right hand, in the torso's frame"),
-        "target": (AXES, "axis", arm.target, "m", "its target, in the torso's frame"),
+        "target": (AXES, "axis", arm.target, "m", "target of the right hand, in the torso's frame"),
     }
     data = {
         name: (("time", along), values, {"units": unit, "long_name": text})

@@ -60,15 +60,17 @@ class Phase(_Strictly):
                 raise ValueError(f"unknown action '{action}'; choose from: {known}")
             if not 0 <= utility <= 1:
                 raise ValueError(f"'{action}' has utility {utility:g}, limit 0 to 1")
-        if sorted(utilities.values()).count(max(utilities.values(), default=0.0)) != 1:
-            raise ValueError("no action has the highest utility; give one more than the others")
+        if not utilities:
+            raise ValueError("no action has a utility; give one to the action of this phase")
+        if list(utilities.values()).count(max(utilities.values())) != 1:
+            raise ValueError("no single action has the highest utility; raise one above the others")
         return utilities
 
     @model_validator(mode="after")
     def _lasts_long_enough(self) -> "Phase":
         if self.end_s <= self.begin_s:
             raise ValueError(f"end_s {self.end_s:g} is not after begin_s {self.begin_s:g}")
-        does, least_s = "it", SHORTEST_PHASE_S
+        does, least_s = "a phase", SHORTEST_PHASE_S
         if self.arm:
             does, least_s = f'arm = "{self.arm}"', SHORTEST_ARM_S[self.arm]
         # The difference of two decimal times has a rounding error.
@@ -121,7 +123,10 @@ class Schedule(_Strictly):
     @classmethod
     def _the_arm_is_used(cls, phases: tuple[Phase, ...]) -> tuple[Phase, ...]:
         if all(phase.arm is None for phase in phases):
-            raise ValueError("none selects 'draw': the arm's controller is made for what it does")
+            raise ValueError(
+                "no phase selects 'draw'; the arm's controller is built for the tasks of such "
+                "phases, so add one"
+            )
         return phases
 
     @field_validator("phases")

@@ -106,13 +106,13 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         if self.options.robot is not None and self.settings.anchor:
             raise UsageError(
                 "anchor=true: holds the walking robot by its pelvis to draw, which a robot's "
-                "interface cannot; give --set anchor=false --set schedule=free-standing"
+                "interface cannot do; give --set anchor=false --set schedule=free-standing"
             )
         if self.settings.selection == "spa" and self.options.backend != "reference":
             raise UsageError(
-                f"selection=spa: on backend '{self.options.backend}', where neurons have one "
-                "filter, and nengo_spa's GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it "
-                "out, or give --backend reference"
+                f"selection=spa: neurons have one filter on backend '{self.options.backend}', but "
+                "nengo_spa's GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it out, or give "
+                "--backend reference"
             )
         check_neurons(self)
         self.goals(self.options.seed)

@@ -38,14 +38,14 @@ def _draw_reaches(axes: Axes, run: SwitchRun, goal: Goal) -> None:
     now = within(run.recording.time_s, goal.phase)
     # A target is the same for many steps, except for rounding in the change of frames.
     for place in np.unique(run.arm.target[now].round(DECIMALS), axis=0):
-        centre = 100 * Sheet().read(place[np.newaxis])[0]
+        centre = 100 * Sheet().project(place[np.newaxis])[0]
         axes.add_patch(Circle(centre, 100 * REACHED_M, fill=False, color=TEMPLATE, ls="--"))
     _draw_trace(axes, run.local_m[now], color=COLOURS["draw"], lw=1.5)
 
 
 def _draw_trace(axes: Axes, points: np.ndarray, **style: Any) -> None:
     """Draw places (n, 3) in m on the sheet."""
-    axes.plot(*(100 * Sheet().read(points)).T, **style)
+    axes.plot(*(100 * Sheet().project(points)).T, **style)
 
 
 def _results(phases: list[Result]) -> str:
@@ -55,8 +55,9 @@ def _results(phases: list[Result]) -> str:
         for key in ("shape_error_rms_m", "recognised_as", "targets_reached")
     }
     errors_m, digits, targets = found.values()
+    errors_mm = ", ".join(f"{1000 * error_m:.1f}" for error_m in errors_m)
     lines = {
-        ", ".join(f"{1000 * error_m:.1f}" for error_m in errors_m) + " mm rms": errors_m,
+        f"{errors_mm} mm rms from template": errors_m,
         "read as " + ", ".join(map(str, digits)): digits,
         f"{sum(targets)} targets reached": targets,
     }

@@ -116,7 +116,7 @@ def watch(folder: Path, title: str, announce: Callable[[str], None]) -> None:
     live = Live(title)
     with live.served():
         announce(live.url)
-        while watching.goes_on(folder):
+        while watching.is_running(folder):
             begin = time.monotonic()
             if live.is_watched and watching.ask(folder, WAIT_S):
                 # A run that ends may remove its answer while it is read.

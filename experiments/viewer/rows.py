@@ -82,7 +82,8 @@ def _errors(probes: xr.Dataset) -> Iterator[Row]:
     if of_robot(probes, reference="moving", state="turned"):
         place = probes.state.sel(turned=["x", "y"]).values
         there = probes.reference.sel(moving=["x", "y"]).values
-        yield _error(probes, "distance to the reference, which is ahead by its lead", place - there)
+        name = "distance to the reference, which runs ahead of the robot"
+        yield _error(probes, name, place - there)
 
 
 def _error(probes: xr.Dataset, name: str, off_m: np.ndarray) -> Row:

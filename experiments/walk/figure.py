@@ -87,12 +87,12 @@ def _draw_command(
 def _draw_distance(axes: Axes, run: WalkRun) -> None:
     distance_m = run.path.distances_m(run.recording.position_m)
     axes.plot(run.recording.time_s, 100 * distance_m, color=DISTANCE)
-    axes.set(ylabel="from path (cm)", ylim=(0, None))
+    axes.set(ylabel="distance\nfrom path (cm)", ylim=(0, None))
 
 
 def _draw_height(axes: Axes, recording: WalkRecording) -> None:
     axes.plot(recording.time_s, recording.height_m, color=DISTANCE, lw=0.8)
-    axes.set(ylabel="pelvis (m)", ylim=(min(0.85, LOWEST_PELVIS_M), 1.1))
+    axes.set(ylabel="pelvis\nheight (m)", ylim=(min(0.85, LOWEST_PELVIS_M), 1.1))
 
 
 def _draw_feet(axes: Axes, recording: WalkRecording) -> None:

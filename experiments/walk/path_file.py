@@ -50,8 +50,8 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
     _check_turns(file, time_s, points)
     if time_s[-1] < seconds - ROUNDING:
         raise UsageError(
-            f"path '{file}': lasts {time_s[-1]:g} s, {seconds:g} s are needed, with the lead of "
-            "the reference; cure: fewer --seconds, or a longer path"
+            f"path '{file}': lasts {time_s[-1]:g} s, but {seconds:g} s are needed, including the "
+            "lead of the reference; cure: fewer --seconds, or a longer path"
         )
     return time_s, points
 
@@ -67,7 +67,7 @@ def _read_table(file: Path) -> np.ndarray:
         raise _no_table(file, f"columns '{header}'")
     cells = {line: row.split(",") for line, row in enumerate(rows, 2) if row.strip()}
     if len(cells) < 2:
-        raise _no_table(file, f"{len(cells)} of them")
+        raise _no_table(file, f"{len(cells)} row{'' if cells else 's'}")
     for line, row in cells.items():
         if len(row) != 3:
             raise _no_table(file, f"{len(row)} cells in line {line}")
@@ -89,7 +89,7 @@ def _check_start(file: Path, start: np.ndarray) -> None:
     if gap_m > FARTHEST_START_M:
         raise UsageError(
             f"path '{file}': begins with a jump of {gap_m:.2f} m, from the robot at (0, 0) to "
-            f"({start[0]:g}, {start[1]:g}), limit {FARTHEST_START_M:g} m; cure: begin where it is"
+            f"({start[0]:g}, {start[1]:g}), limit {FARTHEST_START_M:g} m; cure: begin at the robot"
         )
 
 
@@ -106,7 +106,7 @@ def _check_speed(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
         raise UsageError(
             f"path '{file}': moves {moved_m[worst]:.2f} m from {time_s[worst]:g} to "
             f"{time_s[worst + 1]:g} s, {speed_m_s[worst]:.2f} m/s, limit {FASTEST_M_S:g} m/s, for "
-            "which the policy is trained; cure: more time for it"
+            "which the policy is trained; cure: more time for this part"
         )
 
 
@@ -129,7 +129,7 @@ def _check_turns(file: Path, time_s: np.ndarray, points: np.ndarray) -> None:
         raise UsageError(
             f"path '{file}': turns by {turned[worst]:.2f} rad from {begun_s[first]:g} to "
             f"{begun_s[last]:g} s, limit {limit:g} rad in {TURN_S:g} s, {FASTEST_RAD_S:g} "
-            "rad/s, for which the policy is trained; cure: more time for it, or wider turns"
+            "rad/s, for which the policy is trained; cure: more time for this part, or wider turns"
         )
 
 

@@ -44,7 +44,7 @@ def _draw_spikes(axes: Axes, spikes: np.ndarray) -> None:
 
 def _draw_pose(height: Axes, tilt: Axes, recording: WalkRecording) -> None:
     height.plot(recording.time_s, 100 * recording.height_m)
-    height.set_ylabel("pelvis (cm)")
+    height.set_ylabel("pelvis height (cm)")
     for name, (component, sign) in GRAVITY.items():
         sine = sign * recording.down[:, component]
         tilt.plot(recording.time_s, np.rad2deg(np.arcsin(sine)), label=name)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.experiments.calibration import DecoderCalibration, hold, load
+from spikeport.experiments.calibration import DecoderCalibration, load, play_in
 from spikeport.experiments.options import Options
 from tests.helpers.chip_files import chip_file
 
@@ -102,7 +102,7 @@ def test_a_plain_array_is_refused(path):
 def test_values_are_held_and_the_last_one_stays():
     with nengo.Network() as network:
         node = nengo.Node(size_in=1)
-        hold(node, np.array([[1.0], [2.0]]), steps=3, dt_s=0.001)
+        play_in(node, np.array([[1.0], [2.0]]), steps=3, dt_s=0.001)
         probe = nengo.Probe(node)
     with nengo.Simulator(network, progress_bar=False) as sim:
         sim.run_steps(8, progress_bar=False)

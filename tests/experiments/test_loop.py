@@ -132,8 +132,8 @@ def test_nodes_of_another_size_are_refused(made):
     with nengo.Network():
         node = nengo.Node(size_in=3, label="speed")
         assert refusal(loop.connect, [node], []) == (
-            "the controller's inputs take 3 values (<Node 'speed'>), those of the ports are 5; "
-            "cure: name a node for each value, in the order of the ports"
+            "the controller's inputs take 3 values (<Node 'speed'>), but the ports have 5; "
+            "cure: pass nodes with as many values as the ports, in their order"
         )
         five = nengo.Node(size_in=5)
         assert refusal(loop.connect, [five], [node]).startswith("the controller's outputs are 3 ")
@@ -146,7 +146,7 @@ def test_a_port_that_observes_more_than_it_says_is_refused():
     loop = Loop(Counter(), [Wide("wide", Counter(), [])])
     assert refusal(loop.begin) == (
         "Wide.observe() returned an array of shape (1,) at 0 s, expected an array of shape (4,), "
-        "as its size_out says; cure: return a flat array of so many numbers, or change size_out"
+        "as its size_out says; cure: return a flat array of that many numbers, or change size_out"
     )
 
 
@@ -206,7 +206,7 @@ def test_an_observation_that_fits_no_longer_is_refused_by_the_ports_name(
         odd.begin()
     assert refusal(odd.step, np.zeros(odd.size_in)) == (
         f"Odd.observe() returned {named} at 0.008 s, expected an array of shape (2,), as its "
-        "size_out says; cure: return a flat array of so many numbers, or change size_out"
+        "size_out says; cure: return a flat array of that many numbers, or change size_out"
     )
 
 

@@ -22,7 +22,7 @@ def test_a_network_is_sent_to_where_it_runs(name):
     with pytest.raises(UsageError) as caught:
         registry.get(name)
     assert str(caught.value) == (
-        f"{name}: no experiment; a network is run by: spikeport simulate {name}"
+        f"{name}: not an experiment; to run a network, use: spikeport simulate {name}"
     )
 
 

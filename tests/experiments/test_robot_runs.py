@@ -188,17 +188,19 @@ def test_a_robot_is_left_before_its_last_states_are_written(
 def test_figures_say_how_the_robot_was() -> None:
     truth = {"name": "truth", "velocity_error_m_s": None, "place_deviation_m": 0.0}
     figures = {"states": 4000, "held": 3, "damaged": 0, "overruns": 12, "estimator": truth}
-    assert robot_line(figures) == ("robot: 4,000 states, 3 held, 12 began late; estimator truth")
+    assert robot_line(figures) == (
+        "robot: 4,000 states, 3 held, 12 steps began late; estimator truth"
+    )
     itself, trips = {"motion": "19d239d19b9d"}, {"median": 501.7, "p99": None, "worst": 1.0}
     ekf = {"name": "ekf", "velocity_error_m_s": [0.01, 0.02, 0.03], "place_error_m": 0.126}
     known = {"robot": itself, "round_trip_us": trips, "estimator": ekf}
     assert robot_line({**figures, **known}) == (
-        "robot: 4,000 states, 3 held, 12 began late; round trip 502 us; motion 19d239d19b9d; "
+        "robot: 4,000 states, 3 held, 12 steps began late; round trip 502 us; motion 19d239d19b9d; "
         "estimator ekf, off by 0.010, 0.020, 0.030 m/s and 0.13 m"
     )
     alone = {"name": "ekf", "velocity_error_m_s": None, "place_deviation_m": 0.234}
     assert robot_line({**figures, "estimator": alone}).endswith(
-        "estimator ekf, by itself off by 0.23 m"
+        "estimator ekf, own estimate of its error 0.23 m"
     )
 
 

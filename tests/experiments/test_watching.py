@@ -26,7 +26,7 @@ def test_a_run_that_nobody_watches_makes_no_series(tmp_path):
 
 def test_a_viewer_gets_the_series_so_far_while_a_run_goes_on(tmp_path):
     with run_folder.opened(tmp_path / "run", "reach") as folder:
-        assert watching.goes_on(folder)
+        assert watching.is_running(folder)
         assert not watching.ask(folder, wait_s=0)
         found = []
         viewer = threading.Thread(target=lambda: found.append(watching.ask(folder, wait_s=60)))
@@ -37,7 +37,7 @@ def test_a_viewer_gets_the_series_so_far_while_a_run_goes_on(tmp_path):
         assert read_dataset(folder / run_folder.SO_FAR).sizes["time"] == 7
         watching.ask(folder, wait_s=0)
         run_folder.write_result(folder, {})
-    assert not watching.goes_on(folder)
+    assert not watching.is_running(folder)
     assert [path.name for path in folder.iterdir()] == ["result.json"]
 
 
@@ -55,7 +55,7 @@ def test_a_viewer_whose_answer_cannot_be_written_ends_no_run(tmp_path, monkeypat
 
 def test_a_run_that_took_its_folder_away_is_over(tmp_path):
     assert not watching.ask(tmp_path / "run", wait_s=60)
-    assert not watching.goes_on(tmp_path / "run")
+    assert not watching.is_running(tmp_path / "run")
 
 
 @pytest.mark.parametrize(("link", "answers"), [(OWN_STUB, 1), (LinkOptions(real_time=True), 0)])

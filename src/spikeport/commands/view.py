@@ -54,7 +54,7 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
 def _watch(folder: Path) -> None:
     if not folder.is_dir():
         raise UsageError(f"{folder}: no such folder")
-    if not watching.goes_on(folder):
+    if not watching.is_running(folder):
         raise UsageError(f"{folder}: no run goes on in it; cure: leave out --live")
     live = imported("view", "spikeport.experiments.viewer.live", "runs")
     with _readable(folder):

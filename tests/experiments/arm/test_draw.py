@@ -137,7 +137,7 @@ def test_a_sheet_out_of_reach_is_refused_before_the_run(tmp_path, spikeport, bac
     assert (code, printed) == (2, "")
     assert error == (
         "error: digit 5: (0.700, -0.259, 1.340) m is out of reach of the right arm, by 8.8 cm; the "
-        "nearest point inside is (0.615, -0.252, 1.361) m; cure: move it there, or make it "
+        "nearest point inside is (0.615, -0.252, 1.361) m; cure: move the goal there, or make it "
         "smaller\n"
     )
     assert not out.exists()

@@ -31,7 +31,7 @@ def test_the_sheet_is_14_by_20_cm_across_the_robot():
 
 def test_a_sheet_is_read_as_it_was_written():
     unit = np.random.RandomState(0).rand(20, 2)
-    assert SHEET.read(SHEET.place(unit)) == pytest.approx((unit - 0.5) * [0.14, 0.20])
+    assert SHEET.project(SHEET.place(unit)) == pytest.approx((unit - 0.5) * [0.14, 0.20])
 
 
 def test_the_pen_begins_at_the_hand_and_comes_smoothly_to_the_stroke(drawn):

@@ -3,7 +3,11 @@ import pytest
 
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.reach_task import BOXES
-from spikeport.experiments.arm.reachability import check_reachable, check_sampled, nearest_reachable
+from spikeport.experiments.arm.reachability import (
+    check_in_region,
+    check_reachable,
+    nearest_reachable,
+)
 from spikeport.networks.region import ArmRegion, Box
 from spikeport.robot.arm import ArmDynamics
 
@@ -40,18 +44,18 @@ def test_the_first_point_out_of_reach_is_named_with_the_nearest_one():
     assert str(caught.value) == (
         f"digit 5: (2.000, -0.200, 1.200) m is out of reach of the right arm, by {away_cm:.1f} cm; "
         f"the nearest point inside is ({nearest[0]:.3f}, {nearest[1]:.3f}, {nearest[2]:.3f}) m; "
-        "cure: move it there, or make it smaller"
+        "cure: move the goal there, or make it smaller"
     )
 
 
 def test_a_point_out_of_the_sampled_region_is_named_with_the_nearest_one():
     unit = Box(np.zeros(3), np.ones(3))
     region = ArmRegion(q=unit, dq=unit, x=unit, error=unit, q_samples=np.zeros((1, 4)))
-    check_sampled("box", np.array([[1.0, -1.0, 0.5]]), region)
+    check_in_region("box", np.array([[1.0, -1.0, 0.5]]), region)
     with pytest.raises(UsageError) as caught:
-        check_sampled("box", np.array([[0.0, 0.0, 0.0], [1.5, 0.0, -1.0]]), region)
+        check_in_region("box", np.array([[0.0, 0.0, 0.0], [1.5, 0.0, -1.0]]), region)
     assert str(caught.value) == (
         "box: (1.500, 0.000, -1.000) m is out of the region the network is made for, by 50.0 cm; "
-        "the nearest point inside is (1.000, 0.000, -1.000) m; cure: move it there, or make it "
-        "smaller"
+        "the nearest point inside is (1.000, 0.000, -1.000) m; cure: move the goal there, or make "
+        "it smaller"
     )

@@ -29,9 +29,12 @@ def test_rows_that_are_asked_for_follow_the_nominal_one():
         (["speed=1"], "unknown key of a perturbation 'speed'; choose from: action_delay, "),
         (["push=hard"], "--row push=hard: expected a number"),
         (["push"], "--row push: expected KEY=VALUE"),
-        (["push=1", "push=1.0"], "--row push=1.0: there twice"),
-        (["push=1", "friction=1,push=1"], "--row push=1.0: there twice"),
-        (["push=0"], "--row nominal: there twice; the row without perturbation always is"),
+        (["push=1", "push=1.0"], "--row push=1.0: listed twice"),
+        (["push=1", "friction=1,push=1"], "--row push=1.0: listed twice"),
+        (
+            ["push=0"],
+            "--row nominal: listed twice; the row without perturbation is always included",
+        ),
         (["terrain=hills"], "terrain=hills: no terrain"),
     ],
 )

@@ -62,7 +62,9 @@ def test_an_interval_stands_behind_each_mean(rows):
     assert nominal.startswith("| nominal | 0 of 2 | 0-66 % | - |")
     assert "| 0.110 ± 0.127 |" in nominal  # t of one degree of freedom: 12.7 times 0.01
     assert pushed.startswith("| push=0.8 | 1 of 1 | 21-100 % | - |")
-    assert definitions[-1] == "- *cost of transport*: positive work of the joints by weight and way"
+    assert definitions[-1] == (
+        "- *cost of transport*: positive work of the joints, divided by weight and distance"
+    )
 
 
 def test_json_has_the_perturbation_and_every_figure(rows):

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from spikeport.constants import DT_S
-from spikeport.experiments.calibration import hold
+from spikeport.experiments.calibration import play_in
 from spikeport.experiments.options import Options
 from spikeport.experiments.policy.calibration import (
     HOLD,
@@ -81,7 +81,7 @@ def action_error(layers, ranges, calibrated):
     shown = walk(200, 1)
     with nengo.Network(seed=1) as network:
         net = policy(layers, ranges, OPTIONS, calibrated=calibrated)
-        hold(net.observation, shown, 5, 0.001)
+        play_in(net.observation, shown, 5, 0.001)
         probe = nengo.Probe(net.action)
     with Simulator(network, pipeline="compact") as sim:
         sim.run_steps(5 * len(shown))
@@ -187,7 +187,7 @@ def test_halves_are_those_at_the_end_of_a_hold(layers, ranges, compact):
         found = spiking.play(shown)
     with nengo.Network() as network:
         built = build(calibrated=Calibrated(np.eye(20), np.zeros(20)))
-        hold(built.observation, shown, HOLD, DT_S)
+        play_in(built.observation, shown, HOLD, DT_S)
         probe = nengo.Probe(built.action)
     with Simulator(network, pipeline="compact") as sim:
         sim.run_steps(len(shown) * HOLD)

@@ -63,17 +63,17 @@ def lint(spread=2.6, spikes=3.0, delay_s=0.009):
     [
         (
             lint(spread=7),
-            "range too wide: layer 1 (7.0 x rms); cure: record observations of what it is to do "
-            "(--observations); the error grows with it",
+            "range too wide: layer 1 (7.0 x rms); cure: record observations of the policy's own "
+            "task (--observations); the error grows with the range",
         ),
         (
             lint(spikes=0.5),
-            "rate too low: layer 1 (0.5 spikes); cure: more neurons (--neurons), or a longer "
-            "filter (--tau-fwd)",
+            "rate too low: layer 1 (0.5 spikes within one tau); cure: more neurons (--neurons), or "
+            "a longer filter (--tau-fwd)",
         ),
         (
             lint(delay_s=0.025),
-            "tau too long: 25 ms in all, an action lasts 20 ms; cure: less --tau-fwd",
+            "tau too long: 25 ms in total, but an action lasts 20 ms; cure: a smaller --tau-fwd",
         ),
     ],
 )

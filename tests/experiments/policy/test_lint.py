@@ -21,7 +21,10 @@ def test_what_is_at_its_bound_is_no_hint():
     ("change", "hint"),
     [
         ({"spread": 6.25}, "range too wide: layer 0 (6.2 x rms); cure: record observations"),
-        ({"spikes": 0.25}, "rate too low: layer 0 (0.25 spikes); cure: more neurons (--neurons)"),
+        (
+            {"spikes": 0.25},
+            "rate too low: layer 0 (0.25 spikes within one tau); cure: more neurons (--neurons)",
+        ),
     ],
 )
 def test_a_layer_that_loses_much_is_named_with_a_cure(change, hint):
@@ -37,4 +40,6 @@ def test_layers_with_the_same_trouble_share_a_hint():
 
 def test_filters_must_be_shorter_than_an_action():
     (found,) = hints(FINE, delay_s=0.025)
-    assert found == "tau too long: 25 ms in all, an action lasts 20 ms; cure: less --tau-fwd"
+    assert found == (
+        "tau too long: 25 ms in total, but an action lasts 20 ms; cure: a smaller --tau-fwd"
+    )

@@ -28,13 +28,16 @@ def test_the_array_is_read(path, arrays):
     assert found.origin == f"4 of {path}"
 
 
+OTHERS = "NaN, infinity or values that are not real numbers"
+
+
 @pytest.mark.parametrize(
     ("arrays", "complaint"),
     [
         ({"x": np.ones((4, 2))}, "expected an array (m, 3), found shape (4, 2)"),
         ({"x": np.ones((0, 3))}, "expected an array (m, 3), found shape (0, 3)"),
-        ({"x": np.full((4, 3), np.nan)}, "expected finite numbers, found others"),
-        ({"x": np.full((4, 3), "a")}, "expected finite numbers, found others"),
+        ({"x": np.full((4, 3), np.nan)}, "expected finite numbers, found " + OTHERS),
+        ({"x": np.full((4, 3), "a")}, "expected finite numbers, found " + OTHERS),
         ({"x": np.ones(1), "y": np.ones(1)}, "expected an array 'observations', found x, y"),
         ({}, "expected an array 'observations', found no array"),
     ],

@@ -111,7 +111,7 @@ def test_a_scheduler_that_does_not_answer_is_told(run, monkeypatch, address):
 
 @pytest.mark.parametrize(
     ("n_workers", "threads", "found"),
-    [(0, 1, "has no worker"), (1, 2, "has a worker of 2 threads")],
+    [(0, 1, "has no worker"), (1, 2, "has a worker with 2 threads")],
 )
 def test_a_scheduler_without_a_process_for_each_point_is_refused(
     run, monkeypatch, n_workers, threads, found
@@ -141,6 +141,6 @@ def test_a_sweep_without_workers_ends(run, monkeypatch):
         with pytest.raises(BackendError) as caught:
             run("walks", scheduler=scheduler, progress=stop_workers)
     assert str(caught.value) == (
-        "no worker is left, and none came back; cure: run the same command again, it goes on with "
-        "what is not finished"
+        "no worker is left, and none came back; cure: run the same command again: it continues "
+        "with the unfinished points"
     )

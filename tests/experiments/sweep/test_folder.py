@@ -45,7 +45,7 @@ def test_a_folder_of_another_sweep_is_refused_and_all_that_differs_is_named(
     assert refused(tmp_path, sweep_of(seconds=3.0, varied={"n_neurons": (2, 10)})) == (
         f'{tmp_path}: was begun with seconds=2.0, varied={{"n_neurons": [2, 20]}}, but this '
         'sweep has seconds=3.0, varied={"n_neurons": [2, 10]}; '
-        "ask for the same, or choose another --out"
+        "give the earlier values, or choose another --out"
     )
     assert json.loads(folder.plan.read_text())["seconds"] == 2.0
 
@@ -61,7 +61,7 @@ def test_a_plan_of_another_version_is_another(sweep_of, tmp_path):
     begin(tmp_path, sweep_of(spikeport="0.1.0"))
     assert refused(tmp_path, sweep_of(spikeport="0.2.0")) == (
         f'{tmp_path}: was begun with spikeport="0.1.0", but this sweep has spikeport="0.2.0"; '
-        "ask for the same, or choose another --out"
+        "give the earlier values, or choose another --out"
     )
 
 
@@ -92,8 +92,8 @@ def test_a_plan_without_digests_goes_on_where_no_file_is_named(sweep_of, tmp_pat
     del plan["files"]
     folder.plan.write_text(json.dumps(plan))
     assert refused(tmp_path, sweep_of(files={"a.csv": "1"})) == (
-        f"{tmp_path}/sweep.json: of an earlier spikeport, does not say what was in a.csv as its "
-        "points were run; choose another --out"
+        f"{tmp_path}/sweep.json: was written by an earlier spikeport, and does not record the "
+        "contents of a.csv when its points ran; choose another --out"
     )
     begin(tmp_path, sweep_of())
     assert json.loads(folder.plan.read_text())["files"] == {}
@@ -138,7 +138,7 @@ def test_a_folder_in_which_a_sweep_runs_is_refused(sweep_of, tmp_path):
 def test_a_folder_with_anything_else_is_refused_and_left_as_it_is(sweep_of, tmp_path):
     (tmp_path / "thesis.tex").touch()
     assert refused(tmp_path, sweep_of()) == (
-        f"{tmp_path}: holds something else than a sweep or an evaluation; choose another --out"
+        f"{tmp_path}: holds something other than a sweep or an evaluation; choose another --out"
     )
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 

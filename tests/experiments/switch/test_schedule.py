@@ -98,7 +98,12 @@ def test_phases_that_do_not_follow_each_other(reason, changed, to, message):
         ("draw = 0.8", "draw = -0.2", "utilities: 'draw' has utility -0.2, limit 0 to 1"),
         ("draw = 0.8", "draw = nan", "utilities.draw: Input should be a finite number"),
         ("draw = 0.8", "draw = true", "utilities.draw: Input should be a valid number"),
-        (DRAW, "", "utilities: no action has the highest utility; give one more than the others"),
+        (
+            "draw = 0.8",
+            "draw = 0.4",
+            "utilities: no single action has the highest utility; raise one above the others",
+        ),
+        (DRAW, "", "utilities: no action has a utility; give one to the action of this phase"),
         ("end_s = 12", "end_s = -1", "end_s: Input should be greater than or equal to 0"),
         ("end_s = 12", 'end_s = "12"', "end_s: Input should be a valid number"),
         ('name = "phase 1"\n', "", "name: is missing"),
@@ -116,7 +121,7 @@ def test_values_that_cannot_be(reason, changed, to, message):
     [
         ("end_s = 12", "end_s = 5", "1: end_s 5 is not after begin_s 6"),
         ("end_s = 12", "end_s = 9", '1: lasts 3 s, arm = "digit" takes at least 4 s'),
-        ("end_s = 6", "end_s = 0.05", "0: lasts 0.05 s, it takes at least 0.1 s"),
+        ("end_s = 6", "end_s = 0.05", "0: lasts 0.05 s, a phase takes at least 0.1 s"),
         ('arm = "digit"\n', "", "1: selects 'draw', and needs 'arm'"),
         (WALK, DRAW, "0: selects 'draw', and needs 'arm'"),
         ('"digit"', '"digit"\nspeed_m_s = 1', "1: selects 'draw', and has no use for 'speed_m_s'"),
@@ -140,7 +145,8 @@ def test_phases_that_cannot_be(reason, changed, to, message):
         (
             "phases = []",
             "not a schedule:\n"
-            "  phases: none selects 'draw': the arm's controller is made for what it does",
+            "  phases: no phase selects 'draw'; the arm's controller is built for the tasks of "
+            "such phases, so add one",
         ),
         ("haste = 1\nphases = 2", "not a schedule:\n  phases: Input should be a valid tuple\n  {}"),
     ],
@@ -152,7 +158,8 @@ def test_files_that_are_no_schedule(refused, file, text, message):
 def test_an_arm_without_work(refused, file, phases):
     assert refused(phases((6, 'path = "line"'))) == (
         f"{file}: not a schedule:\n"
-        "  phases: none selects 'draw': the arm's controller is made for what it does"
+        "  phases: no phase selects 'draw'; the arm's controller is built for the tasks of such "
+        "phases, so add one"
     )
 
 

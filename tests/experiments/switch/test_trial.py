@@ -47,8 +47,8 @@ def test_nengo_spas_selection_is_for_float_alone():
     with pytest.raises(UsageError) as caught:
         trial.check()
     assert str(caught.value) == (
-        "selection=spa: on backend 'native', where neurons have one filter, and nengo_spa's "
-        "GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it out, or give --backend reference"
+        "selection=spa: neurons have one filter on backend 'native', but nengo_spa's GPi and GPe "
+        "need two (AMPA 2 ms, GABA 8 ms); leave it out, or give --backend reference"
     )
     SwitchTrial(SwitchSettings(selection="spa"), Options(60.0, backend="reference")).check()
 

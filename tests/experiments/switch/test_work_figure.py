@@ -8,8 +8,8 @@ from spikeport.experiments.switch.work_figure import draw_work
 @pytest.mark.parametrize(
     ("arm", "made_up", "title", "n_lines", "n_circles"),
     [
-        ("digit", {"off_m": 0.005, "read_as": 8}, "5.0 mm rms\nread as 8", 2, 0),
-        ("digit", {"off_m": 0.005}, "5.0 mm rms", 2, 0),
+        ("digit", {"off_m": 0.005, "read_as": 8}, "5.0 mm rms from template\nread as 8", 2, 0),
+        ("digit", {"off_m": 0.005}, "5.0 mm rms from template", 2, 0),
         ("reach", {"jumps": 3}, "3 targets reached", 1, 4),
         ("retract", {}, "", 0, 0),
     ],

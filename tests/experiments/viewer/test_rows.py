@@ -58,7 +58,7 @@ def test_how_far_a_robot_is_off_its_reference_is_a_row():
         "state": (("time", "turned"), np.zeros((5, 3))),
     }
     found = {row.name: row for row in rows(xr.Dataset(series, {"time": np.arange(5.0), **places}))}
-    off_m = found["distance to the reference, which is ahead by its lead"].values
+    off_m = found["distance to the reference, which runs ahead of the robot"].values
     np.testing.assert_allclose(off_m, 5)
 
 

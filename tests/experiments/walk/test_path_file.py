@@ -61,7 +61,7 @@ NUMBERS = "times that do not rise, or numbers that are not finite or above 1e+10
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        (["0,0,0", ""], TABLE + "1 of them; cure: write such a table"),
+        (["0,0,0", ""], TABLE + "1 row; cure: write such a table"),
         (
             ["0,0,0", "20,1"],
             TABLE + "2 cells in line 3; cure: write such a table",
@@ -90,21 +90,21 @@ NUMBERS = "times that do not rise, or numbers that are not finite or above 1e+10
         (
             ["0,3,4", "20,3,5"],
             "begins with a jump of 5.00 m, from the robot at (0, 0) to (3, 4), limit 0.5 m; "
-            "cure: begin where it is",
+            "cure: begin at the robot",
         ),
         (
             ["0,0,0", "4,2,0", "4.5,2,1", "20,3,1"],
             "moves 1.00 m from 4 to 4.5 s, 2.00 m/s, limit 1 m/s, for which the policy is "
-            "trained; cure: more time for it",
+            "trained; cure: more time for this part",
         ),
         (
             ["0,0,0", "2,1,0", "3,1,0.5", "4,0.5,0.5", "5,0.5,0", "6,1,0", "7,1,0.5", "20,1,5"],
             "turns by 4.71 rad from 2 to 5 s, limit 4 rad in 4 s, 1 rad/s, for which the policy is "
-            "trained; cure: more time for it, or wider turns",
+            "trained; cure: more time for this part, or wider turns",
         ),
         (
             ["0,0,0", "8,2,0"],
-            "lasts 8 s, 10 s are needed, with the lead of the reference; "
+            "lasts 8 s, but 10 s are needed, including the lead of the reference; "
             "cure: fewer --seconds, or a longer path",
         ),
     ],
