@@ -4,7 +4,7 @@ import nengo
 
 from spikeport.compile.ground.refusal import refused_in_float
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.loihi.events import read_here
+from spikeport.compile.loihi.events import own_event_reader
 
 
 def float_simulator(rewrite: Rewrite, dt_s: float, seed: int, optimize: bool) -> nengo.Simulator:
@@ -32,7 +32,7 @@ def float_simulator(rewrite: Rewrite, dt_s: float, seed: int, optimize: bool) ->
     model.seeds.update(rewrite.all_seeds())
     model.seeded[network] = True
     # Nengo-loihi's own reader of event files fails with NumPy 2.
-    with read_here(), refused_in_float():
+    with own_event_reader(), refused_in_float():
         return nengo.Simulator(
             network, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=optimize
         )

@@ -45,7 +45,7 @@ from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.host_spikes import host_spikes
-from spikeport.compile.loihi.torn import torn
+from spikeport.compile.loihi.split_learning import split_learning
 from spikeport.compile.passes.parse import parse, resolved
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, observe_nothing
 from spikeport.compile.placing.load import block_loads, capacity
@@ -263,7 +263,7 @@ def _compiled(job: Job) -> Compilation:
 def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:
     """Return the blocks of a network, after the passes over blocks."""
     floats = build(rewrite, job.dt_s, job.settings)
-    if broken := list(torn(floats)):
+    if broken := list(split_learning(floats)):
         about = {one.object: rewrite.unfused(floats.about(one.object)) for one in broken}
         raise DoesNotFitError(job.chip.name, broken, about)
     return run.blocks(floats)

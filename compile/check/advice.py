@@ -16,7 +16,7 @@ COMPACT, AS_WRITTEN = "compact", "as_written"
 """The passes that rewrite a network to take fewer cores, and those that rewrite nothing."""
 TRY_COMPACT = f"more: try -p {COMPACT}, which rewrites the network and may take fewer cores"
 OFFLOAD = "more: try --offload, which moves the ensembles that break a rule to the host"
-ON_ONE_CORE, MEMORY = "SP012", "SP501"
+LEARNING_ON_ONE_CORE, MEMORY = "SP012", "SP501"
 """The rules that no pass mends and `lint` does not check: on weights that learn, which are checked
 once they are built, and on the memory of a compile."""
 MOST_NEURONS, MOST_CONNECTIONS = 2000, 200
@@ -56,7 +56,7 @@ def advice(
     moves = Offload(network, lambda: None).possible(error)
     movable = bool(moves) and len(moves[0]) < len(ensembles)
     # If the network breaks a rule that no pass mends, other passes would not help.
-    unmended = {one.id for one in problems(error)} & {ON_ONE_CORE, MEMORY}
+    unmended = {one.id for one in problems(error)} & {LEARNING_ON_ONE_CORE, MEMORY}
     if passes is None or unmended or lint(network, names, rewritten=False):
         return OFFLOAD * movable
     n_neurons = sum(ensemble.n_neurons for ensemble in ensembles)

@@ -124,8 +124,8 @@ def image_hints(
         yield rules.get("SP402").broken(entries[block].label, how)
     for group in rounded_away:
         if image.groups.block[group] not in zeros:
-            for way in _ways_into(image, group):
-                yield rules.get("SP402").broken(way, "all of its weights are rounded to 0")
+            for connection in _connections_into(image, group):
+                yield rules.get("SP402").broken(connection, "all of its weights are rounded to 0")
     named = {entries[block].label for block in zeros}
     for error in errors:
         if error.lost_weights > LOST and error.label not in named:
@@ -136,12 +136,12 @@ def image_hints(
     yield from _neurons(image, "SP405", silenced(image))
 
 
-def _ways_into(image: ChipImage, group: int) -> list[str]:
+def _connections_into(image: ChipImage, group: int) -> list[str]:
     """Return the names of the connections into a group of synapses."""
     entries, routes = image.manifest, image.routes
     target = entries.blocks[image.groups.block[group]].label
     mine = np.flatnonzero(routes.group == group)
-    ways = []
+    names = []
     for source, from_input in zip(routes.source[mine], routes.from_input[mine], strict=True):
         if from_input:
             name = entries.inputs[source].name
@@ -149,8 +149,8 @@ def _ways_into(image: ChipImage, group: int) -> list[str]:
         else:
             name = entries.blocks[source].label
             is_connection = entries.blocks[source].kind == "relay"
-        ways.append(name if is_connection else f"{name} -> {target}")
-    return list(dict.fromkeys(ways))
+        names.append(name if is_connection else f"{name} -> {target}")
+    return list(dict.fromkeys(names))
 
 
 def _blocks_of_zeros(image: ChipImage) -> list[int]:

@@ -31,7 +31,7 @@ Part: TypeAlias = nengo.Ensemble | nengo.Node
 
 
 def host_loop_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterator[Violation]:
-    """Yield a hint on each slower loop between chip and host; it names the fastest way around.
+    """Yield a hint on each slower loop between chip and host; it names the fastest path around.
 
     Parameters
     ----------
@@ -46,25 +46,25 @@ def host_loop_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterat
     late_s = DECODE_TAU_S + STEPS * dt_s
     # An error that a learning rule receives goes around no loop: it only corrects decoders.
     around_any = [c for c in network.all_connections if not isinstance(c.post_obj, LearningRule)]
-    for ways in loops(around_any):
-        own_s, around = _fastest(ways, scope)
+    for connections in loops(around_any):
+        own_s, around = _fastest(connections, scope)
         if around and late_s > LATE * own_s:
             delays = f"{1000 * own_s:.3g} ms became about {1000 * (own_s + late_s):.3g} ms"
             yield rules.get("SP415").broken(_listed([names[one] for one in around]), delays)
 
 
-def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, list[Part]]:
-    """Return the sum of time constants of the fastest way to the host and back, and its parts.
+def _fastest(connections: Sequence[nengo.Connection], scope: Scope) -> tuple[float, list[Part]]:
+    """Return the sum of time constants of the fastest path to the host and back, and its parts.
 
-    A loop that is all on one side has no such way: 0 and no parts. Passthrough nodes are on neither
-    side.
+    The result for a loop that is all on one side is 0 and no parts. Passthrough nodes are on
+    neither side.
     """
-    parts = list(dict.fromkeys(base(end) for c in ways for end in (c.pre_obj, c.post_obj)))
+    parts = list(dict.fromkeys(base(end) for c in connections for end in (c.pre_obj, c.post_obj)))
     chip = [i for i, part in enumerate(parts) if scope.on_chip(part)]
     host = [i for i, part in enumerate(parts) if i not in set(chip) and not is_passthrough(part)]
     if not chip or not host:
         return 0.0, []
-    graph = _lengths(ways, {part: i for i, part in enumerate(parts)})
+    graph = _lengths(connections, {part: i for i, part in enumerate(parts)})
     there, after = sparse.csgraph.dijkstra(graph, indices=host, return_predecessors=True)
     back, before = sparse.csgraph.dijkstra(graph.T, indices=host, return_predecessors=True)
     whole = there[:, chip] + back[:, chip]
@@ -74,10 +74,10 @@ def _fastest(ways: Sequence[nengo.Connection], scope: Scope) -> tuple[float, lis
     return float(whole[start, turn]), [parts[i] for i in (*out[::-1], *home[1:])]
 
 
-def _lengths(ways: Sequence[nengo.Connection], at: dict[Part, int]) -> sparse.csr_array:
+def _lengths(connections: Sequence[nengo.Connection], at: dict[Part, int]) -> sparse.csr_array:
     """Return the time constants between parts as a matrix; the fastest of a pair's counts."""
     length: dict[tuple[int, int], float] = {}
-    for c in sorted(ways, key=time_constant_s, reverse=True):
+    for c in sorted(connections, key=time_constant_s, reverse=True):
         length[at[base(c.pre_obj)], at[base(c.post_obj)]] = INSTANT_S + time_constant_s(c)
     rows, columns = zip(*length, strict=True)
     return sparse.csr_array((list(length.values()), (rows, columns)), shape=(len(at),) * 2)

@@ -252,15 +252,15 @@ def host_cycles(scope: Scope) -> Iterator[Violation]:
         and not isinstance(c.post_obj, LearningRule)
         and not any(scope.on_chip(base(end)) for end in (c.pre_obj, c.post_obj))
     ]
-    ways = [pair for c in direct for pair in _ways_through(c)]
-    loop = components(ways)
+    edges = [pair for c in direct for pair in _edges_through(c)]
+    loop = components(edges)
     size = Counter(loop.values())
     last = {loop[c]: c for c in direct if size[loop[c]] > 1}
     for connection in last.values():
         yield rules.get("SP017").broken(scope.names[connection], "none")
 
 
-def _ways_through(connection: nengo.Connection) -> Iterator[tuple[Hashable, Hashable]]:
+def _edges_through(connection: nengo.Connection) -> Iterator[tuple[Hashable, Hashable]]:
     """Yield pairs (entry that is read, connection) and (connection, entry that is reached)."""
     read = _entries(connection.pre_obj, connection.pre_slice)
     reached = _entries(connection.post_obj, connection.post_slice)

@@ -37,7 +37,7 @@ Thing = TypeVar("Thing", bound=Hashable)
 Part: TypeAlias = nengo.Ensemble | nengo.Node
 
 
-class Way(NamedTuple):
+class Edge(NamedTuple):
     """A connection of a loop, and its matrix from all values of one part to those of the next."""
 
     pre: Part
@@ -51,7 +51,7 @@ def loop_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
     for within in loops([c for c in network.all_connections if _is_decoded(c)]):
         ensembles = {c.pre_obj: None for c in within if isinstance(c.pre_obj, nengo.Ensemble)}
         if any(map(scope.on_chip, ensembles)):
-            gain, where = _gain(list(ensembles), _ways(within))
+            gain, where = _gain(list(ensembles), _edges(within))
             if gain >= KEPT:
                 yield rules.get("SP413").broken(names[where], f"gain {gain:.2g}")
 
@@ -98,12 +98,12 @@ def _passes_values(obj: object) -> bool:
     return isinstance(obj, nengo.Ensemble) or is_passthrough(obj)
 
 
-def _ways(connections: Sequence[nengo.Connection]) -> list[Way]:
+def _edges(connections: Sequence[nengo.Connection]) -> list[Edge]:
     """Return the matrices of connections; users' functions leave NumPy's random state unchanged."""
     state = np.random.get_state()
     try:
         with np.errstate(all="ignore"):
-            return [Way(c.pre_obj, c.post_obj, _matrix(c)) for c in connections]
+            return [Edge(c.pre_obj, c.post_obj, _matrix(c)) for c in connections]
     finally:
         np.random.set_state(state)
 
@@ -156,20 +156,22 @@ def _points(connection: nengo.Connection) -> np.ndarray:
     return found
 
 
-def _gain(ensembles: Sequence[nengo.Ensemble], ways: Sequence[Way]) -> tuple[float, nengo.Ensemble]:
+def _gain(
+    ensembles: Sequence[nengo.Ensemble], edges: Sequence[Edge]
+) -> tuple[float, nengo.Ensemble]:
     """Return the gain of a loop, and the ensemble that holds most of a lasting error."""
     sizes = np.cumsum([one.dimensions for one in ensembles])
-    nodes = {way.pre: None for way in ways if isinstance(way.pre, nengo.Node)}
-    whole = _assembled([*ensembles, *nodes], ways)
+    nodes = {edge.pre: None for edge in edges if isinstance(edge.pre, nengo.Node)}
+    whole = _assembled([*ensembles, *nodes], edges)
     gain, vector = _largest(_past_nodes(whole, sizes[-1], len(nodes)))
     return gain, ensembles[int(np.searchsorted(sizes, np.abs(vector).argmax(), side="right"))]
 
 
-def _assembled(parts: Sequence[Part], ways: Sequence[Way]) -> sparse.csr_array:
+def _assembled(parts: Sequence[Part], edges: Sequence[Edge]) -> sparse.csr_array:
     """Return the matrix between the values of all parts of a loop, one part after the other."""
     ends = np.cumsum([0, *(one.size_out for one in parts)])
     start = dict(zip(parts, ends[:-1], strict=True))
-    blocks = [(way.matrix.tocoo(), start[way.post], start[way.pre]) for way in ways]
+    blocks = [(edge.matrix.tocoo(), start[edge.post], start[edge.pre]) for edge in edges]
     values = np.concatenate([block.data for block, _, _ in blocks])
     rows = np.concatenate([block.row + row for block, row, _ in blocks])
     columns = np.concatenate([block.col + column for block, _, column in blocks])

@@ -13,9 +13,9 @@ from spikeport.compile.ground.scope import Scope
 from spikeport.compile.ground.settings import add_params
 
 Result = TypeVar("Result")
-OF_NETWORK = "SP0"
+OF_THE_NETWORK = "SP0"
 """The prefix of the ids of rules that an ensemble breaks by itself, whatever other ensembles do."""
-OF_HOST_TOO = ("SP004", "SP011", "SP013")
+ALSO_ON_THE_HOST = ("SP004", "SP011", "SP013")
 """The rules that hold on the host too: on gain and bias, NaN, and the user's decoders."""
 
 
@@ -115,7 +115,7 @@ class Offload(Generic[Result]):
         no_choice = {
             group[0].ensemble: group[0]
             for group in groups
-            if len(group) == 1 and group[0].problem.id.startswith(OF_NETWORK)
+            if len(group) == 1 and group[0].problem.id.startswith(OF_THE_NETWORK)
         }
         at_once = tuple(sorted(no_choice.values(), key=lambda move: move.ensemble.n_neurons))
         single = [(move,) for group in groups for move in group]
@@ -148,14 +148,14 @@ def problems(error: RefusedError) -> list[Problem]:
     return [
         Problem(one.id, one.rule, one.object, error.owners.get(one.object, (one.object,)))
         for one in error.violations
-        if one.id not in OF_HOST_TOO
+        if one.id not in ALSO_ON_THE_HOST
     ]
 
 
 def _refused_by_host(error: RefusedError) -> set[str]:
     """Return the names of objects that Nengo would refuse on the host, too."""
     violations = error.violations if isinstance(error, DoesNotFitError) else ()
-    return {one.object for one in violations if one.id in OF_HOST_TOO}
+    return {one.object for one in violations if one.id in ALSO_ON_THE_HOST}
 
 
 def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:

@@ -95,14 +95,14 @@ def synapses_of(image: "ChipImage") -> Iterator[Reached]:
 
     In memory all at once, they could be many more than the image stores, since axons share rows.
     """
-    ways = deliveries(image)
+    paths = deliveries(image)
     # An axon without a base has no weights: the spike is sent, but reads nothing.
-    ways = ways.of(image.in_axons.base[ways.axon] >= 0)
-    ends = np.searchsorted(ways.route, np.arange(len(image.routes) + 1))
+    paths = paths.of(image.in_axons.base[paths.axon] >= 0)
+    ends = np.searchsorted(paths.route, np.arange(len(image.routes) + 1))
     lengths = row_lengths(image)
     first = image.blocks.start[image.groups.block]
     for begin, end in itertools.pairwise(ends):
-        mine = ways.of(slice(begin, end))
+        mine = paths.of(slice(begin, end))
         sizes = lengths[mine.row]
         number = ranges(image.rows.start[mine.row] + mine.atom * sizes, sizes)
         target = np.repeat(first[mine.group] + image.in_axons.base[mine.axon], sizes)

@@ -126,10 +126,10 @@ def _sums(image: ChipImage, core: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 def _active(image: ChipImage, spikes: np.ndarray) -> np.ndarray:
     """Return the compartments whose update is active, (n_compartments,)."""
-    ways = deliveries(image)
+    paths = deliveries(image)
     reached = np.zeros(image.n_blocks, dtype=bool)
     # A block counts as a whole: rates do not tell which synapses a spike reads.
-    reached[image.groups.block[ways.group[spikes[ways.source] > 0]]] = True
+    reached[image.groups.block[paths.group[spikes[paths.source] > 0]]] = True
     spiking = spikes[: image.n_compartments] > 0
     result: np.ndarray = reached[image.compartment_block] | (image.compartments.bias != 0) | spiking
     return result

@@ -35,12 +35,12 @@ class Reach(NamedTuple):
 
 def reach(image: ChipImage) -> Reach:
     """Count the cost of a spike of every source, on each core that it reaches."""
-    ways = deliveries(image)
+    paths = deliveries(image)
     pairs, number = np.unique(
-        ways.source * image.n_cores + image.group_core[ways.group], return_inverse=True
+        paths.source * image.n_cores + image.group_core[paths.group], return_inverse=True
     )
     read = np.zeros(len(pairs), dtype=np.int64)
-    np.add.at(read, number, _read(image, ways))
+    np.add.at(read, number, _read(image, paths))
     return Reach(*np.divmod(pairs, image.n_cores), read)
 
 
@@ -59,7 +59,7 @@ def all_operations(image: ChipImage) -> int:
     return int(_read(image, deliveries(image)).sum())
 
 
-def _read(image: ChipImage, ways: Deliveries) -> np.ndarray:
+def _read(image: ChipImage, paths: Deliveries) -> np.ndarray:
     """Return the number of synapses that a spike reads on each of its paths."""
-    has_base = image.in_axons.base[ways.axon] >= 0
-    return np.where(has_base, row_lengths(image)[ways.row], 0)
+    has_base = image.in_axons.base[paths.axon] >= 0
+    return np.where(has_base, row_lengths(image)[paths.row], 0)

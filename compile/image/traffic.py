@@ -56,10 +56,10 @@ class BlockTraffic:
 
 def reached_blocks(image: ChipImage) -> sparse.csr_matrix:
     """Return a matrix with 1 where a source's spikes reach a block, (n_sources, n_blocks)."""
-    ways = deliveries(image)
-    at = (ways.source, image.groups.block[ways.group])
+    paths = deliveries(image)
+    at = (paths.source, image.groups.block[paths.group])
     shape = (image.n_sources, image.n_blocks)
-    reached = sparse.csr_matrix((np.ones(len(ways.source), int), at), shape)
+    reached = sparse.csr_matrix((np.ones(len(paths.source), int), at), shape)
     reached.sum_duplicates()
     reached.data[:] = 1  # a source may reach a block by several routes
     return reached

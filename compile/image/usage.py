@@ -85,10 +85,10 @@ def out_slots(image: ChipImage, chip: ChipModel) -> np.ndarray:
 
     Compartments of a population may share axons, see `block_amounts`.
     """
-    ways = deliveries(image)
+    paths = deliveries(image)
     n = image.n_compartments
     # Inputs from the host send over axons of their own, which take no room on a core.
-    mine = ways.of(ways.source < n)
+    mine = paths.of(paths.source < n)
     slots = axon_slots(image, chip)[mine.group]
     return np.bincount(mine.source, weights=slots, minlength=n).astype(int)
 
@@ -114,17 +114,17 @@ def _share_lists(image: ChipImage) -> np.ndarray:
 
 def _population_lists(image: ChipImage) -> Iterator[tuple[int, bytes]]:
     """Yield each compartment whose axons all belong to populations, and its axons, ascending."""
-    ways = deliveries(image)
-    ways = ways.of(ways.source < image.n_compartments)
+    paths = deliveries(image)
+    paths = paths.of(paths.source < image.n_compartments)
     plain = np.zeros(image.n_compartments, dtype=bool)
-    plain[ways.source[image.groups.pop_type[ways.group] == 0]] = True
-    order = np.lexsort((ways.axon, ways.source))
-    ways = ways.of(order[~plain[ways.source[order]]])
-    first = np.flatnonzero(np.diff(ways.source, prepend=-1))
-    ends = np.append(first, len(ways.axon)) * ways.axon.itemsize
-    content = ways.axon.tobytes()  # slices of bytes compare faster than slices of arrays
+    plain[paths.source[image.groups.pop_type[paths.group] == 0]] = True
+    order = np.lexsort((paths.axon, paths.source))
+    paths = paths.of(order[~plain[paths.source[order]]])
+    first = np.flatnonzero(np.diff(paths.source, prepend=-1))
+    ends = np.append(first, len(paths.axon)) * paths.axon.itemsize
+    content = paths.axon.tobytes()  # slices of bytes compare faster than slices of arrays
     for source, (start, end) in zip(
-        ways.source[first].tolist(), itertools.pairwise(ends.tolist()), strict=True
+        paths.source[first].tolist(), itertools.pairwise(ends.tolist()), strict=True
     ):
         yield source, content[start:end]
 

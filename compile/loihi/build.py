@@ -232,7 +232,7 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
     if rewrite.input_weight is not None:
         model.node_neurons = SparseInputNeurons(dt_s, rewrite.input_weight)
     with (
-        _shared_filters_unsaid(),
+        _without_filter_warnings(),
         numpy1_semantics(),
         quick_builder(),
         connections_probed_on_host(),
@@ -256,7 +256,7 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
 
 
 @contextlib.contextmanager
-def _shared_filters_unsaid() -> Iterator[None]:
+def _without_filter_warnings() -> Iterator[None]:
     """Ignore nengo-loihi's warnings of filters that share compartments: rule SP409 reports them."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="tau_s is (already|currently)")

@@ -98,7 +98,7 @@ def read_sources(process: DVSFileChipProcess) -> tuple[np.ndarray, np.ndarray]:
 
 
 @contextlib.contextmanager
-def read_here() -> Iterator[None]:
+def own_event_reader() -> Iterator[None]:
     """Let float Nengo read the files of nengo-loihi's processes with `read_sources`."""
     with TURN, replaced(DVSFileChipProcess, "_read_events", read_sources):
         yield

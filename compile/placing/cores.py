@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spikeport.compile.placing.heard import Heard
+from spikeport.compile.placing.core_traffic import CoreTraffic
 from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.problem import Bins, Problem
 from spikeport.compile.placing.tally import Tally
@@ -18,7 +18,7 @@ class Cores:
         self.tally = Tally(problem.room, problem.union)
         for core, load in enumerate(self.loads):
             self.tally.put(core, load)
-        self._heard: Heard | None = None  # built on first use: most rules need none
+        self._traffic: CoreTraffic | None = None  # built on first use: most rules need none
 
     def with_room(self, block: int) -> np.ndarray:
         """Return the cores that have room for a block, ascending."""
@@ -34,9 +34,9 @@ class Cores:
 
     def spikes(self, block: int, cores: np.ndarray) -> np.ndarray:
         """Return the spikes between a block and some cores, (n,)."""
-        if self._heard is None:
-            self._heard = Heard(self._problem, self.bins)
-        spikes = self._heard.spikes(block)
+        if self._traffic is None:
+            self._traffic = CoreTraffic(self._problem, self.bins)
+        spikes = self._traffic.spikes(block)
         return np.array([spikes.get(core, 0) for core in cores.tolist()])
 
     def put(self, core: int, block: int) -> None:
@@ -53,6 +53,6 @@ class Cores:
         """Put other blocks on a core, with their load."""
         self.bins[core], self.loads[core] = blocks, load
         self.tally.put(core, load)
-        if self._heard is not None:
+        if self._traffic is not None:
             for block in blocks:
-                self._heard.move(block, core)
+                self._traffic.move(block, core)

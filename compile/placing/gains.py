@@ -9,7 +9,7 @@ from spikeport.compile.image.tables import flat, parts
 from spikeport.compile.image.traffic import BlockTraffic
 
 
-class _Heard(NamedTuple):
+class _CoreAudiences(NamedTuple):
     """The audiences of the blocks of a core: their numbers, and the position of the block of each.
 
     ``n`` is the number of blocks.
@@ -44,11 +44,11 @@ class Gains:
         # Zeros, except while `of` counts: it clears only its own entries, as most audiences are on
         # few cores.
         self._count = np.zeros(len(self._sources), dtype=int)
-        self._cores = [self._heard(blocks) for blocks in bins]
+        self._cores = [self._audiences_of(blocks) for blocks in bins]
 
     def put(self, core: int, blocks: Sequence[int]) -> None:
         """Set the blocks of a core."""
-        self._cores[core] = self._heard(blocks)
+        self._cores[core] = self._audiences_of(blocks)
 
     def of(self, block: int, home: int, core: int) -> np.ndarray:
         """Return the gains of swapping a block of one core with each block of another, in order."""
@@ -64,7 +64,9 @@ class Gains:
         gains: np.ndarray = gain + np.bincount(theirs.position, each, theirs.n)
         return gains
 
-    def _heard(self, blocks: Sequence[int]) -> _Heard:
+    def _audiences_of(self, blocks: Sequence[int]) -> _CoreAudiences:
         audiences = [self._audiences[block] for block in blocks]
         sizes = [len(mine) for mine in audiences]
-        return _Heard(flat(audiences), np.repeat(np.arange(len(blocks)), sizes), len(blocks))
+        return _CoreAudiences(
+            flat(audiences), np.repeat(np.arange(len(blocks)), sizes), len(blocks)
+        )

@@ -25,7 +25,7 @@ def lower_bound(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
     bounds : dict of str to int
         Bounds by reason; the largest of them again as ``"cores"``.
     """
-    bounds = {**sums(loads, room), "apart": _apart(loads, room)}
+    bounds = {**sums(loads, room), "apart": _incompatible(loads, room)}
     return {**bounds, "cores": max(bounds.values())}
 
 
@@ -43,26 +43,26 @@ def sums(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
         The capacity of a core.
     """
     total = together(loads)
-    # Settings that blocks of a core must share are left out: `_apart` takes account of them.
+    # Settings that blocks of a core must share are left out: `_incompatible` takes account of them.
     counts = [mask.bit_count() for mask in total.profiles[: len(PROFILES)]]
     used, most = (*total.amounts, *counts), (*room.amounts, *room.profiles)
     names = AMOUNTS + PROFILES
     return {name: math.ceil(a / b) for name, a, b in zip(names, used, most, strict=False)}
 
 
-def _apart(loads: Sequence[Load], room: Capacity) -> int:
+def _incompatible(loads: Sequence[Load], room: Capacity) -> int:
     """Return the size of the largest such set found, with blocks sorted by each amount in turn."""
 
     def by_amount(kind: int) -> list[Load]:
         return sorted(loads, key=lambda load: load.amounts[kind], reverse=True)
 
-    return max(_n_apart(by_amount(kind), room) for kind in range(len(room.amounts)))
+    return max(_count_incompatible(by_amount(kind), room) for kind in range(len(room.amounts)))
 
 
-def _n_apart(loads: Iterable[Load], room: Capacity) -> int:
+def _count_incompatible(loads: Iterable[Load], room: Capacity) -> int:
     """Count blocks, in this order, that do not fit on a core with any block counted before."""
-    apart: list[Load] = []
+    chosen: list[Load] = []
     for load in loads:
-        if not any(room.holds(load.joined(other)) for other in apart):
-            apart.append(load)
-    return len(apart)
+        if not any(room.holds(load.joined(other)) for other in chosen):
+            chosen.append(load)
+    return len(chosen)

@@ -24,10 +24,10 @@ class Search:
         self._demands: dict[int, Demand] = {}
         self._found: dict[tuple[int, Capacity, bytes], list[int]] = {}
         self._uncut_slots = out_slots(image, chip)
-        ways = deliveries(image)
+        paths = deliveries(image)
         # Cuts change only the output axons of sources, and spikes from the host need none of a
         # core.
-        self._ways = ways.of(ways.source < image.n_compartments)
+        self._paths = paths.of(paths.source < image.n_compartments)
 
     def bounds(self, room: Capacity) -> dict[int, list[int]]:
         """Return the cuts of blocks that are too large: the ends of their pieces, 0 to the last.
@@ -87,7 +87,7 @@ class Search:
             axons = part(self._image.groups.axon_start, group)
             more[axons] = (reached - 1) * per_axon[group]
         slots = self._uncut_slots.copy()
-        np.add.at(slots, self._ways.source, more[self._ways.axon])
+        np.add.at(slots, self._paths.source, more[self._paths.axon])
         return slots
 
 

@@ -5,8 +5,8 @@ from itertools import accumulate
 
 import numpy as np
 
+from spikeport.compile.placing.core_traffic import CoreTraffic
 from spikeport.compile.placing.gains import Gains
-from spikeport.compile.placing.heard import Heard
 from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.problem import Bins, Problem
 
@@ -46,8 +46,8 @@ class Settling:
         self.bins = [list(blocks) for blocks in bins]
         number: dict[Load, int] = {}
         self._kinds = [number.setdefault(load, len(number)) for load in problem.loads]
-        self._heard = Heard(problem, bins)
-        self._core = self._heard.core
+        self._traffic = CoreTraffic(problem, bins)
+        self._core = self._traffic.core
         self._gains = Gains(problem.traffic, self.bins)
         # The number of moves, when each core last changed, and when each block last stayed.
         self._n_moves = 1
@@ -58,7 +58,7 @@ class Settling:
 
     def settle(self, block: int) -> bool:
         """Move or swap a block if this brings more spikes within cores; return whether it moved."""
-        home, spikes = self._core[block], self._heard.spikes(block)
+        home, spikes = self._core[block], self._traffic.spikes(block)
         # If neither its own core nor a core that it shares spikes with has changed, it stays again.
         if max(self._changed[core] for core in (home, *spikes)) <= self._stayed[block]:
             return False
@@ -113,7 +113,7 @@ class Settling:
         self.bins[core] = blocks
         self._gains.put(core, blocks)
         for block in blocks:
-            self._heard.move(block, core)
+            self._traffic.move(block, core)
         self._n_moves += 1
         self._changed[core] = self._n_moves
         self._loads.pop(core, None)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from spikeport.compile.loihi import events
-from spikeport.compile.loihi.events import event_steps, read_here, read_sources
+from spikeport.compile.loihi.events import event_steps, own_event_reader, read_sources
 from spikeport.errors import UsageError
 from tests.helpers.event_files import HEADER, process_of, random_events, write_events
 
@@ -70,7 +70,7 @@ def test_a_file_without_events_has_none(tmp_path: Path) -> None:
 def test_float_nengo_reads_by_the_same_reader_and_no_longer(tmp_path: Path) -> None:
     process = process_of(write_events(tmp_path / "camera.events", **GOOD))
     theirs = type(process)._read_events
-    with read_here():
+    with own_event_reader():
         step = process.make_step((0,), (process.size,), 0.001, None, None)
     assert type(process)._read_events is theirs
     image = step(0.02)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from spikeport.compile.placing.core_traffic import CoreTraffic
 from spikeport.compile.placing.gains import Gains
-from spikeport.compile.placing.heard import Heard
 from spikeport.compile.placing.load import Load
 from spikeport.compile.placing.packing import pack
 from spikeport.compile.placing.problem import Bins, Problem
@@ -113,8 +113,8 @@ def test_spikes_of_the_blocks_of_another_core_are_counted_at_once(
     of = problem(*[1] * 79, room=cores_of(40), audiences={tuple(range(79)): 3})
     bins = [list(range(40)), list(range(40, 79))]
     spikes, gains = [], []
-    count, gain = Heard.spikes, Gains.of
-    monkeypatch.setattr(Heard, "spikes", lambda *of: spikes.append(1) or count(*of))
+    count, gain = CoreTraffic.spikes, Gains.of
+    monkeypatch.setattr(CoreTraffic, "spikes", lambda *of: spikes.append(1) or count(*of))
     monkeypatch.setattr(Gains, "of", lambda *of: gains.append(1) or gain(*of))
     assert settled(of, bins) == bins
     assert len(spikes) == 79

@@ -9,7 +9,7 @@ from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.build import build
-from spikeport.compile.loihi.torn import torn
+from spikeport.compile.loihi.split_learning import split_learning
 from spikeport.compile.pipeline import compile_network
 
 
@@ -34,7 +34,7 @@ def test_weights_that_learn_are_refused_on_several_cores(
     n_neurons: int, n_values: int, n_cores: int
 ) -> None:
     network = learning(n_neurons, n_values)
-    found = list(torn(build(Rewrite(network, Names(network)), dt_s=0.001)))
+    found = list(split_learning(build(Rewrite(network, Names(network)), dt_s=0.001)))
     used = f"{n_neurons} neurons decode {n_values} values, on {n_cores} cores"
     assert [one.used for one in found] == ([used] if n_cores > 1 else [])
 

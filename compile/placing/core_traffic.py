@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from spikeport.compile.placing.problem import Problem
 
 
-class Heard:
+class CoreTraffic:
     """Blocks on cores, and the number of blocks of each audience on each core.
 
     It does not list pairs of blocks of an audience, since they would be too many.
@@ -27,7 +27,7 @@ class Heard:
     def __init__(self, problem: Problem, bins: Sequence[Sequence[int]]) -> None:
         self._partners, self._audiences = problem.partners, problem.audiences
         self.core = {block: core for core, blocks in enumerate(bins) for block in blocks}
-        self._heard = [
+        self._counts = [
             Counter(self.core[block] for block in blocks if block in self.core)
             for blocks in problem.traffic.audiences
         ]
@@ -39,12 +39,12 @@ class Heard:
             return
         self.core[block] = core
         for number in self._audiences[block]:
-            heard = self._heard[number]
-            heard[core] += 1
+            on_cores = self._counts[number]
+            on_cores[core] += 1
             if home is not None:
-                heard[home] -= 1
-                if not heard[home]:
-                    del heard[home]
+                on_cores[home] -= 1
+                if not on_cores[home]:
+                    del on_cores[home]
 
     def spikes(self, block: int) -> dict[int, float]:
         """Return the spikes between a block and each core that it exchanges any with."""
@@ -54,7 +54,7 @@ class Heard:
             if (core := self.core.get(partner)) is not None:
                 spikes[core] = spikes.get(core, 0) + n
         for number, sources in self._audiences[block].items():
-            for core, n in self._heard[number].items():
+            for core, n in self._counts[number].items():
                 # A block is no partner of itself.
                 if others := n - (core == home):
                     spikes[core] = spikes.get(core, 0) + sources * others

@@ -13,7 +13,7 @@ from spikeport.compile.check.violation import Violation
 from spikeport.compile.loihi.blocks import FloatBlocks
 
 
-def torn(floats: FloatBlocks) -> Iterator[Violation]:
+def split_learning(floats: FloatBlocks) -> Iterator[Violation]:
     """Yield a violation of SP012 for each connection whose learning weights were split."""
     whole = {synapse for block in floats.blocks for synapse in block.synapses}
     model = floats.model
