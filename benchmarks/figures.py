@@ -42,7 +42,7 @@ class Differing(NamedTuple):
 
     document: str
     sentence: str
-    likest: str
+    closest: str
 
 
 def results_in(folder: Path) -> Results:
@@ -75,7 +75,7 @@ def run(names: Iterable[str]) -> int:
         # Sweeps and evaluations skip their finished points by themselves.
         if command.startswith(("sweep", "evaluate")) or not results_in(folder):
             if QUIET_POLICY in command and not (ROOT / QUIET_POLICY).exists():
-                print(f"{name}: {QUIET_POLICY} is not there; docs/paper.md has it by: {TRAINING}")
+                print(f"{name}: {QUIET_POLICY} is missing; make it with: {TRAINING}")
                 failed += 1
                 continue
             print(f"{name}: spikeport {command}", flush=True)
@@ -102,8 +102,8 @@ def differing(stated: Stated, results: Mapping[str, Results], text: str) -> Iter
     whole = _spaced(text)
     for sentence in stated.sentences(results):
         if _spaced(sentence) not in whole:
-            likest = difflib.get_close_matches(sentence, text.splitlines(), n=1, cutoff=0)
-            yield Differing(stated.document, sentence, *likest)
+            closest = difflib.get_close_matches(sentence, text.splitlines(), n=1, cutoff=0)
+            yield Differing(stated.document, sentence, *closest)
 
 
 def _spaced(text: str) -> str:
@@ -126,7 +126,7 @@ def check(
             differ += 1
             print(f"{found.document}: {one.name}")
             print(f"  results: {found.sentence}")
-            print(f"  likest:  {found.likest}")
+            print(f"  closest: {found.closest}")
     print(f"{made} of {len(stated)} statements have results; {differ} sentences differ")
     return int(differ > 0 or made < len(stated))
 

@@ -116,9 +116,9 @@ def described(walked: list[Walked]) -> str:
     own_m = [one.estimator["place_deviation_m"] for one in estimated]
     own = "-" if None in own_m else f"{max(own_m):.3f}"
     return (
-        f"{line}; off the path {max(one.off_path_m for one in estimated):.3f} m, velocity off by "
-        f"{', '.join(f'{v:.3f}' for v in velocity)} m/s, place by {place_m:.2f} m, by itself "
-        f"{own} m, heading by {1000 * heading_rad:.0f} mrad"
+        f"{line}; off the path {max(one.off_path_m for one in estimated):.3f} m, velocity error "
+        f"{', '.join(f'{v:.3f}' for v in velocity)} m/s, place error {place_m:.2f} m (own estimate "
+        f"{own} m), heading error {1000 * heading_rad:.0f} mrad"
     )
 
 

@@ -33,8 +33,8 @@ HERE = str(Path(__file__).parents[1] / "src")
 def site(folder: str) -> str:
     """Return a folder if it holds a version; otherwise this one would be compared with itself."""
     if not Path(folder, "spikeport", "__init__.py").is_file():
-        cure = f"pip install --no-deps --target {folder} of a checkout puts one there"
-        raise ArgumentTypeError(f"{folder}: no spikeport lies in it; {cure}")
+        cure = f"install one with pip install --no-deps --target {folder} CHECKOUT"
+        raise ArgumentTypeError(f"{folder}: contains no spikeport; {cure}")
     return folder
 
 
@@ -60,7 +60,9 @@ class Version:
             self._process.stdin.flush()
         answer = self._process.stdout.readline()
         if not answer:
-            sys.exit(f"{self._folder}: its run has ended: as said above, or --blocks are too many")
+            sys.exit(
+                f"{self._folder}: its run has ended; see the error above, or give fewer --blocks"
+            )
         return float(answer)
 
     def close(self) -> None:
@@ -130,7 +132,7 @@ def new_parser(description: str | None, option: str, names: Collection[str]) -> 
     ``--serve`` is for the processes of the versions: each gets one of the names.
     """
     parser = ArgumentParser(description=description)
-    parser.add_argument("old_site", type=site, help="folder in which the other version lies")
+    parser.add_argument("old_site", type=site, help="folder with the other version")
     parser.add_argument(option, action="append", choices=names)
     parser.add_argument("--serve", choices=names, help=SUPPRESS)
     return parser

@@ -53,7 +53,9 @@ def values(what: str, numbers: ArrayLike, joints: Sequence[str]) -> np.ndarray:
     """
     array = np.asarray(numbers, dtype=float)
     if array.shape not in ((), (len(joints),)):
-        raise UsageError(f"{what}: shape {array.shape} for {len(joints)} joints; give one each")
+        raise UsageError(
+            f"{what}: shape {array.shape} for {len(joints)} joints; give one number per joint"
+        )
     array = array if array.ndim else np.full(len(joints), array)
     finite = np.isfinite(array)
     if np.count_nonzero(finite) < len(finite):

@@ -46,7 +46,7 @@ def _weigh(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
     if torso.mass + perturbation.payload <= 0:
         raise UsageError(
             f"payload={perturbation.payload:g}: the torso weighs {torso.mass:.1f} kg with mass="
-            f"{perturbation.mass:g}, and would weigh nothing; cure: take less off it"
+            f"{perturbation.mass:g}, so nothing would be left of it; cure: a larger payload"
         )
     torso.mass += perturbation.payload
     torso.ipos += np.array([perturbation.com_x, perturbation.com_y, 0.0])

@@ -200,8 +200,8 @@ def _numbers(text: str, numbers: list[str]) -> list[float]:
 
 def _no_terrain(text: str) -> UsageError:
     return UsageError(
-        f"terrain={text}: no terrain; expected {FLAT}, slope:DEGREES, slope:DEGREES:SIDE, boxes:M "
-        "or relief:M, as boxes:0.01"
+        f"terrain={text}: unknown terrain; expected {FLAT}, slope:DEGREES, slope:DEGREES:SIDE, "
+        "boxes:M or relief:M, such as boxes:0.01"
     )
 
 

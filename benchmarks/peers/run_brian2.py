@@ -6,7 +6,7 @@ from brian2 import Network, NeuronGroup, SpikeMonitor, Synapses, ms
 from traffic import Running, Traffic, contest
 
 
-def made(traffic: Traffic) -> Running:
+def build(traffic: Traffic) -> Running:
     """Build the network."""
     brian2.prefs.codegen.target = "cython"
     brian2.defaultclock.dt = 1 * ms
@@ -24,4 +24,4 @@ def made(traffic: Traffic) -> Running:
     return Running(lambda steps: network.run(steps * ms), lambda: np.array(spikes.count))
 
 
-contest(f"brian2 {brian2.__version__}, Cython", made)
+contest(f"brian2 {brian2.__version__}, Cython", build)

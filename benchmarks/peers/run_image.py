@@ -39,7 +39,7 @@ def emulator(image):
     return chip, lambda: chip.spike_count
 
 
-def made(_traffic: Traffic) -> Running:
+def build(_traffic: Traffic) -> Running:
     """Load the image, which holds the same network."""
     image = ChipImage.load(sys.argv[3])
     chip, spikes = {"native": native, "nengo-loihi": emulator}[sys.argv[4]](image)
@@ -52,4 +52,4 @@ def made(_traffic: Traffic) -> Running:
 
 
 package = {"native": "spikeport", "nengo-loihi": "nengo-loihi"}[sys.argv[4]]
-contest(f"{package} {version(package)}", made)
+contest(f"{package} {version(package)}", build)

@@ -29,7 +29,7 @@ class IntegrateAndFire(nengo.neurons.NeuronType):
         self.count[:] += fires
 
 
-def made(traffic: Traffic) -> Running:
+def build(traffic: Traffic) -> Running:
     """Build the network."""
     IntegrateAndFire.vth = traffic.vth
     IntegrateAndFire.count = count = np.zeros(traffic.n, dtype=int)
@@ -51,4 +51,4 @@ def made(traffic: Traffic) -> Running:
     return Running(simulator.run_steps, lambda: count)
 
 
-contest(f"Nengo {nengo.__version__}", made)
+contest(f"Nengo {nengo.__version__}", build)

@@ -7,7 +7,7 @@ from traffic import Running, Traffic, contest
 NO_LEAK_MS = 1e12
 
 
-def made(traffic: Traffic) -> Running:
+def build(traffic: Traffic) -> Running:
     """Build the network."""
     nest.set_verbosity("M_ERROR")
     nest.resolution = 1.0
@@ -28,4 +28,4 @@ def made(traffic: Traffic) -> Running:
     return Running(lambda steps: nest.Run(float(steps)), spikes)
 
 
-contest(f"NEST {nest.__version__}", made)
+contest(f"NEST {nest.__version__}", build)

@@ -24,7 +24,7 @@ def netlist(traffic: Traffic) -> Iterator[str]:
         yield f"& 0.{i}@{tile}.{core}"
 
 
-def made(traffic: Traffic) -> Running:
+def build(traffic: Traffic) -> Running:
     """Build the network."""
     arch = sanafe.load_arch(Path(sanafe.__file__).parent / "examples" / "loihi.yaml")
     with tempfile.TemporaryDirectory() as folder:
@@ -41,4 +41,4 @@ def made(traffic: Traffic) -> Running:
     return Running(run, lambda: np.array(fired))
 
 
-contest(f"SANA-FE {version('sanafe')}", made)
+contest(f"SANA-FE {version('sanafe')}", build)

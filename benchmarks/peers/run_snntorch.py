@@ -8,7 +8,7 @@ import torch
 from traffic import Running, Traffic, contest
 
 
-def made(traffic: Traffic) -> Running:
+def build(traffic: Traffic) -> Running:
     """Build the network."""
     torch.set_num_threads(1)
     torch.set_grad_enabled(False)
@@ -31,4 +31,4 @@ def made(traffic: Traffic) -> Running:
     return Running(run, lambda: count.numpy().astype(int))
 
 
-contest(f"snnTorch {snntorch.__version__}, PyTorch {torch.__version__}", made)
+contest(f"snnTorch {snntorch.__version__}, PyTorch {torch.__version__}", build)

@@ -72,13 +72,13 @@ class Running(NamedTuple):
     spikes: Callable[[], np.ndarray]
 
 
-def contest(version: str, made: Callable[[Traffic], Running]) -> None:
+def contest(version: str, build: Callable[[Traffic], Running]) -> None:
     """Build and run the network in the file that the first command-line argument names.
 
     The second argument is the file for the result: CPU time, and spikes by neuron, or in sum.
     """
     begin = time.process_time()
-    run, spikes = made(load(sys.argv[1]))
+    run, spikes = build(load(sys.argv[1]))
     run(WARM_UP)
     before, built_s = spikes().copy(), time.process_time() - begin
     begin = time.process_time()

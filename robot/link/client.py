@@ -188,7 +188,7 @@ class InlineRobot(CommandedRobot):
         """Answer an observation, and return the next; see `RobotClient.exchange`."""
         self._send(last.asks, motors)
         if self._robot.silent:
-            raise RobotLostError(f"the robot does not answer its state of {last.asks:,} ms")
+            raise RobotLostError(f"the robot sent no state after that of {last.asks:,} ms")
         messages = self._robot.published()
         try:
             return self._follow(last, observed(messages))
@@ -197,7 +197,7 @@ class InlineRobot(CommandedRobot):
             raise self._damped(turn_of(messages.state).asks, str(error)) from None
 
     def _send(self, tick: int, motors: MotorCommands) -> None:
-        self._robot.answered(encode_command(Command(tick, motors)), writer=1)
+        self._robot.take_answer(encode_command(Command(tick, motors)), writer=1)
 
     def close(self) -> None:
         """Leave the robot, and warn of faults of its plan that were never reached."""

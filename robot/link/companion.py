@@ -87,7 +87,10 @@ class Companion:
         message, writer = arrival
         if self._writer not in (0, writer):
             self.refused += 1
-            return f"written by {writer}, before by {self._writer}; only one may publish there"
+            return (
+                f"came from writer {writer}, earlier ones from writer {self._writer}; only one may "
+                "publish on this topic"
+            )
         try:
             self.newest = decode_base(message)
         except MessageError:

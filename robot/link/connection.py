@@ -64,18 +64,19 @@ class RobotOptions:
                 "--robot-states is for --robot dds:... in real time; elsewhere a run starts at once"
             )
         if self.priority is not None and not self.real_time:
-            raise UsageError("--robot-priority is for real time; in lock-step nobody is late")
+            raise UsageError("--robot-priority is for real time; lock-step has no deadlines")
         if self.robot in (INLINE, STUB):
             if self.faults and self.real_time:
                 raise UsageError("--robot-fault is for lock-step: real time has faults of its own")
             if self.real_time and self.robot == INLINE:
-                raise UsageError("an inline robot has no clock; real time takes --robot stub")
+                raise UsageError("an inline robot has no clock; for real time, give --robot stub")
             return
         self.place.check(self.may_move_a_robot)
         if not self.real_time and self.place.domain == REAL:
             raise UsageError(
-                f"--robot-lock-step in domain {REAL}: a real robot waits for no answer, and would "
-                "be driven at once; serve a simulation in domain 1, or leave out --robot-lock-step"
+                f"--robot-lock-step in domain {REAL}: a real robot does not wait for answers, "
+                "and would move at once; serve a simulation in domain 1, or leave out "
+                "--robot-lock-step"
             )
         if self.estimates == TRUTH and self.place.may_be_real:
             # A robot in sport mode publishes on that topic, and falls silent there when released.
@@ -84,7 +85,10 @@ class RobotOptions:
                 "there; give --estimator ekf, or odometer where the robot has one"
             )
         if self.faults:
-            raise UsageError("--robot-fault is for inline and stub; else give --fault to the robot")
+            raise UsageError(
+                "--robot-fault is for --robot inline and stub; for others, give --fault to "
+                "spikeport robot serve"
+            )
 
     @property
     def estimates(self) -> str:

@@ -29,8 +29,8 @@ KEYS = {
 }
 """The keys of the remote and the terminal that leave each state, as users read them."""
 REMOTE_ALONE = (
-    "robot: no key of a terminal is heard, the remote's are; cure: with no remote, run the command "
-    "in the foreground of a terminal"
+    "robot: only the remote's keys are read, not a terminal's; cure: without a remote, run the "
+    "command in the foreground of a terminal"
 )
 """The line for users whose command has no terminal, or is not in its foreground."""
 

@@ -14,8 +14,8 @@ from spikeport.fault_plan import Fault, FaultPlan, Faults, unreached
 Message = TypeVar("Message")
 
 _OF_A_WAY = {
-    "delay": "it arrives so many ms later",
-    "jitter": "it arrives later, by a time drawn from an exponential distribution of that mean",
+    "delay": "it arrives this many ms later",
+    "jitter": "it arrives later, by a random time, exponentially distributed with this mean",
     "loss": "it is lost",
     "duplicate": "it arrives again after the next one",
     "reorder": "it arrives after the next one",

@@ -12,9 +12,9 @@ class Held(Enum):
     """The hold of a hoist on a robot, from one `Hoist.pull` to the next."""
 
     HANGS = "hangs on its hoist"
-    LOWERS = "is let down"
+    LOWERS = "is being lowered to the floor"
     STANDS = "stands on the floor, and its hoist still holds it"
-    FREE = "is let go of"
+    FREE = "is released from its hoist"
 
 
 class Hoist:

@@ -72,7 +72,7 @@ class Heard:
         if self.refused:
             found.append(f"{self.refused:,} states would be refused, the last: {self.reason}")
         if len(self.writers) > 1:
-            found.append(f"{len(self.writers)} processes write them; one at a time")
+            found.append(f"{len(self.writers)} processes publish states; only one may")
         return found
 
     def lines(self) -> list[str]:
@@ -98,7 +98,7 @@ def _moments(ticks: list[int]) -> str:
     if not ticks:
         return "no message could be read"
     if len(ticks) < 2:
-        return "their tick stands still, as a simulation's until its first command"
+        return "their tick does not advance, like that of a simulation before its first command"
     # The median, as some states may have been missed.
     apart_ms = np.median(np.diff(ticks))
     return f"ticks from {ticks[0]:,} to {ticks[-1]:,} ms, {apart_ms:g} ms apart"

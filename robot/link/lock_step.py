@@ -94,7 +94,7 @@ class LockStep:
         truth = robot.truth() if self._tells_truth else None
         return Outgoing(robot.tick, sensors, truth, robot.odometry())
 
-    def answered(self, message: bytes, writer: int) -> bool:
+    def take_answer(self, message: bytes, writer: int) -> bool:
         """Step if a message answers the present state; other messages change nothing.
 
         Raises

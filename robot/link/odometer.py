@@ -18,8 +18,8 @@ from spikeport.robot.link.codec import Base
 from spikeport.robot.link.signals import Sensors
 
 UNTURNED = (
-    "odometry without an orientation: nothing says how its world is turned against the robot's "
-    "heading; cure: publish the pelvis' orientation, or its heading at least, in "
+    "odometry without an orientation: the angle between its world and the robot's heading is "
+    "unknown; cure: publish the pelvis' orientation, or at least its heading, in "
     "imu_state.quaternion, or give --estimator ekf"
 )
 """The reason why a run with such odometry is refused."""

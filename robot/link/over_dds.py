@@ -43,6 +43,8 @@ RESTART_S = 1.0
 SLICE_S = 0.2
 DAMPINGS = 3
 """The number of damping commands that a controller sends as it leaves."""
+_ANOTHER_DRIVES = "another controller drives the robot; only one can at a time"
+"""The reason why a controller that comes second has no robot."""
 _SERVED_WITH = {TRUTHS: "--truth", ODOMETRY: "--odometer"}
 """The option of `spikeport robot serve` that publishes a topic."""
 
@@ -119,8 +121,8 @@ class DdsRobot(CommandedRobot):
             if found is not None and self._commands.n_readers:
                 return found
             if found is not None:
-                self._lacks = "it publishes states, and reads no commands"
-        raise RobotLostError(f"no robot to begin with in {FIRST_S:g} s: {self._lacks}")
+                self._lacks = "it publishes states but does not read commands"
+        raise RobotLostError(f"no robot was ready within {FIRST_S:g} s: {self._lacks}")
 
     def _newest(self, within_s: float) -> Observed | None:
         """Return the newest observation of those that come within a time."""
@@ -170,7 +172,10 @@ class DdsRobot(CommandedRobot):
         """Return the observation of a state; None if it is refused. The first writer is trusted."""
         message, writer = arrival
         if self._writer not in (0, writer):
-            self._refuse(f"a state written by {writer}, those before by {self._writer}", message)
+            self._refuse(
+                f"a state came from writer {writer}, earlier states from writer {self._writer}",
+                message,
+            )
             return None
         try:
             found = observed(Published(message, None), writer, remote_of(message))
@@ -184,7 +189,7 @@ class DdsRobot(CommandedRobot):
         """Count a refused message; during a run, damp the robot and end the run."""
         self._refusals += 1
         self.figures.damaged += 1
-        self._lacks = f"its last state was refused, {reason}"
+        self._lacks = f"its last state was refused ({reason})"
         if self._runs:
             # A message of another size has no fields in known places.
             self._distrust(turn_of(message).asks if len(message) == STATE.size else 0, reason)
@@ -245,7 +250,7 @@ class LockStepRobot(DdsRobot):
                 self._trips.add(time.perf_counter() - begin)
                 return self._follow(last, found)
             self._send(last.asks, motors)  # it asks again: the answer was lost
-        raise RobotLostError(f"the robot does not answer its state of {last.asks:,} ms")
+        raise RobotLostError(f"the robot sent no state after that of {last.asks:,} ms")
 
     def _read(self, arrival: "Arrival") -> Observed | None:
         """Return the observation of a state that is for this controller; None if it is not.
@@ -257,14 +262,14 @@ class LockStepRobot(DdsRobot):
         if found is not None and not self._runs and turn_of(arrival.message).asks == 0:
             # It would step by its clock, however long an answer takes.
             raise RobotLostError(
-                "this robot keeps to the clock, and waits for no answer; cure: serve it with "
+                "this robot runs in real time and does not wait for answers; cure: serve it with "
                 "--lock-step, or leave out --robot-lock-step"
             )
         if found is None or found.controller in (0, self._commands.number * self._runs):
             return found
         if self._runs:
-            raise RobotLostError("another controller drives the robot; one at a time")
-        self._lacks = "another controller drives the one that is there; one at a time"
+            raise RobotLostError(_ANOTHER_DRIVES)
+        self._lacks = _ANOTHER_DRIVES
         return None
 
     def summary(self) -> dict[str, object]:
@@ -303,11 +308,11 @@ class RealTimeRobot(DdsRobot):
         self._limits = h1_limits()
         self._seen_s = self._beside_s = 0.0
         self._came = 0
-        self._rest = ExitStack()
+        self._undisturbed = ExitStack()
 
     def first(self) -> Observed:
         """Return the first observation; see `RobotClient.first`."""
-        self._rest.enter_context(undisturbed(self._priority))
+        self._undisturbed.enter_context(undisturbed(self._priority))
         found = super().first()
         self._deadlines.begin()
         self._seen_s = self._beside_s = self._clock.now()
@@ -365,7 +370,7 @@ class RealTimeRobot(DdsRobot):
     def close(self) -> None:
         """Command damping, if the robot was ever commanded, and leave."""
         with ExitStack() as left:  # all are done, even if the bus cannot be written to
-            left.callback(self._rest.close)
+            left.callback(self._undisturbed.close)
             left.callback(super().close)
             # Several, since in real time a message may be lost, and nobody is left to repeat it.
             for _ in range(DAMPINGS if self._commanded else 0):

@@ -154,7 +154,7 @@ class SimulatedRobot:
         The robot obeys the first writer of a valid command, until that writer is gone.
         """
         if self._writer not in (None, writer):
-            self._refuse("second_writer", "another writer is obeyed; one at a time")
+            self._refuse("second_writer", "the robot obeys another writer; only one at a time")
             return None
         try:
             command = decode_command(message)
@@ -162,7 +162,9 @@ class SimulatedRobot:
             self._refuse("damaged", str(error))
             return None
         if self.sport_mode:
-            self._refuse("sport_mode", f"mode '{self.sport_mode}' commands; release it first")
+            self._refuse(
+                "sport_mode", f"the robot is in mode '{self.sport_mode}'; release it first"
+            )
             return None
         # Set only here, so that a damaged command does not make the robot obey its writer.
         self._writer = writer

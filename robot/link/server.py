@@ -192,7 +192,7 @@ def serve_lock_step(
         # A state or its answer may be lost, so the state is published again after this time.
         arrivals = interface.commands.take(AGAIN_S)
         for arrival in arrivals:
-            robot.answered(arrival.message, arrival.writer)
+            robot.take_answer(arrival.message, arrival.writer)
         if arrivals:
             continue
         attendant.look()

@@ -63,8 +63,8 @@ class SportModeRelease:
         # Something switches the mode back, so further releases would never end.
         if self._releases == MOST_RELEASES:
             raise BackendError(
-                f"the robot is still in mode '{self.mode}' after {MOST_RELEASES} releases; end "
-                "what runs on it by its own remote or app, then start again"
+                f"the robot is still in mode '{self.mode}' after {MOST_RELEASES} releases; stop "
+                "the running program with the robot's remote or app, then start again"
             )
         self._releases += 1
         self._asked("ReleaseMode", RELEASE_MODE)
@@ -73,8 +73,8 @@ class SportModeRelease:
         answer = self._request(number, EMPTY)
         if answer.code:
             raise BackendError(
-                f"the motion switcher answered {name} by error {answer.code}; is the robot up, and "
-                "is no other program switching its mode?"
+                f"the motion switcher answered {name} with error {answer.code}; is the robot up, "
+                "and is no other program switching its mode?"
             )
         return answer
 
@@ -91,6 +91,6 @@ def _mode(data: str) -> str:
         or not (name.isascii() and name.isprintable())
     ):
         raise BackendError(
-            f"the motion switcher answered CheckMode by {data[:80]!a}: no mode's name"
+            f"the motion switcher answered CheckMode with {data[:80]!a}, which is not a mode's name"
         )
     return name

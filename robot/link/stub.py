@@ -47,7 +47,7 @@ class StubRobot(RobotClient):
     ) -> None:
         super().__init__()
         self._claim, place = _free_domain()
-        self._words = ""
+        self._output = ""
         self._plan = [FAULTS.parse(text) for text in faults]
         self._commands = 0
         try:
@@ -80,8 +80,8 @@ class StubRobot(RobotClient):
             # The last output of a robot that died says more than its silence.
             if self._child.runs:
                 raise
-            self._words = self._child.close()
-            raise RobotLostError(f"{error}; its process ended: {self._words}") from None
+            self._output = self._child.close()
+            raise RobotLostError(f"{error}; its process ended: {self._output}") from None
 
     def close(self) -> None:
         """Leave the robot, wait for the end of its process, and warn of faults never reached."""
@@ -98,19 +98,19 @@ class StubRobot(RobotClient):
 
     def _end(self) -> None:
         """Wait for the end of the robot's process, and keep its last output."""
-        self._words = self._words or self._child.close()
+        self._output = self._output or self._child.close()
 
     def summary(self) -> dict[str, object]:
         """Return the figures, with the robot's own summary once it has ended."""
-        return {**self._client.summary(), "robot": _last_words(self._words)}
+        return {**self._client.summary(), "robot": _summary_of(self._output)}
 
 
-def _last_words(words: str) -> object:
+def _summary_of(output: str) -> object:
     """Return the summary that a robot prints as it ends; without one, its output."""
     try:
-        return json.loads(words.splitlines()[-1].removeprefix("robot: "))
+        return json.loads(output.splitlines()[-1].removeprefix("robot: "))
     except (IndexError, ValueError):
-        return words
+        return output
 
 
 def _arguments(

@@ -54,13 +54,13 @@ def test_what_results_say_may_stand_in_a_table_and_across_lines(root, capsys, ma
     assert checked(root, capsys, makes, {"walk": walks()}) == (0, [summary])
 
 
-def test_a_figure_that_differs_is_shown_beside_the_likest_line(root, capsys):
+def test_a_figure_that_differs_is_shown_beside_the_closest_line(root, capsys):
     assert checked(root, capsys, row, {"walk": walks(0.0036)}) == (
         1,
         [
             "walks.md: row",
             "  results: | line | 3.6 4.9 |",
-            "  likest:  | line | 3.4 4.9 |",
+            "  closest: | line | 3.4 4.9 |",
             "1 of 1 statements have results; 1 sentences differ",
         ],
     )
@@ -119,7 +119,7 @@ def test_a_policy_that_is_not_there_has_the_command_that_makes_it(tmp_path, monk
     monkeypatch.setattr(figures, "RESULTS", tmp_path)
     monkeypatch.setattr(figures.subprocess, "run", pytest.fail)
     assert figures.run(["quiet_exact"]) == 1
-    assert capsys.readouterr().out.endswith(f"by: {TRAINING}\n")
+    assert capsys.readouterr().out.endswith(f" is missing; make it with: {TRAINING}\n")
 
 
 def test_statements_rest_on_runs_that_there_are():

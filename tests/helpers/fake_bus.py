@@ -82,7 +82,7 @@ class FakeBus:
         if self.loses:
             self.loses -= 1
         else:
-            self.robot.answered(message, writer=1)
+            self.robot.take_answer(message, writer=1)
 
     def publish(self) -> None:
         if self.publishes:

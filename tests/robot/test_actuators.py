@@ -24,8 +24,8 @@ def test_one_number_serves_all_joints():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ([1, 2, 3], "kp: shape (3,) for 2 joints; give one each"),
-        ([[1, 2]], "kp: shape (1, 2) for 2 joints; give one each"),
+        ([1, 2, 3], "kp: shape (3,) for 2 joints; give one number per joint"),
+        ([[1, 2]], "kp: shape (1, 2) for 2 joints; give one number per joint"),
         ([1, np.inf], "kp: inf for joint 'b'; give finite numbers"),
     ],
 )

@@ -34,7 +34,7 @@ def test_bounds_themselves_are_allowed(name, bounds):
 
 
 def test_a_terrain_is_checked_with_the_others():
-    with pytest.raises(UsageError, match="terrain=moon: no terrain; expected flat"):
+    with pytest.raises(UsageError, match="terrain=moon: unknown terrain; expected flat"):
         Perturbation(terrain="moon")
 
 

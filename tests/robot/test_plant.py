@@ -275,7 +275,7 @@ def test_commands_need_one_finite_number_per_joint(free):
     before = free.data.ctrl.copy()
     with pytest.raises(UsageError) as error:
         free.torque(ARM_JOINTS, [1.0, 2.0])
-    assert str(error.value) == "torques_nm: shape (2,) for 4 joints; give one each"
+    assert str(error.value) == "torques_nm: shape (2,) for 4 joints; give one number per joint"
     with pytest.raises(UsageError) as error:
         free.hold(["torso"], [np.nan])
     assert str(error.value) == "targets_rad: nan for joint 'torso'; give finite numbers"

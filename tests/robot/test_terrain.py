@@ -9,8 +9,8 @@ from spikeport.robot.description import specified
 from spikeport.robot.terrain import Slope, Uneven, find_terrain
 
 EXPECTED = (
-    "no terrain; expected flat, slope:DEGREES, slope:DEGREES:SIDE, boxes:M or relief:M, as "
-    "boxes:0.01"
+    "unknown terrain; expected flat, slope:DEGREES, slope:DEGREES:SIDE, boxes:M or relief:M, "
+    "such as boxes:0.01"
 )
 
 

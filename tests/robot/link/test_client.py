@@ -31,7 +31,7 @@ def test_an_observation_answers_each_command() -> None:
 def test_a_robot_that_is_silent_is_given_up() -> None:
     robot = inline("stop@2")
     seen = robot.exchange(robot.first(), DAMPING)
-    with pytest.raises(RobotLostError, match="does not answer its state of 10 ms"):
+    with pytest.raises(RobotLostError, match="sent no state after that of 10 ms"):
         robot.exchange(seen, DAMPING)
 
 

@@ -83,7 +83,7 @@ def test_a_publisher_that_catches_up_is_waited_for_again() -> None:
 def test_the_first_writer_is_trusted_until_it_is_forgotten() -> None:
     companion, reader, _ = asked(lambda _: None)
     reader.queue.extend([b"nonsense", message(5), Arrival(message(10), 2), message(8)])
-    reason = "written by 2, before by 1; only one may publish there"
+    reason = "came from writer 2, earlier ones from writer 1; only one may publish on this topic"
     assert companion.take(5, waits=True) == reason
     assert companion.newest is not None
     assert (companion.newest.tick, companion.came, companion.refused) == (8, 2, 2)

@@ -27,7 +27,7 @@ def test_other_texts_are_refused_with_the_form(text: str) -> None:
     [
         (RobotOptions("stub", faults=("loss@3",), real_time=True), "is for lock-step"),
         (RobotOptions("inline", real_time=True), "an inline robot has no clock"),
-        (RobotOptions("dds:lo:1", faults=("loss@3",)), "is for inline and stub"),
+        (RobotOptions("dds:lo:1", faults=("loss@3",)), "is for --robot inline and stub"),
         (RobotOptions("dds:lo:0"), "would move"),
         (RobotOptions("inline", faults=("cut@3",)), "--robot-fault 'cut@3'"),
         (RobotOptions("stub", states=True, real_time=True), "--robot-states is for"),

@@ -149,7 +149,7 @@ def test_the_remote_starts_and_stops_it() -> None:
     keys.is_heard = False
     bus.pressed = {50: ("start",), 2500: ("A",), 2520: ("select",)}
     seen = robot.first()
-    assert words[0].startswith("robot: no key of a terminal is heard, the remote's are; cure: ")
+    assert words[0].startswith("robot: only the remote's keys are read, not a terminal's; cure: ")
     assert words[1].startswith("robot: zero torque. start or s: ")
     assert seen.tick == 2500
     while seen.tick < 2520:

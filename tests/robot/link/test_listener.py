@@ -42,7 +42,7 @@ def test_a_robot_that_stands_is_trusted_and_said_joint_by_joint() -> None:
 def test_a_tick_that_stands_still_and_a_tilt_are_said() -> None:
     lying = np.array([np.cos(np.pi / 4), np.sin(np.pi / 4), 0, 0])
     lines = heard(state(2), state(2, quaternion=lying)).lines()
-    assert "their tick stands still" in lines[0]
+    assert "their tick does not advance" in lines[0]
     assert "tilted by 90.0 degrees" in lines[1]
 
 
@@ -56,7 +56,7 @@ def test_where_no_state_could_be_read_nothing_is_said_of_its_tick() -> None:
     [
         (heard(state(2), bytes(1176)), "1 states would be refused, the last: LowState_: its check"),
         (heard(state(2, q=np.full(19, 4.0))), "the last: q of left_hip_yaw is 4 rad"),
-        (heard(state(2), state(4), writers=(1, 2)), "2 processes write them"),
+        (heard(state(2), state(4), writers=(1, 2)), "2 processes publish states"),
     ],
 )
 def test_what_a_controller_would_not_stand_is_said(found: Heard, words: str) -> None:
@@ -86,6 +86,6 @@ def listened() -> dict[str, object]:
 
 def test_nothing_is_sent_to_a_robot_that_is_listened_to() -> None:
     found = in_namespace(listened)
-    assert "their tick stands still" in found["lines"][0]
+    assert "their tick does not advance" in found["lines"][0]
     assert '"steps": 0' in found["robot"]
     assert found["nobody"] == "nobody published rt/lowstate for 0.2 s"

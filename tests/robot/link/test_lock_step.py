@@ -24,7 +24,7 @@ def lock_step(*faults: str, truth: bool = True) -> LockStep:
 
 def answer(one: LockStep, motors: MotorCommands = HOLD, tick: int | None = None) -> bool:
     command = Command(one.robot.tick if tick is None else tick, motors)
-    return one.answered(encode_command(command), writer=1)
+    return one.take_answer(encode_command(command), writer=1)
 
 
 def run(one: LockStep, steps: int) -> dict[str, object]:
@@ -38,8 +38,8 @@ def test_an_answer_is_a_step_and_nothing_else_is() -> None:
     assert answer(one)
     assert not answer(one, tick=5)  # that of before
     assert not answer(one, tick=500)
-    assert not one.answered(b"nonsense", writer=1)
-    assert not one.answered(encode_command(Command(one.robot.tick, HOLD)), writer=2)
+    assert not one.take_answer(b"nonsense", writer=1)
+    assert not one.take_answer(encode_command(Command(one.robot.tick, HOLD)), writer=2)
     assert one.robot.steps == 1
 
 
@@ -100,7 +100,7 @@ def test_a_state_says_whom_the_robot_obeys_and_what_it_asks() -> None:
     one = lock_step("state-mute@2")
     assert turn_of(one.published().state) == Turn(5, 0)
     command = encode_command(Command(5, HOLD))
-    one.answered(command, writer=2**40 + 7)
+    one.take_answer(command, writer=2**40 + 7)
     assert decode_state(one.published().state)[0] == 5
     assert turn_of(one.published().state) == Turn(10, 2**40 + 7)
 

@@ -75,7 +75,7 @@ def test_a_mode_is_released_and_commands_count_only_then() -> None:
     command = encode_command(Command(0, DAMPING))
     assert robot.read(command, writer=1) is None
     assert (robot.refusals.sport_mode, robot.waits) == (1, True)
-    assert robot.last_refusal == "mode 'ai' commands; release it first"
+    assert robot.last_refusal == "the robot is in mode 'ai'; release it first"
     assert MotionSwitcher(Exchange(robot), required=True).release() == ["ai"]
     assert robot.read(command, writer=2) is not None
     robot.restart()

@@ -32,6 +32,7 @@ from tests.helpers.fake_board import FakeClock
 from tests.helpers.fake_bus import Arrival, FakeBus
 
 HOLD = DAMPING
+ANOTHER = "another controller drives the robot; only one can at a time"
 WITH_ODOMETER = RobotSettings(hoist=True, odometer=OdometerErrors())
 READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.zeros((3, 19)))
 
@@ -108,7 +109,9 @@ def test_damaged_states_are_skipped_and_counted_until_the_first_command() -> Non
 BETWEEN = {
     "LowState_: 8 bytes, not 1176": b"nonsense",
     "LowState_: its checksum is wrong": bytes(1176),
-    "a state written by 2, those before by 1": Arrival(encode_state(5, READINGS), 2),
+    "a state came from writer 2, earlier states from writer 1": Arrival(
+        encode_state(5, READINGS), 2
+    ),
 }
 
 
@@ -129,7 +132,7 @@ def test_a_state_that_is_refused_between_two_good_ones_damps(clocked: bool, reas
 def test_states_of_a_run_of_another_controller_are_none_to_begin_with() -> None:
     bus = FakeBus()
     for _ in range(4):
-        bus.robot.answered(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=7)
+        bus.robot.take_answer(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=7)
     bus.publish()
     bus.robot.restart()  # the other one has left; its last state is still under way
     seen = (robot := LockStepRobot(bus, TRUTHS)).first()
@@ -139,15 +142,15 @@ def test_states_of_a_run_of_another_controller_are_none_to_begin_with() -> None:
 
 def test_a_robot_that_another_controller_drives_is_not_joined() -> None:
     bus = FakeBus()
-    bus.robot.answered(encode_command(Command(5, HOLD)), writer=7)
-    with pytest.raises(RobotLostError, match="another controller drives the one that is there"):
+    bus.robot.take_answer(encode_command(Command(5, HOLD)), writer=7)
+    with pytest.raises(RobotLostError, match=f"^no robot was ready within .*: {ANOTHER}$"):
         LockStepRobot(bus, TRUTHS).first()
 
 
 def test_a_controller_that_came_second_is_refused() -> None:
     bus, robot, seen = lock_step()
-    bus.robot.answered(encode_command(Command(5, HOLD)), writer=7)
-    with pytest.raises(RobotLostError, match="another controller drives the robot"):
+    bus.robot.take_answer(encode_command(Command(5, HOLD)), writer=7)
+    with pytest.raises(RobotLostError, match=f"^{ANOTHER}$"):
         robot.exchange(seen, HOLD)
 
 
@@ -168,7 +171,7 @@ def test_a_robot_that_takes_its_time_is_waited_for() -> None:
 def test_a_robot_that_does_not_answer_is_given_up() -> None:
     bus, robot, seen = lock_step()
     bus.publishes = False
-    with pytest.raises(RobotLostError, match="does not answer its state of 5 ms"):
+    with pytest.raises(RobotLostError, match="the robot sent no state after that of 5 ms"):
         robot.exchange(seen, HOLD)
 
 
@@ -176,7 +179,7 @@ def test_a_robot_that_left_is_given_up_at_once(monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.setattr(over_dds, "PATIENCE_S", 1e6)
     bus, robot, seen = lock_step()
     bus.publishes, bus.readers[STATES].writers = False, []
-    with pytest.raises(RobotLostError, match="does not answer"):
+    with pytest.raises(RobotLostError, match="sent no state after"):
         robot.exchange(seen, HOLD)
 
 
@@ -223,14 +226,16 @@ def test_a_robot_whose_states_are_refused_is_said_with_the_reason() -> None:
     bus = FakeBus()
     bus.publishes = False
     bus.readers[STATES].queue.append(bytes(1176))
-    with pytest.raises(RobotLostError, match="its last state was refused, LowState_: its checksum"):
+    with pytest.raises(
+        RobotLostError, match=r"its last state was refused \(LowState_: its checksum"
+    ):
         RealTimeRobot(bus, None, Pace(0.005, FakeClock())).first()
 
 
 def test_a_robot_that_reads_no_commands_is_none_to_begin_with() -> None:
     bus = FakeBus()
     bus.commands.n_readers = 0
-    with pytest.raises(RobotLostError, match="it publishes states, and reads no commands"):
+    with pytest.raises(RobotLostError, match="it publishes states but does not read commands"):
         LockStepRobot(bus, TRUTHS).first()
 
 
@@ -243,7 +248,10 @@ def test_in_real_time_a_robot_that_waits_for_answers_is_not_driven() -> None:
 
 def test_in_lock_step_a_robot_that_keeps_to_the_clock_is_not_driven() -> None:
     bus = FakeBus(clocked=True)
-    with pytest.raises(RobotLostError, match=r"keeps to the clock.*leave out --robot-lock-step"):
+    with pytest.raises(
+        RobotLostError,
+        match=r"runs in real time and does not wait for answers; .*leave out --robot-lock-step",
+    ):
         LockStepRobot(bus, TRUTHS).first()
     assert bus.commands.sent == []
 
@@ -280,7 +288,7 @@ def test_in_real_time_the_newest_state_wins() -> None:
     bus, robot, seen, _ = real_time()
     for _ in range(3):
         bus.publish()
-        bus.robot.answered(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=1)
+        bus.robot.take_answer(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=1)
     bus.publish()
     assert robot.exchange(seen, HOLD).tick == bus.robot.robot.tick
     assert robot.summary()["states"] == 1
@@ -333,7 +341,10 @@ def test_odometry_of_a_second_publisher_damps(clocked: bool) -> None:
     bus.publish()
     message = bus.readers[ODOMETRY].queue[-1]
     bus.readers[ODOMETRY].queue.append(Arrival(message, 2))
-    reason = "damping: a message on rt/odommodestate written by 2, before by 1; only one may"
+    reason = (
+        "damping: a message on rt/odommodestate came from writer 2, earlier ones from writer 1; "
+        "only one may publish on this topic$"
+    )
     with pytest.raises(RobotLostError, match=reason):
         robot.exchange(seen, HOLD)
     assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
@@ -371,7 +382,9 @@ def test_odometry_without_an_orientation_is_none_to_begin_with() -> None:
     blind = encode_base(Base(2, np.zeros(3), np.zeros(3)))
     bus.readers[ODOMETRY].queue.append(blind)
     robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, FakeClock()))
-    with pytest.raises(RobotLostError, match=r"begin .*: odometry without an orientation.* cure"):
+    with pytest.raises(
+        RobotLostError, match=r"^no robot was ready .*: odometry without an orientation.* cure"
+    ):
         robot.first()
     assert bus.commands.sent == []
 
@@ -380,7 +393,7 @@ def test_odometry_that_loses_its_orientation_goes_on() -> None:
     bus = FakeBus(WITH_ODOMETER, clocked=True)
     robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, FakeClock()))
     seen = robot.first()
-    bus.robot.answered(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=1)
+    bus.robot.take_answer(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=1)
     bus.publish()
     bus.readers[ODOMETRY].queue.append(encode_base(Base(10, np.zeros(3), np.zeros(3))))
     found = robot.exchange(seen, HOLD)
@@ -400,7 +413,9 @@ def test_odometry_of_sport_mode_is_none_to_begin_with() -> None:
     bus = FakeBus(clocked=True)
     bus.readers[ODOMETRY].queue.append(SimulatedRobot(WITH_ODOMETER).odometry())
     robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, FakeClock()), Released())
-    with pytest.raises(RobotLostError, match=r"begin .*: nobody publishes rt/odommodestate"):
+    with pytest.raises(
+        RobotLostError, match=r"^no robot was ready .*: nobody publishes rt/odommodestate"
+    ):
         robot.first()
 
 

@@ -143,7 +143,7 @@ def test_targets_gains_and_torques_are_commanded_as_they_were_set() -> None:
 
 @pytest.mark.parametrize(
     ("fault", "words"),
-    [("stop@3", "does not answer its state of 15 ms"), ("restart@3", "began anew")],
+    [("stop@3", "sent no state after that of 15 ms"), ("restart@3", "began anew")],
 )
 def test_a_robot_that_is_gone_ends_the_run(fault: str, words: str) -> None:
     plant, _ = linked(fault)

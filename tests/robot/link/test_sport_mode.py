@@ -81,5 +81,5 @@ def test_an_error_of_the_switcher_is_named(failing, name):
     ],
 )
 def test_an_answer_that_is_no_mode_is_an_error(data):
-    with pytest.raises(BackendError, match="no mode's name"):
+    with pytest.raises(BackendError, match="which is not a mode's name"):
         SportModeRelease(lambda *_: Answer(0, data)).step()

@@ -109,7 +109,7 @@ def a_killed_stub() -> dict[str, object]:
 @pytest.mark.slow
 def test_a_stub_that_was_killed_is_missed() -> None:
     found = in_namespace(a_killed_stub)
-    assert found["error"].startswith("RobotLostError: the robot does not answer its state of 5 ms")
+    assert found["error"].startswith("RobotLostError: the robot sent no state after that of 5 ms")
     assert "its process ended: killed by SIGKILL" in found["error"]
     assert found["soon"]
 
