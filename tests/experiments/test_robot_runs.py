@@ -109,7 +109,7 @@ def test_faults_are_the_same_wherever_the_robot_is() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fault", "words"), [("stop@30", "does not answer"), ("restart@30", "began anew")]
+    ("fault", "words"), [("stop@30", "sent no state after"), ("restart@30", "began anew")]
 )
 def test_a_robot_that_is_lost_leaves_its_last_states(
     fault: str, words: str, tmp_path: Path

@@ -35,7 +35,7 @@ def test_rows_that_are_asked_for_follow_the_nominal_one():
             ["push=0"],
             "--row nominal: listed twice; the row without perturbation is always included",
         ),
-        (["terrain=hills"], "terrain=hills: no terrain"),
+        (["terrain=hills"], "terrain=hills: unknown terrain"),
     ],
 )
 def test_what_is_no_row_is_refused(texts, message):

@@ -98,7 +98,7 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() 
         ({"robot": "stub", "robot_priority": 5}, "--robot-priority is for real time"),
         (
             {"robot": "dds:lo:0", "robot_lock_step": True, "may_move_a_real_robot": True},
-            "waits for no answer",
+            "does not wait for answers",
         ),
         ({"robot": "inline", "robot_fault": ["lost@1"]}, "write KIND@STEP"),
     ],
