@@ -19,7 +19,7 @@ import numpy as np
 from saved_runs import CALIBRATION
 from timing import cpu_us
 
-from spikeport.hardware_models.computers import BreakEven, OnChip, all_of_them, break_even
+from spikeport.hardware_models.computers import BreakEven, OnChip, break_even, built_in
 from spikeport.hardware_models.estimate import Estimate
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.path_following import exact_command
@@ -146,7 +146,7 @@ def computers(times: Times, drawn: Power) -> str:
             _joules(one.in_period(macs, CONTROL_DT_S)),
             one.energy.source,
         )
-        for one in all_of_them()
+        for one in built_in()
     ]
     seconds = times["policy"][0]
     here = f"{1e6 * seconds:.0f} us of CPU at {drawn.watts:g} W ({drawn.source})"
@@ -165,7 +165,7 @@ def where_equal(results: dict[str, dict[str, Any]]) -> str:
             for name, result in results.items()
             if "policy period" in result["energy_by_unit"]
             for chip in [on_chip(result)]
-            for one in all_of_them()
+            for one in built_in()
         ],
     )
 

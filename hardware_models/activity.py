@@ -232,8 +232,8 @@ class Activity:
             raise UsageError("only activities of the same cores and dt_s make one run")
         if any(part.folded is not None for part in parts[1:]):
             raise UsageError(
-                "an activity with folded steps can only be the first part of a run; "
-                "run it with `Simulator(counts=FOLDER)`, and read the counts of its steps there"
+                "an activity that keeps only sums of its first steps must be the first part; run "
+                "it with `Simulator(counts=FOLDER)`, and read the counts of its steps there"
             )
         steps = {name: np.concatenate([getattr(p, name) for p in parts]) for name in PER_STEP}
         sums = {name: np.sum([getattr(p, name) for p in parts], axis=0) for name in PER_RUN}

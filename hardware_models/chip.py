@@ -168,7 +168,7 @@ class ChipModel(StrictModel):
         limits = info.data.get("limits")
         if mesh and limits and mesh.places < limits.cores.count:
             raise ValueError(
-                f"has places for {mesh.places} cores, and limits.cores is {limits.cores.count}"
+                f"has places for {mesh.places} cores, but limits.cores is {limits.cores.count}"
             )
         return mesh
 
@@ -211,14 +211,14 @@ def get(name: str) -> ChipModel:
     ChipFileError
         The file is wrong; see `load`.
     """
-    if files(name):
+    if file_of(name):
         return load(name)
     if name not in names():
         raise unknown("chip", name, names())
     return load(BUILT_IN / f"{name}.toml")
 
 
-def files(name: str) -> list[Path]:
+def file_of(name: str) -> list[Path]:
     """Return the file of a chip, if the chip's name is a file's; else an empty list."""
     return [Path(name)] if name.endswith(".toml") else []
 

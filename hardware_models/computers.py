@@ -52,7 +52,7 @@ class Computers(StrictModel):
 
 
 @cache
-def all_of_them() -> tuple[Computer, ...]:
+def built_in() -> tuple[Computer, ...]:
     """Return the computers that come with spikeport."""
     return read_model(FILE, Computers, "file of computers", ChipFileError).computers
 

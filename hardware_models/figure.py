@@ -102,7 +102,7 @@ def in_si(unit: str, figure: F) -> F:
     """
     si_unit, per_si = UNITS[figure.unit]
     if si_unit != unit:
-        raise ValueError(f"unit '{figure.unit}' is not one of {unit}")
+        raise ValueError(f"unit '{figure.unit}' does not convert to '{unit}'")
     scaled = {
         name: None if number is None else number / per_si
         for name, number in [("value", figure.value), ("low", figure.low), ("high", figure.high)]

@@ -197,7 +197,7 @@ def _judged(traffic: HostTraffic, chip: ChipModel) -> tuple[Verdict, str]:
 
 
 def _unknown(sources: int) -> str:
-    return f"; without {sources:,} that send spikes as they come" if sources else ""
+    return f"; not counting the spikes of {sources:,} with unknown rates" if sources else ""
 
 
 def _ms(seconds: float) -> str:

@@ -84,16 +84,17 @@ def time_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibratio
     if before is None:
         return _kept_sums(activity, chip, calibration)
     if before.chip != chip:
-        other = "no chip" if before.chip is None else f"chip '{before.chip.name}'"
+        other = before.chip
+        held = "without times" if other is None else f"with times for chip '{other.name}' but not"
         raise UsageError(
-            f"the first {before.n_steps:,} steps are folded, for {other}, and have no times on "
-            f"chip '{chip.name}'; run the network for that chip, or fewer steps"
+            f"only sums of the first {before.n_steps:,} steps were kept, {held} for chip "
+            f"'{chip.name}'; run the network for chip '{chip.name}', or fewer steps"
         )
     if calibration not in chip.calibrations:
         raise UsageError(
-            f"the first {before.n_steps:,} steps are folded, and have no times of calibration "
-            f"'{calibration.name}', which is none of chip '{chip.name}'; run fewer steps, or add "
-            "it to the chip's file"
+            f"only sums of the first {before.n_steps:,} steps were kept, without times of "
+            f"calibration '{calibration.name}', which chip '{chip.name}' does not have; run fewer "
+            "steps, or add the calibration to the chip's file"
         )
     past = before.times[calibration.name]
     if not len(activity.spikes):
@@ -178,14 +179,14 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
         T_core, in s; NaN where the bound is not known.
     """
     total = np.zeros(activity.spikes.shape)
-    for event in happened(activity):
+    for event in core_events(activity):
         figure = getattr(times, event.name)
         time = at_least_zero("s") if figure is None else figure.estimate
         total += event.per_step(activity) * _number(getattr(time, bound))
     return total
 
 
-def happened(activity: Activity) -> list[events.OnCore]:
+def core_events(activity: Activity) -> list[events.OnCore]:
     """Return the kinds of event that take time on a core and happened at least once."""
     # An event that never happened must not remove the upper bound if it has no figure.
     return [event for event in EVENTS if activity.over_steps(event.counts).any()]
@@ -197,7 +198,7 @@ def mean_core_time(activity: Activity, calibration: EnergyCalibration, core: int
     A part without public figure is left out, which leaves no upper bound.
     """
     time = zero("s")
-    for event in happened(activity):
+    for event in core_events(activity):
         count = float(activity.over_steps(event.counts)[core])
         figure = getattr(calibration.times, event.name)
         if count:

@@ -12,7 +12,7 @@ from spikeport.hardware_models.estimate import Estimate, merge_sources
 from spikeport.hardware_models.step_time import (
     barrier,
     between_chips,
-    happened,
+    core_events,
     known,
     mean_core_time,
     time_sums,
@@ -141,7 +141,7 @@ def _estimate(bounds: np.ndarray, source: str) -> Estimate:
 def _source(
     activity: Activity, calibration: EnergyCalibration, others: Iterable[Estimate | None]
 ) -> str:
-    figures = [getattr(calibration.times, event.name) for event in happened(activity)]
+    figures = [getattr(calibration.times, event.name) for event in core_events(activity)]
     estimates = [figure.estimate for figure in figures if figure is not None]
     return merge_sources(e.source for e in [*estimates, *others] if e is not None)
 
@@ -149,7 +149,7 @@ def _source(
 def _missing(
     activity: Activity, calibration: EnergyCalibration, links: Estimate | None
 ) -> tuple[str, ...]:
-    names = [event.name for event in happened(activity)]
+    names = [event.name for event in core_events(activity)]
     missing = [name for name in names if getattr(calibration.times, name) is None]
     missing += ["message_between_chips"] if links is None else []
     return tuple(missing + ([] if calibration.barrier else ["barrier"]))

@@ -19,8 +19,8 @@ def check_pairs(key: str, count: int, what: str) -> None:
     """Refuse an odd number of neurons, or one below 2; ``what`` has half of them for each sign."""
     if count < 2 or count % 2:
         raise UsageError(
-            f"{key}={count}: {what} has as many neurons for each sign; give an even number from "
-            "2 on"
+            f"{key}={count}: {what} has half its neurons for each sign; use an even number, 2 or "
+            "more"
         )
 
 

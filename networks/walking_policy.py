@@ -157,7 +157,7 @@ def _check(path: Path, policy: WalkingPolicy, activation: str) -> None:
         found = f"{size} actions, {len(policy.joints)} joints"
         raise _refusal(path, "one action and one angle of the pose per joint", found)
     if len(set(policy.joints)) < size:
-        raise _refusal(path, "joints that differ", f"{size - len(set(policy.joints))} twice")
+        raise _refusal(path, "distinct joints", f"{size - len(set(policy.joints))} repeated")
     if not np.isfinite(policy.pose_rad).all():
         raise _refusal(path, "finite angles in pose_rad", "NaN or infinity")
     if not 0 < policy.action_scale_rad < np.inf:

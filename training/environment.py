@@ -104,7 +104,7 @@ class WalkEnvironment:
         still = (np.zeros((n, 2, *size)) for size in ((), (2, 3), (2, 3), (2,)))
         self.feet = FeetMotion(np.zeros((n, 2), bool), *still)
         self._reset(np.ones(n, bool))
-        self._see()
+        self._update_motion()
 
     def close(self) -> None:
         """End the threads of the physics."""
@@ -126,7 +126,7 @@ class WalkEnvironment:
         """Act for one control step, ``action (n, 19)``."""
         dq_before, feet_before = self.motion.dq, self.feet
         diverged = self._advance(np.array(action, dtype=float))
-        self._see()
+        self._update_motion()
         self.gait.update(self.feet.contact)
         self._smooth()
         self.age += 1
@@ -175,7 +175,7 @@ class WalkEnvironment:
         along /= np.linalg.norm(along, axis=-1, keepdims=True)
         self._planes.lay(~feet.contact & (feet.height_m > 0), below[:, :, 0], along)
 
-    def _see(self) -> None:
+    def _update_motion(self) -> None:
         """Update the motion: the true one and the observed one."""
         self.motion = Motion.from_states(*self._split())
         self.ground_m = self._ground.height_m(self.states[:, None, 1:3])[:, 0]
@@ -226,7 +226,7 @@ class WalkEnvironment:
             self._reset(done)
         # Pushes and new starts have changed the newest states.
         self._recent[:, -1] = self.states
-        self._see()
+        self._update_motion()
 
     def _push(self) -> None:
         ranges, rng = self.task.randomisation, self._rng

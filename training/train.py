@@ -139,8 +139,8 @@ def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[En
         held = last.options.get(key, value)
         if held != value:
             raise UsageError(
-                f"'{options.folder}' holds a run with {key} {held}, "
-                f"asked for is {value}; choose another --out, or the same {key} to go on"
+                f"'{options.folder}' holds a run with {key} {held}, not {value}; "
+                f"choose another --out, or the same {key} to go on"
             )
     with checkpoint.refusing(path):
         learner.load(last.learner)

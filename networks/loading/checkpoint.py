@@ -115,7 +115,9 @@ def _moments(tensors: Sequence[Tensor], n_inputs: int) -> Moments:
     """Return the moments of the inputs; raise MismatchError if no inputs can have them."""
     mean, std = (np.broadcast_to(one.array().ravel().astype(float), n_inputs) for one in tensors)
     if not (np.isfinite(std).all() and (std >= 0).all()):
-        raise MismatchError("finite standard deviations from 0 on in the normalisation", "others")
+        raise MismatchError(
+            "finite standard deviations from 0 on in the normalisation", "other values"
+        )
     return Moments(mean, std)
 
 
@@ -167,4 +169,4 @@ def _refuse_others(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> Non
         if not known.fullmatch(name):
             raise MismatchError(f"an actor of dense layers, {layout.actor}N.weight", name)
     if not any(re.fullmatch(layout.deviation, name) for name in state):
-        raise MismatchError("a Gaussian action with one standard deviation", "another")
+        raise MismatchError("a Gaussian action with one standard deviation", "another distribution")

@@ -53,7 +53,7 @@ def load_mlp(path: Path, activation: str | None = None) -> Mlp:
             raise MismatchError(
                 f"activation {activation}, as --activation says",
                 mlp.activation,
-                cure="leave out --activation: this file says its own",
+                cure="leave out --activation: the file names its own activation",
             )
         return mlp
 
@@ -80,7 +80,7 @@ def files_of(path: Path) -> list[Path]:
         The file's format is unknown, or it is damaged.
     """
     with refusing(path):
-        return [path, *(onnx_file.beside(path) if file_format(path) == "ONNX" else ())]
+        return [path, *(onnx_file.external_files(path) if file_format(path) == "ONNX" else ())]
 
 
 def _of_zip(archive: Archive) -> str:

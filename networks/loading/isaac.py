@@ -144,7 +144,7 @@ def _matches(expression: str, joint: str) -> bool:
     """Return whether a joint's name matches; raise MismatchError if matching may not end."""
     many = any(sum(map(expression.count, letters)) > most for letters, most in MOST.items())
     if many or not SIMPLE.fullmatch(expression):
-        raise MismatchError("names of joints as simple expressions", expression)
+        raise MismatchError("simple regular expressions for names of joints", expression)
     try:
         return re.fullmatch(expression, joint) is not None
     except re.error as error:

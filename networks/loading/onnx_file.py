@@ -78,7 +78,7 @@ def _batch_norm(
     training_mode: int = 0,
 ) -> Chain:
     if training_mode:
-        raise MismatchError("BatchNormalization as after training", "one in training_mode")
+        raise MismatchError("BatchNormalization in evaluation mode", "one with training_mode")
     return batch_normalised(x, scale, B, mean, var, epsilon)
 
 
@@ -111,7 +111,7 @@ def read(path: Path) -> Mlp:
         return _Graph(path, own).chain(graphs[0]).mlp()
 
 
-def beside(path: Path) -> list[Path]:
+def external_files(path: Path) -> list[Path]:
     """Return the files beside a model that hold some of its numbers, each once.
 
     Paths elsewhere are left out: a tensor that is used must not be there.

@@ -88,7 +88,9 @@ class _Machine:
     def spend(self, instructions: int = 1) -> None:
         self._left -= instructions
         if self._left < 0:
-            raise MismatchError(f"a pickle of {INSTRUCTIONS:,} instructions", "a longer one")
+            raise MismatchError(
+                f"a pickle of at most {INSTRUCTIONS:,} instructions", "a longer one"
+            )
 
     def carry_out(self, name: str, argument: object) -> None:
         if name in VALUES:
@@ -135,7 +137,7 @@ class _Machine:
             case (str(module), str(name)):
                 self.named(f"{module} {name}")
             case _:
-                raise TypeError("a name of other values than texts")
+                raise TypeError("a name that is not text")
 
     def persistent(self, _: object) -> None:
         self.stack.append(self._persistent(self.stack.pop()))
@@ -162,8 +164,8 @@ class _Machine:
             case dict(), _:  # an ordered dictionary's attributes: versions of torch modules
                 pass
             case Module() as module, _:
-                found = f"{module.kind}, whose own code reads what is stored of it"
-                raise MismatchError("a module that is read as it is", found, cure=EXPORT)
+                found = f"{module.kind}, whose own code restores its state"
+                raise MismatchError("a module without code for loading", found, cure=EXPORT)
             case other, _:
                 raise MismatchError(PLAIN, f"a state of {type(other).__name__}")
 
@@ -176,7 +178,7 @@ class _Machine:
 
     def _extend(self, values: list[object]) -> None:
         if not isinstance(self.stack[-1], list):
-            raise TypeError("values are appended to what is no list")
+            raise TypeError("values are appended to something other than a list")
         self.stack[-1].extend(values)
 
     def set_item(self, _: object) -> None:
@@ -188,7 +190,7 @@ class _Machine:
     def _update(self, values: list[object]) -> None:
         target = self.stack[-1]
         if not isinstance(target, dict):
-            raise TypeError("items are set of what is no dictionary")
+            raise TypeError("items are set in something other than a dictionary")
         for key, value in zip(values[::2], values[1::2], strict=True):
             # hashing a deep tuple crashes Python, and a very long number cannot be printed
             if not isinstance(key, str | int | float | None) or _is_long(key):

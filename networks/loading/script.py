@@ -69,10 +69,12 @@ class Program:
             raise MismatchError(f"a class {module.kind}", "a function")
         for part in found.body:
             if isinstance(part, ast.FunctionDef) and part.name == ON_LOADING:
-                wanted, where = "a module that is read as it is", f"{ON_LOADING} of {module.kind}"
-                raise MismatchError(wanted, f"{where}, code for its loading", cure=EXPORT)
+                where = f"{ON_LOADING} of {module.kind}"
+                raise MismatchError("a module without code for loading", where, cure=EXPORT)
             if isinstance(part, ast.Assign) and _hooks(part):
-                raise MismatchError("a module without hooks", f"one of {module.kind}", cure=EXPORT)
+                raise MismatchError(
+                    "a module without hooks", f"hooks of {module.kind}", cure=EXPORT
+                )
         return found.body
 
     def _definition(self, name: str) -> ast.FunctionDef | ast.ClassDef:
@@ -123,7 +125,7 @@ class Interpreter:
         function = self._program.method(module, "forward")
         if len(function.args.args) != 2:
             found = f"{len(function.args.args) - 1} inputs"
-            raise MismatchError("a module of the observation alone", found)
+            raise MismatchError("a module with one input, the observation", found)
         return self._unchanged(self._call(function, [module, Chain()], {}))
 
     def _call(
@@ -131,7 +133,8 @@ class Interpreter:
     ) -> object:
         """Return a function's return value for these arguments."""
         if not _is_plain(function.args):
-            raise MismatchError("functions of plain arguments", f"{function.name} of others")
+            wanted = "functions with plain arguments, passed by position or by name"
+            raise MismatchError(wanted, f"{function.name} with others")
         names = [argument.arg for argument in function.args.args]
         defaults = function.args.defaults
         variables = {
@@ -170,7 +173,7 @@ class Interpreter:
         value = self._value(test, variables)
         # A branch that depends on the observation would make another network for each one.
         if not isinstance(value, bool):
-            raise MismatchError(CHAIN, f"a choice by {type(value).__name__}")
+            raise MismatchError(CHAIN, f"an if on a value of type {type(value).__name__}")
         return value
 
     def _value(self, node: ast.expr, variables: dict[str, object]) -> object:
@@ -203,7 +206,7 @@ class Interpreter:
 
     def _negative(self, value: object) -> int | float:
         if not isinstance(value, int | float):
-            raise MismatchError("a number behind -", type(value).__name__)
+            raise MismatchError("a number after a minus sign", type(value).__name__)
         return -value
 
     def _attribute(self, owner: object, name: str) -> object:
@@ -229,7 +232,7 @@ class Interpreter:
         number = name.removeprefix("c")
         # At most six digits: `int` raises ValueError for thousands of digits.
         if not number.isdecimal() or len(number) > 6 or int(number) >= len(self._constants):
-            raise MismatchError(f"constants of the archive, {len(self._constants)}", name)
+            raise MismatchError(f"one of the archive's {len(self._constants)} constants", name)
         return self._stored(self._constants[int(number)])
 
     def _stored(self, value: object) -> object:
@@ -288,7 +291,7 @@ class Interpreter:
         if not kind.endswith("_") or kind.endswith("__"):
             return self._evaluation.apply(kind, *operands, **named)
         if not operands or not isinstance(operands[0], Chain):
-            raise MismatchError(CHAIN, f"operation {kind} of other values")
+            raise MismatchError(CHAIN, f"operation {kind} with operands it does not take")
         made = self._evaluation.apply(kind.removesuffix("_"), *operands, **named)
         # A chain never changes: under other names it is still without this operation.
         self._changed.append(operands[0])

@@ -75,7 +75,7 @@ def pickled_in_a_row(written: bytes) -> object:
     if magic != MAGIC or not isinstance(system, dict) or not isinstance(keys, list):
         raise MismatchError("a checkpoint of torch", "other pickles")
     if not system.get("little_endian"):
-        raise MismatchError("numbers with their low bytes first", "others")
+        raise MismatchError("little-endian numbers", "another order of bytes")
     places.update(_places(keys, by_key, stream.tell()))
     return value
 
@@ -85,7 +85,7 @@ def _places(keys: list[object], storages: Mapping[str, Storage], start: int) -> 
     places = {}
     for key in keys:
         if not isinstance(key, str) or key not in storages:
-            raise MismatchError("storages of the content", "another")
+            raise MismatchError("keys of storages of the content", "another key")
         places[key] = start + COUNT_BYTES
         start = places[key] + storages[key].count * storages[key].type.itemsize
     return places

@@ -79,8 +79,9 @@ def _addmm(bias: object, x: object, W: object, beta: object = 1.0, alpha: object
 def _evaluated(training: object) -> None:
     # A script reads `training` of its module, which is False here; a trace has a constant.
     if training is not False:
-        found = "dropout or batch normalisation of one in training"
-        raise MismatchError("a policy in use", found, cure="call eval() before the trace")
+        found = "dropout or batch normalisation in training mode"
+        wanted = "a policy in evaluation mode"
+        raise MismatchError(wanted, found, cure="call eval() before the trace")
 
 
 def _dropout(x: Chain, p: float, train: object) -> Chain:
@@ -165,7 +166,7 @@ def read(path: Path) -> Mlp:
     try:
         made = Interpreter(program, constants, BoundedEvaluation(OPERATIONS)).forward(module)
     except RecursionError:
-        raise MismatchError("a TorchScript module", "calls within calls without end") from None
+        raise MismatchError("a TorchScript module", "calls nested too deeply") from None
     return only([made]).mlp()
 
 

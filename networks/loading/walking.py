@@ -50,7 +50,8 @@ def load_walking(
     if file_format(path) == "npz":
         if description is not None:
             raise UsageError(
-                f"description '{description}': policy '{path}' has its own; cure: leave it out"
+                f"description '{description}': policy '{path}' needs none; cure: leave the "
+                "description out"
             )
         return _ours(path, mlp, robot)
     if description is None:

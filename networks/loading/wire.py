@@ -56,7 +56,7 @@ class Message:
         """Return a whole number; the last one counts, as in other parsers."""
         value = self._fields.get(field, [default])[-1]
         if not isinstance(value, int):
-            raise WireError("bytes for a number")
+            raise WireError("bytes in place of a number")
         # Negative numbers are stored as their two's complement of 64 bits.
         return value if value < 2**63 else value - 2**64
 
@@ -81,7 +81,7 @@ class Message:
         if not values:
             return default
         if len(values[-1]) != FIXED[SHORT]:
-            raise WireError(f"{len(values[-1])} bytes for a number of 32 bits")
+            raise WireError(f"{len(values[-1])} bytes in place of a 32-bit number")
         value: float = struct.unpack("<f", values[-1])[0]
         return value
 
@@ -89,7 +89,7 @@ class Message:
         """Return the bytes of every field of this number."""
         values = self._fields.get(field, [])
         if any(isinstance(value, int) for value in values):
-            raise WireError("a number for bytes")
+            raise WireError("a number in place of bytes")
         return [value for value in values if isinstance(value, memoryview)]
 
     def content(self, field: int) -> memoryview:
@@ -101,7 +101,7 @@ class Message:
         try:
             return [str(value, "utf-8") for value in self.contents(field)]
         except UnicodeDecodeError:
-            raise WireError("bytes for a text") from None
+            raise WireError("a text that is not UTF-8") from None
 
     def text(self, field: int) -> str:
         """Return a text, or an empty one if it is absent."""

@@ -33,5 +33,5 @@ def test_a_barrier_is_stated_for_more_and_more_tiles(tiles):
 
 
 def test_an_energy_is_no_time():
-    with pytest.raises(ValidationError, match="unit 'ns' is not one of J"):
+    with pytest.raises(ValidationError, match="unit 'ns' does not convert to 'J'"):
         EnergyCalibration(name="a", description="", energies={"spike": SPIKE})

@@ -54,12 +54,12 @@ CORES = '[limits.cores]\nvalue = 128\nunit = "1"\nsource = "Davies 2018"\n'
             "limits.cores.value: Input should be a valid number",
         ),
         (CORES, CORES.replace("128", "nan"), "limits.cores.value: Input should be a finite number"),
-        (CORES, CORES.replace('"1"', '"bit"'), "limits.cores: unit 'bit' is not one of 1"),
+        (CORES, CORES.replace('"1"', '"bit"'), "limits.cores: unit 'bit' does not convert to '1'"),
         (CORES, CORES + "size = 3\n", "limits.cores.size: is not a known key"),
         (
             CORES,
             CORES.replace("128", "129"),
-            "topology: has places for 128 cores, and limits.cores is 129",
+            "topology: has places for 128 cores, but limits.cores is 129",
         ),
         ("[limits.cores]", "[limits.kernels]", None),
         (

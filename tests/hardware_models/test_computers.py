@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from spikeport.hardware_models.computers import Computer, OnChip, all_of_them, break_even
+from spikeport.hardware_models.computers import Computer, OnChip, break_even, built_in
 
 CHIP = OnChip(1000, 2e-12, 1e-9, static_w=0.1, dt_s=1e-3)  # 3 nJ a step: 3 uW beside 100 mW
 
@@ -39,9 +39,9 @@ def test_a_computer_that_idles_above_the_chip_is_never_as_cheap():
 
 
 def test_every_published_computer_has_a_source_and_a_network():
-    names = [one.name for one in all_of_them()]
+    names = [one.name for one in built_in()]
     assert len(set(names)) == len(names) >= 4
-    for one in all_of_them():
+    for one in built_in():
         assert one.energy.source
         assert 1e-10 < one.energy.value / one.macs < 1e-6  # J for an operation
 
@@ -49,5 +49,5 @@ def test_every_published_computer_has_a_source_and_a_network():
 def test_operations_are_those_of_the_layers_that_were_measured():
     layers = {"Blouw": [390, 256, 256, 29], "MLPerf": [640, *[128] * 4, 8, *[128] * 4, 640]}
     counted = {k: sum(a * b for a, b in itertools.pairwise(v)) for k, v in layers.items()}
-    for one in all_of_them():
+    for one in built_in():
         assert one.macs == counted[one.energy.source.split()[0]]

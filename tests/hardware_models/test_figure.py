@@ -27,7 +27,7 @@ def test_a_figure_is_brought_to_si_with_its_bounds(value, unit, si, expected):
 
 
 def test_a_unit_of_another_kind_is_refused():
-    with pytest.raises(ValueError, match=r"^unit 'ns' is not one of J$"):
+    with pytest.raises(ValueError, match=r"^unit 'ns' does not convert to 'J'$"):
         in_si("J", Figure(value=1, unit="ns", **ORIGIN))
 
 

@@ -99,17 +99,17 @@ def test_kept_steps_have_the_messages_that_came_since(whole):
 
 def test_folded_steps_have_no_times_on_another_chip(whole):
     loihi, other = chips.get("loihi"), chips.get("loihi2")
-    cure = "run the network for that chip, or fewer steps"
     with pytest.raises(UsageError) as caught:
         energy(folded_at(whole, 100, chip=loihi), other, other.calibrations[0])
     assert str(caught.value) == (
-        "the first 100 steps are folded, for chip 'loihi', and have no times on chip 'loihi2'; "
-        + cure
+        "only sums of the first 100 steps were kept, with times for chip 'loihi' but not for chip "
+        "'loihi2'; run the network for chip 'loihi2', or fewer steps"
     )
     with pytest.raises(UsageError) as caught:
         energy(folded_at(whole, 100, chip=None), loihi, loihi.calibrations[0])
     assert str(caught.value) == (
-        f"the first 100 steps are folded, for no chip, and have no times on chip 'loihi'; {cure}"
+        "only sums of the first 100 steps were kept, without times for chip 'loihi'; run the "
+        "network for chip 'loihi', or fewer steps"
     )
 
 
@@ -120,13 +120,14 @@ def test_folded_steps_have_no_times_of_another_calibration(whole, report):
     with pytest.raises(UsageError) as caught:
         report(folded, loihi, foreign)
     assert str(caught.value) == (
-        "the first 100 steps are folded, and have no times of calibration 'intel-relative', which "
-        "is none of chip 'loihi'; run fewer steps, or add it to the chip's file"
+        "only sums of the first 100 steps were kept, without times of calibration "
+        "'intel-relative', which chip 'loihi' does not have; run fewer steps, or add the "
+        "calibration to the chip's file"
     )
     known = loihi.calibration("davies2018")
     changed = known.model_copy(update={"times": foreign.times})
     assert changed.times != known.times
-    with pytest.raises(UsageError, match="no times of calibration 'davies2018'"):
+    with pytest.raises(UsageError, match="without times of calibration 'davies2018'"):
         report(folded, loihi, changed)
     assert report(whole, loihi, foreign).calibration == "intel-relative"
 
@@ -134,5 +135,6 @@ def test_folded_steps_have_no_times_of_another_calibration(whole, report):
 def test_only_the_first_part_of_a_run_may_have_folded_steps(whole):
     folded = folded_at(whole, 100, chip=None)
     assert Activity.concatenate([folded, whole]).totals()["spikes"] == 2 * whole.spikes.sum()
-    with pytest.raises(UsageError, match="can only be the first part of a run"):
+    message = "an activity that keeps only sums of its first steps must be the first part; run it"
+    with pytest.raises(UsageError, match=message):
         Activity.concatenate([whole, folded])

@@ -90,7 +90,7 @@ def test_spikes_are_expected_before_a_run_and_counted_in_one(make_activity):
     assert (found.counted, found.spikes, found.most_spikes) == (False, 2.5, None)
     rows = [dict(one.rows())["spikes in"] for one in (before, found)]
     assert rows == [
-        "4.5 expected, of 10 sources; without 1 that send spikes as they come",
+        "4.5 expected, of 10 sources; not counting the spikes of 1 with unknown rates",
         "2.5 expected, of 10 sources",
     ]
 

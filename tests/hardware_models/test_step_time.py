@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spikeport.hardware_models.estimate import Estimate
-from spikeport.hardware_models.step_time import barrier, core_times, happened, known, step_times
+from spikeport.hardware_models.step_time import barrier, core_events, core_times, known, step_times
 
 SOURCE = "a paper [vendor]"
 
@@ -32,7 +32,7 @@ def test_a_core_takes_its_events_one_after_the_other(chip, make_activity):
     found = core_times(activity, times, "value") * 1e9
     assert found == pytest.approx(np.array([[2 * 10 + 4 * 1 + 100, 3 * 5 + 2 * 7]]))
     assert core_times(activity, times, "high") * 1e9 == pytest.approx(2 * found)
-    assert [event.name for event in happened(activity)] == [
+    assert [event.name for event in core_events(activity)] == [
         "update_active",
         "update_inactive",
         "synaptic_operation",

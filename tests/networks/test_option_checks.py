@@ -10,8 +10,14 @@ from spikeport.networks import option_checks as check
     ("refused", "message"),
     [
         (lambda: check.check_counts(a=1, b=0), "b=0: the number of neurons must be at least 1"),
-        (lambda: check.check_pairs("n", 3, "it"), "n=3: it has as many neurons for each sign; "),
-        (lambda: check.check_pairs("n", 0, "it"), "n=0: it has as many neurons for each sign; "),
+        (
+            lambda: check.check_pairs("n", 3, "it"),
+            "n=3: it has half its neurons for each sign; ",
+        ),
+        (
+            lambda: check.check_pairs("n", 0, "it"),
+            "n=0: it has half its neurons for each sign; ",
+        ),
         (lambda: check.check_seed("s", -1), "s=-1: a seed must be from 0 to 4294967295"),
         (lambda: check.check_seed("s", 2**32), "s=4294967296: a seed must be from 0 to "),
         (lambda: check.check_filters(a=0.1, b=1.0), "b=1: a filter must be above 0 and below 1 s"),

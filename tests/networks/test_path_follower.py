@@ -160,9 +160,9 @@ def test_its_command_can_enter_a_policy_on_the_same_chip():
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ({"n_bearing": 281}, "n_bearing=281: the bearing has as many neurons for each sign; give "),
-        ({"n_square": 141}, "n_square=141: a square has as many neurons for each sign; give an "),
-        ({"n_square": 1}, "n_square=1: a square has as many neurons for each sign; give an even "),
+        ({"n_bearing": 281}, "n_bearing=281: the bearing has half its neurons for each sign; "),
+        ({"n_square": 141}, "n_square=141: a square has half its neurons for each sign; "),
+        ({"n_square": 1}, "n_square=1: a square has half its neurons for each sign; "),
         ({"n_speed": 0}, "n_speed=0: the number of neurons must be at least 1"),
         ({"tau_out": -1.0}, "tau_out=-1: a filter must be above 0 and below 1 s"),
         ({"rates": (200.0, 100.0)}, "rates=(200, 100): firing rates in Hz must be above 0, and "),

@@ -95,7 +95,7 @@ def refusal(call):
         ({"solve": "all"}, "unknown solve 'all'; choose from: layer, unit"),
         (
             {"n_neurons": 1},
-            "n_neurons=1: a unit has as many neurons for each sign; give an even number from 2 on",
+            "n_neurons=1: a unit has half its neurons for each sign; use an even number, 2 or more",
         ),
     ],
 )

@@ -53,12 +53,12 @@ def test_ranges_are_quantiles_of_each_sign_above_a_floor() -> None:
     [
         ({"activation": "swish"}, "unknown activation 'swish'"),
         ({"units": "hh"}, "unknown units 'hh'; choose from: hybrid, if, lif, relu"),
-        ({"n_neurons": 5}, "n_neurons=5: a unit has as many neurons for each sign"),
+        ({"n_neurons": 5}, "n_neurons=5: a unit has half its neurons for each sign"),
         ({"tau_fwd": 0.0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"max_rates": (-5.0, -1.0)}, "max_rates=(-5, -1): firing rates in Hz must be above 0"),
         (
             {"n_neurons": 1},
-            "n_neurons=1: a unit has as many neurons for each sign; give an even number from 2 on",
+            "n_neurons=1: a unit has half its neurons for each sign; use an even number, 2 or more",
         ),
     ],
 )

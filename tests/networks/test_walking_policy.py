@@ -73,7 +73,7 @@ def broken(policy, **changes):
         ),
         (
             lambda p: broken(p, joints=["left", "left"]),
-            "expected joints that differ, found 1 twice",
+            "expected distinct joints, found 1 repeated",
         ),
         (
             lambda p: replace(p, pose_rad=np.nan * p.pose_rad),

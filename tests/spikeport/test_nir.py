@@ -54,7 +54,7 @@ def test_a_file_that_is_none_is_refused_with_its_path(tmp_path):
     with pytest.raises(UsageError) as caught:
         spikeport.nir.load(path, DT_S)
     assert str(caught.value) == (
-        f"NIR graph '{path}': expected tau_mem of at least 0.001 s, a step of --dt, in "
+        f"NIR graph '{path}': expected tau_mem of at least 0.001 s (one step of --dt) in "
         "node hidden, found 0.0001 s; give another --dt"
     )
 

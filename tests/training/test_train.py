@@ -105,28 +105,28 @@ def test_a_run_with_another_seed_is_not_continued(options):
     with pytest.raises(UsageError) as error:
         train(replace(options, seed=4), silent)
     assert str(error.value) == (
-        f"'{options.folder}' holds a run with seed 3, asked for is 4; "
+        f"'{options.folder}' holds a run with seed 3, not 4; "
         "choose another --out, or the same seed to go on"
     )
 
 
 def test_a_run_with_hidden_noise_is_not_continued_without(options):
     train(replace(options, steps=32), silent)
-    with pytest.raises(UsageError, match="holds a run with hidden_noise True, asked for is False"):
+    with pytest.raises(UsageError, match="holds a run with hidden_noise True, not False"):
         train(replace(options, stages=without_hidden_noise(options.stages)), silent)
 
 
 def test_a_run_of_other_stages_is_not_continued(options):
     train(replace(options, steps=32), silent)
     others = (options.stages[0], replace(options.stages[1], first_step=32))
-    with pytest.raises(UsageError, match=r"holds a run with stages \w{12}, asked for is \w{12};"):
+    with pytest.raises(UsageError, match=r"holds a run with stages \w{12}, not \w{12};"):
         train(replace(options, stages=others), silent)
 
 
 def test_a_run_of_another_number_of_processes_is_not_continued(options):
     """Each process draws numbers of its own, so that another number of them is another run."""
     train(replace(options, steps=32), silent)
-    with pytest.raises(UsageError, match="holds a run with threads 1, asked for is 2;"):
+    with pytest.raises(UsageError, match="holds a run with threads 1, not 2;"):
         train(replace(options, workers=2), silent)
 
 

@@ -17,7 +17,8 @@ def check_readouts(populations: Mapping[str, Population]) -> None:
                 raise MismatchError(
                     f"spikes into node {name}",
                     f"the voltage of {populations[source].node.kind} {source}",
-                    cure="neurons on the chip send spikes alone: read it, or make it a LIF",
+                    cure="neurons on the chip send only spikes: connect the read-out to an Output "
+                    "instead, or make it a LIF",
                 )
 
 
@@ -58,5 +59,5 @@ def check_held(graph: PopulationGraph) -> None:
     n = sum(math.prod(graph.inputs[name]) for name, _ in ways)
     if n > SIZE:
         raise MismatchError(
-            f"at most {SIZE:,} inputs, each once for each depth it leads to", f"{n:,}"
+            f"at most {SIZE:,} inputs, counting an input once for each of its delays", f"{n:,}"
         )

@@ -122,14 +122,14 @@ class _Parameters:
 
     def decay(self, field: str) -> np.ndarray:
         """Return dt / tau."""
-        tau_s, bounds = self.get(field), f"at least {self._dt_s:g} s, a step of --dt"
+        tau_s, bounds = self.get(field), f"of at least {self._dt_s:g} s (one step of --dt)"
         odd = tau_s < self._dt_s * (1 - 1e-6)
         if field == "tau_syn":
-            bounds += f", and at most {LONGEST} of them"
+            bounds = f"from {self._dt_s:g} s (one step of --dt) to {LONGEST} steps"
             odd |= tau_s > self._dt_s * LONGEST
         if odd.any():
             raise MismatchError(
-                f"{field} of {bounds}, in node {self._node.name}",
+                f"{field} {bounds} in node {self._node.name}",
                 f"{tau_s[odd][0]:g} s",
                 cure="give another --dt",
             )
@@ -144,8 +144,8 @@ class _Parameters:
         if threshold.min() <= 0:
             i = threshold.argmin()
             raise MismatchError(
-                f"thresholds above what node {self._node.name} is reset to",
-                f"{self.get(name)[i]:g}, reset to {reset[i]:g}",
+                f"thresholds of node {self._node.name} above its reset voltage",
+                f"threshold {self.get(name)[i]:g}, reset voltage {reset[i]:g}",
             )
         return threshold, reset
 

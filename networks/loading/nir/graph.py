@@ -59,16 +59,18 @@ class Node:
         value = self.values.get(field)
         if not isinstance(value, np.ndarray):
             found = "none" if value is None else "another value"
-            raise MismatchError(f"numbers {field} in node {self.name}", found)
+            raise MismatchError(f"numbers for {field} in node {self.name}", found)
         if not np.isfinite(value).all():
-            raise MismatchError(f"finite numbers {field} in node {self.name}", "NaN or infinity")
+            raise MismatchError(
+                f"finite numbers for {field} in node {self.name}", "NaN or infinity"
+            )
         return value.astype(float)
 
     def whole(self, field: str, least: int = -1) -> tuple[int, ...]:
         """Return a parameter as whole numbers from ``least`` up to 2^20."""
         value = np.ravel(self.numbers(field))
         if value.size > 8 or (value != np.round(value)).any():
-            raise MismatchError(f"whole numbers {field} in node {self.name}", f"{value[:8]}")
+            raise MismatchError(f"whole numbers for {field} in node {self.name}", f"{value[:8]}")
         if value.size and (value.min() < least or value.max() > 2**20):
             raise MismatchError(
                 f"{field} from {least} to {2**20:,} in node {self.name}", f"{value}"
@@ -79,7 +81,7 @@ class Node:
         """Return a parameter that is one whole number."""
         values = self.whole(field, least)
         if len(values) != 1:
-            raise MismatchError(f"one number {field} in node {self.name}", f"{len(values)}")
+            raise MismatchError(f"one number for {field} in node {self.name}", f"{len(values)}")
         return values[0]
 
 
@@ -113,7 +115,7 @@ def flattened(values: Mapping[str, Value]) -> Graph:
     graph = _Flattening().graph(found, "", top=True)
     if len(set(graph.edges)) < len(graph.edges):
         (edge, _), *_ = Counter(graph.edges).most_common(1)
-        raise MismatchError("edges once", f"{edge[0]} to {edge[1]} twice")
+        raise MismatchError("no repeated edges", f"the edge from {edge[0]} to {edge[1]} twice")
     return graph
 
 
@@ -178,12 +180,14 @@ def _pairs(value: Value | None, name: str) -> Iterator[tuple[str, str]]:
     if isinstance(value, np.ndarray) and not value.size:
         return
     if not isinstance(value, list) or len(value) % 2 or len(value) > 2 * EDGES:
-        raise MismatchError(f"at most {EDGES:,} edges in {name}, each of two names", "others")
+        raise MismatchError(f"at most {EDGES:,} edges in {name}, each of two names", "other values")
     yield from zip(value[::2], value[1::2], strict=True)
 
 
 def _known(names: Mapping[str, str], name: str) -> str:
     if name not in names:
         known = ", ".join(sorted(names))
-        raise MismatchError(f"edges between nodes {known}", f"one of {name}, which is no node")
+        raise MismatchError(
+            f"edges between the nodes {known}", f"an edge of {name}, which is not a node"
+        )
     return names[name]

@@ -105,8 +105,7 @@ def _delay(node: Node, shape: Shape, dt_s: float) -> Operator:
             f"node {node.name} to delay by 0 or {dt_s:g} s, the step that every path takes on the "
             "chip",
             f"{wrong[0]:g} s",
-            cure="leave the node out, or, where neurons may be as coarse, give a --dt that equals "
-            "the delay",
+            cure="leave the node out, or, if so coarse a step is acceptable, set --dt to the delay",
         )
     if is_step.any() and not is_step.all():
         raise MismatchError(f"node {node.name} to delay all values alike", f"0 and {dt_s:g} s")
@@ -216,7 +215,8 @@ def _each(node: Node, field: str, n_axes: int, least: int = 1) -> Shape:
     """Return a whole number for each axis of space; a single number stands for all."""
     found = node.whole(field)
     if len(found) not in (1, n_axes) or min(found) < least:
-        raise MismatchError(f"{field} from {least} in node {node.name}", f"{found}")
+        wanted = f"{field} with a number from {least} on for each axis in node {node.name}"
+        raise MismatchError(wanted, f"{found}")
     return found * n_axes if len(found) == 1 else found
 
 

@@ -46,9 +46,9 @@ class Signals:
         self._before: dict[str, list[str]] = {name: [] for name in graph.nodes}
         self._after: dict[str, list[str]] = {name: [] for name in graph.nodes}
         for source, target in graph.edges:
-            for end, name in (("Output", source), ("Input", target)):
+            for end, name, way in (("Output", source, "out of"), ("Input", target, "into")):
                 if graph.nodes[name].kind == end:
-                    raise MismatchError(f"{end.lower()} {name} at an end", "it within a path")
+                    raise MismatchError(f"{end.lower()} {name} without edges {way} it", "an edge")
             self._before[target].append(source)
             self._after[source].append(target)
         self.shapes = {node.name: _shape(node) for node in graph.kinds("Input")}
@@ -81,7 +81,9 @@ class Signals:
                 self.shapes[node.name] = own_shape(node) or (1,)
                 self._visit([node.name], missing)
         if missing:
-            raise MismatchError("neurons in every cycle", f"none at {self._in_cycle(missing)}")
+            raise MismatchError(
+                "neurons in every cycle", f"none in one through {self._in_cycle(missing)}"
+            )
 
     def _visit(self, names: Sequence[str], missing: dict[str, int]) -> None:
         """Visit the nodes behind known ones; a linear node once all nodes before it are known."""
@@ -122,7 +124,7 @@ class Signals:
         self._left -= constant.size + sum(matrix.nnz for matrix in parts.values())
         if self._left < 0:
             raise MismatchError(
-                f"at most {MOST_WEIGHTS:,} weights in all", f"more up to node {name}"
+                f"at most {MOST_WEIGHTS:,} weights in total", f"more, counted up to node {name}"
             )
         return Signal(parts, constant, signals[0].shape, delays)
 
@@ -176,7 +178,8 @@ def _product(a: sparse.csr_matrix, b: sparse.csr_matrix, name: str) -> sparse.cs
     n_products = int(np.bincount(a.indices, minlength=a.shape[1]) @ np.diff(b.indptr))
     if n_products > MOST_PRODUCTS:
         raise MismatchError(
-            f"matrices with at most {MOST_PRODUCTS:,} products up to node {name}", f"{n_products:,}"
+            f"at most {MOST_PRODUCTS:,} multiplications for a matrix of node {name}",
+            f"{n_products:,}",
         )
     return (a @ b).tocsr()
 
@@ -197,7 +200,7 @@ def _check_size(shapes: Mapping[str, Shape]) -> None:
 def unequal_delays(name: str, delays: Sequence[int]) -> MismatchError:
     """Return the error for a node whose inputs arrive with these delays."""
     return MismatchError(
-        f"equal delays on all ways to node {name}",
+        f"equal delays on all paths to node {name}",
         " and ".join(map(str, delays)) + " steps",
-        cure="on the chip every connection takes one step: delay all ways alike, or none",
+        cure="on the chip every connection takes one step: delay all paths alike, or none",
     )

@@ -142,7 +142,7 @@ class _Room:
         found: np.ndarray = np.minimum(by_input, by_register)
         if found.min() < THRESHOLDS[0]:
             raise MismatchError(
-                f"weights of at most {ONE_WEIGHT / THRESHOLDS[0]:,.0f} thresholds in node "
+                f"weights of at most {ONE_WEIGHT / THRESHOLDS[0]:,.0f} times the threshold in node "
                 f"{self._name}",
                 f"{self.largest:,.6g}",
             )

@@ -23,7 +23,7 @@ from spikeport.networks.policy import PolicyOptions
         ),
         (
             {"n_neurons": 7},
-            "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
+            "n_neurons=7: a unit has half its neurons for each sign; use an even number, 2 or more",
         ),
         ({"tau_fwd": 0.0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"tau_out": 1.0}, "tau_out=1: a filter must be above 0 and below 1 s"),

@@ -154,7 +154,7 @@ def test_a_fall_ends_the_run_and_all_later_phases(tmp_path, brief):
         (["preset=fat"], "unknown preset 'fat'; choose from: lean, paper"),
         (
             ["n_neurons=7"],
-            "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
+            "n_neurons=7: a unit has half its neurons for each sign; use an even number, 2 or more",
         ),
         (["network_seed=-1"], "network_seed=-1: a seed must be from 0 to 4294967295"),
         (["appearance=wood"], "unknown appearance 'wood'; choose from: menagerie, primitive"),

@@ -259,7 +259,7 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
         ),
         (
             {"n_neurons": 7},
-            "n_neurons=7: a unit has as many neurons for each sign; give an even number from 2 on",
+            "n_neurons=7: a unit has half its neurons for each sign; use an even number, 2 or more",
         ),
         ({"units": "elu"}, "unknown units 'elu'; choose from: hybrid, if, lif, relu"),
         ({"solve": "all"}, "unknown solve 'all'; choose from: layer, unit"),

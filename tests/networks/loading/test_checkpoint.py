@@ -119,7 +119,7 @@ def test_an_actor_whose_output_is_no_mean_is_refused(path, refusal):
     model = MLPModel(seen, groups, "actor", 3, (4,), distribution_cfg=kind)
     torch.save({"actor_state_dict": model.state_dict()}, path)
     assert refusal(path) == (
-        "expected a Gaussian action with one standard deviation, found another"
+        "expected a Gaussian action with one standard deviation, found another distribution"
     )
 
 
@@ -148,7 +148,7 @@ def test_a_standard_deviation_that_is_none_is_refused(path, checkpoint, refusal,
     checkpoint["actor_state_dict"]["obs_normalizer._std"][0, 1] = std
     torch.save(checkpoint, path)
     assert refusal(path) == (
-        "expected finite standard deviations from 0 on in the normalisation, found others"
+        "expected finite standard deviations from 0 on in the normalisation, found other values"
     )
 
 
@@ -201,7 +201,7 @@ STATES = "with actor_state_dict or model_state_dict"
         ({"model_state_dict": {"std": torch.ones(1)}}, "expected a linear last layer, found none"),
         (
             {"actor_state_dict": {}},
-            "expected a Gaussian action with one standard deviation, found another",
+            "expected a Gaussian action with one standard deviation, found another distribution",
         ),
     ],
 )

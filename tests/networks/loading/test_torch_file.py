@@ -73,8 +73,11 @@ def test_a_file_from_before_zip_archives_is_read():
     [
         ([1, 1001, {"little_endian": True}, {}, []], "a checkpoint of torch, found other pickles"),
         ([MAGIC, 1001, 5, {}, []], "a checkpoint of torch, found other pickles"),
-        ([MAGIC, 1001, {"little_endian": False}, {}, []], "numbers with their low bytes first"),
-        ([MAGIC, 1001, {"little_endian": True}, {}, ["0"]], "storages of the content"),
+        ([MAGIC, 1001, {"little_endian": False}, {}, []], "little-endian numbers"),
+        (
+            [MAGIC, 1001, {"little_endian": True}, {}, ["0"]],
+            "keys of storages of the content, found another key",
+        ),
         ([MAGIC, 1001, {"little_endian": True}, {}], "a whole pickle, found a damaged one"),
     ],
 )

@@ -11,7 +11,7 @@ import pytest
         (b"\x3a\xff\xff\xff\xff\x7f", "bytes where 0 are left"),
         (b"\xff" * 100, "a number without an end"),
         (b"\x0b\x0c", "a field of kind 3"),
-        (b"\x38\x01", "a number for bytes"),
+        (b"\x38\x01", "a number in place of bytes"),
         (b"", "0 graphs"),
     ],
 )

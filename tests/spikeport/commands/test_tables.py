@@ -73,4 +73,4 @@ def test_learning_errors_and_sources_without_a_rate_are_named():
     traffic = dataclasses.replace(TRAFFIC, errors=3, unknown_sources=50)
     text = rows(host_io(traffic, get("loihi")))
     assert "learning errors in 3 values" in text
-    assert "576 sources; without 50 that send spikes as they come" in text
+    assert "576 sources; not counting the spikes of 50 with unknown rates" in text

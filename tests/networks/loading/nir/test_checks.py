@@ -23,7 +23,7 @@ def test_the_voltage_of_a_readout_does_not_go_to_neurons(tmp_path):
     assert str(caught.value) == "expected spikes into node n, found the voltage of LI r"
 
 
-def test_inputs_are_counted_for_each_depth(tmp_path, monkeypatch):
+def test_inputs_are_counted_for_each_delay(tmp_path, monkeypatch):
     monkeypatch.setattr(checks, "SIZE", 8)
     nodes = {"i": nir_graphs.ends(4, 1)[0], "w": weights(1, 4), "o": nir_graphs.ends(4, 1)[1]}
     nodes |= {"a": lif(1), "b": lif(1)}
@@ -32,24 +32,24 @@ def test_inputs_are_counted_for_each_depth(tmp_path, monkeypatch):
     with pytest.raises(MismatchError) as caught:
         folded(tmp_path, wired(nodes, "i>w w>a a>b w>b b>c w>c c>o"))
     assert str(caught.value) == (
-        "expected at most 8 inputs, each once for each depth it leads to, found 12"
+        "expected at most 8 inputs, counting an input once for each of its delays, found 12"
     )
 
 
 @pytest.mark.parametrize(
     ("edges", "message"),
     [
-        ("i>n i>d d>n n>o", "equal delays on all ways to node n, found 0 and 1 steps"),
-        ("i>w w>n i>d d>n n>o", "equal delays on all ways to node n, found 0 and 1 steps"),
-        ("i>n n>m n>d d>o m>o", "equal delays on all ways to node o, found 0 and 1 steps"),
-        ("i>n n>d d>m i>m m>o", "equal delays on all ways to node m, found 0 and 1 steps"),
-        ("i>d d>n n>m i>m m>o", "equal delays on all ways to node m, found 0 and 1 steps"),
-        ("i>d d>n j>n n>o", "equal delays on all ways to node n, found 0 and 1 steps"),
+        ("i>n i>d d>n n>o", "equal delays on all paths to node n, found 0 and 1 steps"),
+        ("i>w w>n i>d d>n n>o", "equal delays on all paths to node n, found 0 and 1 steps"),
+        ("i>n n>m n>d d>o m>o", "equal delays on all paths to node o, found 0 and 1 steps"),
+        ("i>n n>d d>m i>m m>o", "equal delays on all paths to node m, found 0 and 1 steps"),
+        ("i>d d>n n>m i>m m>o", "equal delays on all paths to node m, found 0 and 1 steps"),
+        ("i>d d>n j>n n>o", "equal delays on all paths to node n, found 0 and 1 steps"),
         ("i>n n>d d>e e>n n>o", "at most 1 delay in the cycle of n and n, found 2"),
         ("i>n n>d d>m m>e e>n n>o", "at most 1 delay in the cycle of m and n, found 2"),
     ],
 )
-def test_a_delay_beside_a_way_without_it_is_refused(tmp_path, edges, message):
+def test_a_delay_beside_a_path_without_it_is_refused(tmp_path, edges, message):
     nodes = {"i": FIRST, "j": FIRST, "o": LAST, "n": lif(2), "m": lif(2), "w": weights(2, 2)}
     nodes |= {"d": delays(), "e": delays()}
     used = {name: nodes[name] for edge in edges.split() for name in edge.split(">")}

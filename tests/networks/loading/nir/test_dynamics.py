@@ -42,18 +42,21 @@ def test_others_have_what_they_are():
     assert (read.threshold == np.inf).all()
 
 
+THRESHOLDS = "expected thresholds of node n above its reset voltage, found threshold"
+
+
 @pytest.mark.parametrize(
     ("made", "message"),
     [
         (
             node("Threshold", threshold=[0.0]),
-            "expected thresholds above what node n is reset to, found 0, reset to 0",
+            f"{THRESHOLDS} 0, reset voltage 0",
         ),
-        (node("IF", r=[1], v_threshold=[1], v_reset=[1]), "expected thresholds above what node n"),
+        (node("IF", r=[1], v_threshold=[1], v_reset=[1]), f"{THRESHOLDS} 1, reset voltage 1"),
         (node("LIF", tau=[1e-4], r=[1], v_leak=[0], v_threshold=[1]),
-         "expected tau of at least 0.001 s, a step of --dt, in node n, found 0.0001 s"),
+         "expected tau of at least 0.001 s (one step of --dt) in node n, found 0.0001 s"),
         (node("CubaLIF", **CUBA | {"tau_syn": [9.0]}),
-         "expected tau_syn of at least 0.001 s, a step of --dt, and at most 8192 of them, in node"),
+         "expected tau_syn from 0.001 s (one step of --dt) to 8192 steps in node n, found 9 s"),
         (node("IF", r=np.ones(3), v_threshold=np.ones(2)),
          "expected v_threshold for neurons (3,) in node n, found (2,)"),
         (node("IF", r=np.ones(0), v_threshold=np.ones(0)), "expected from 1 to 1,048,576 neurons"),

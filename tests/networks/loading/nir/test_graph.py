@@ -45,8 +45,14 @@ INNER = {"type": "NIRGraph", "nodes": {"a": INPUT}, "edges": []}
         (values({"a": np.zeros(1)}), "expected a node a, found an array"),
         (values({"a": {"type": "Linear"}}), "expected weight in Linear a, found none"),
         (values({"a": INPUT}, ["a"]), "expected at most 20,000 edges in the graph, each of two"),
-        (values({"a": INPUT}, ["a", "b"]), "expected edges between nodes a, found one of b, w"),
-        (values({"a": INPUT, "b": LINEAR}, ["a", "b"] * 2), "expected edges once, found a to b tw"),
+        (
+            values({"a": INPUT}, ["a", "b"]),
+            "expected edges between the nodes a, found an edge of b, which is not a node",
+        ),
+        (
+            values({"a": INPUT, "b": LINEAR}, ["a", "b"] * 2),
+            "expected no repeated edges, found the edge from a to b twice",
+        ),
         (values({"a": INNER}), "expected one Output in the graph a, found 0"),
         (values(wide(10_001)), "expected at most 10,000 nodes, found more"),
     ],
@@ -65,10 +71,10 @@ def test_kinds_that_are_not_known_are_refused_with_those_that_are():
 @pytest.mark.parametrize(
     ("value", "message"),
     [
-        (None, "expected numbers x in node a, found none"),
-        ("text", "expected numbers x in node a, found another value"),
-        (np.array([np.nan]), "expected finite numbers x in node a, found NaN or infinity"),
-        (np.array([1.5]), r"expected whole numbers x in node a, found [1.5]"),
+        (None, "expected numbers for x in node a, found none"),
+        ("text", "expected numbers for x in node a, found another value"),
+        (np.array([np.nan]), "expected finite numbers for x in node a, found NaN or infinity"),
+        (np.array([1.5]), r"expected whole numbers for x in node a, found [1.5]"),
         (np.array([2**21]), "expected x from -1 to 1,048,576 in node a, found [2097152.]"),
     ],
 )

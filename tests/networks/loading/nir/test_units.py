@@ -125,7 +125,9 @@ def test_a_rest_holds_what_8_bits_do_not():
     assert (only != matrix).nnz == 0
 
 
-def test_weights_of_many_thresholds_are_refused():
+def test_weights_of_many_times_the_threshold_are_refused():
     with pytest.raises(MismatchError) as caught:
         units(population(np.full((1, 1), 1e5), tau_mem=8e-3, r=8.0), 2)
-    assert str(caught.value) == "expected weights of at most 128 thresholds in node n, found 25,000"
+    assert str(caught.value) == (
+        "expected weights of at most 128 times the threshold in node n, found 25,000"
+    )
