@@ -31,7 +31,7 @@ from numba.extending import intrinsic
 
 from spikeport.backends.native.loaded import Host, Loaded, Neurons, Rule, State
 from spikeport.backends.native.wiring import LANES, Wiring
-from spikeport.compiled import compiled, inlined, released
+from spikeport.compiled import compiled, inlined, without_gil
 
 Q_SIZE, U_SIZE = 22, 24
 """Bits of q, and of u."""
@@ -57,7 +57,7 @@ def step(
     return update(loaded, n_pending, noise, counts)
 
 
-@released
+@without_gil
 def advance(loaded: Loaded, n_arriving: int, noise: np.ndarray, counts: np.ndarray) -> int:
     """Compute a step of some cores of a chip, on a thread; return the number of their spikes.
 

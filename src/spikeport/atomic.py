@@ -54,7 +54,7 @@ def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> Non
                 f"{option} {path}: would replace what the command reads; choose another"
             )
     if suffix and path.exists() and path.suffix not in ("", suffix):
-        raise UsageError(f"{option} {path}: is there, and no {suffix} file; choose another")
+        raise UsageError(f"{option} {path}: exists, and is not a {suffix} file; choose another")
     check_folder(option, path, path.parent)
 
 

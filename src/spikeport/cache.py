@@ -40,7 +40,7 @@ LIMIT_BYTES = 2**30
 """Most bytes of all entries together; the oldest entries are removed first."""
 ENTRY_BYTES = FILE_BYTES + 2**22
 """The largest entry, in bytes: arrays of `FILE_BYTES`, even a single array, and their headers."""
-HALF_S = 24 * 3600.0
+HALF_WRITTEN_AGE_S = 24 * 3600.0
 """Age from which a half-written entry counts as left by a killed process."""
 SEAL = "seal"
 """The name of an entry's array that holds the digest of its key and its other arrays."""
@@ -174,7 +174,7 @@ class Cache:
 
     def _trim(self) -> None:
         """Remove old half-written entries, and the oldest entries beyond the limit."""
-        for path in self._halves(time.time() - HALF_S):
+        for path in self._halves(time.time() - HALF_WRITTEN_AGE_S):
             path.unlink(missing_ok=True)
         entries = self.entries()
         size = sum(entry.size for entry in entries)
@@ -214,7 +214,7 @@ def read(path: Path, key: str) -> dict[str, np.ndarray]:
     """
     arrays = npz.read(path, most=ENTRY_BYTES, limit=ENTRY_BYTES)
     if str(arrays.pop(SEAL, "")) != digest_of((key, arrays)):
-        raise MismatchError("arrays as they were kept", "others, or those of another key")
+        raise MismatchError("the stored arrays", "altered arrays, or another entry's")
     return arrays
 
 

@@ -17,6 +17,7 @@ import typer.core
 from spikeport import __version__
 from spikeport.cli_servers import board_app, robot_app
 from spikeport.commands.options import (
+    PASSES_HELP,
     ChipOption,
     CountsOption,
     ImageFile,
@@ -49,7 +50,7 @@ class CommandGroup(typer.core.TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:
-            left = str(interrupt) or "nothing that was under way is complete"
+            left = str(interrupt) or "no result was completed"
             fail(f"interrupted; {left}", 130)
 
 
@@ -68,16 +69,21 @@ RateHz = Annotated[
     typer.Option(
         "--rate-hz",
         metavar="[NAME=]RATE",
-        help="Estimate energy and time at firing rates: of all neurons, an ensemble, or `host`.",
+        help="Firing rate for the estimates of energy and time, in Hz: of all neurons, of the "
+        "ensemble NAME, or, as host=RATE, of the spikes from the host; repeatable.",
     ),
 ]
 PrintAfter = Annotated[
-    str | None, typer.Option(metavar="PASS", help="Print the result of a pass; `all` for each.")
+    str | None,
+    typer.Option(metavar="PASS", help="Print the result of this pass, or of `all` passes."),
 ]
 BuildTimeout = Annotated[
     float | None,
     typer.Option(
-        metavar="SECONDS", min=0.001, max=10**6, help="End if building the network takes longer."
+        metavar="SECONDS",
+        min=0.001,
+        max=10**6,
+        help="Give up if building the network takes longer.",
     ),
 ]
 GraphStep = Annotated[
@@ -87,6 +93,9 @@ ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.
 ImageFolder = Annotated[Path | None, written("Write image and report to this folder.")]
 ReportFile = Annotated[Path | None, written("Write the report to this file, as JSON.")]
 ReportPage = Annotated[Path | None, written("Write the report to this file, as a web page.")]
+ComparisonPage = Annotated[
+    Path | None, written("Write the comparison to this file, as a web page.")
+]
 
 
 def explained(rule: str | None) -> None:
@@ -120,7 +129,8 @@ def compile_command(
     spikes: Annotated[
         str | None,
         typer.Option(
-            metavar="FILE.npz", help="Measure a NIR graph with these spikes, or with `random` ones."
+            metavar="FILE.npz",
+            help="Compare a NIR graph with NIR's equations, at these input spikes, or `random`.",
         ),
     ] = None,
     out: ImageFolder = None,
@@ -132,16 +142,19 @@ def compile_command(
     rate_hz: RateHz = None,
     loss: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="Run the network, and measure what rounding costs."),
+        typer.Option(
+            metavar="SECONDS",
+            help="Run the network this long, and measure its errors from rounding.",
+        ),
     ] = None,
     max_cores: Annotated[
-        int | None, typer.Option(help="Exit with 1 if it takes more cores.")
+        int | None, typer.Option(help="Exit with 1 if the network takes more cores.")
     ] = None,
     max_power: Annotated[
-        float | None, typer.Option(metavar="W", help="Exit with 1 if it takes more power.")
+        float | None, typer.Option(metavar="W", help="Exit with 1 if the network takes more power.")
     ] = None,
     max_step_us: Annotated[
-        float | None, typer.Option(help="Exit with 1 if a step takes longer.")
+        float | None, typer.Option(metavar="US", help="Exit with 1 if a step takes longer, in us.")
     ] = None,
     cores: Annotated[
         bool, typer.Option("--cores", help="Print tables of all cores and modules.")
@@ -185,7 +198,8 @@ def compile_command(
 def simulate_command(
     model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
     backend: Annotated[
-        str, typer.Option(help="native, nengo-loihi, reference or another; see `backends`.")
+        str,
+        typer.Option(help="native, nengo-loihi, reference or another; see `spikeport backends`."),
     ] = "native",
     chip: ChipOption = "loihi",
     passes: PassesOption = None,
@@ -197,10 +211,13 @@ def simulate_command(
     dt: GraphStep = None,
     spikes: Annotated[
         str | None,
-        typer.Option(metavar="FILE.npz", help="Spikes for a NIR graph, or `random` ones."),
+        typer.Option(metavar="FILE.npz", help="Input spikes for a NIR graph, or `random`."),
     ] = None,
     beside_float: Annotated[
-        bool, typer.Option("--float/--no-float", help="Run it in ordinary Nengo, too, and compare.")
+        bool,
+        typer.Option(
+            "--float/--no-float", help="Run the network in ordinary Nengo, too, and compare."
+        ),
     ] = True,
     out: RunFolder = None,
     overwrite: Overwrite = False,
@@ -249,9 +266,11 @@ def view_command(
     out: Annotated[
         Path | None, written("Write the page to this file; by default view.html in the folder.")
     ] = None,
-    live: Annotated[bool, typer.Option("--live", help="Follow a run while it goes on.")] = False,
+    live: Annotated[
+        bool, typer.Option("--live", help="Follow a run that is still going on.")
+    ] = False,
 ) -> None:
-    """Make a web page of a run, which plays robot, spikes, gates and errors."""
+    """Make a web page that replays a run: robot, spikes, gates and errors."""
     from spikeport.commands.view import run
 
     run(folder, out, live)
@@ -294,7 +313,8 @@ def convert_command(
         ),
     ],
     description: Annotated[
-        Path | None, typer.Option(help="Isaac Lab's env.yaml, for a walking policy from elsewhere.")
+        Path | None,
+        typer.Option(help="Isaac Lab's env.yaml, for a walking policy trained in Isaac Lab."),
     ] = None,
     observations: Annotated[
         Path | None, typer.Option(help="npz file with typical observations, an array (n, inputs).")
@@ -310,7 +330,9 @@ def convert_command(
         float, typer.Option(help="Time constant of the filter between layers, in s.")
     ] = 0.002,
     chip: ChipOption = "loihi",
-    passes: Annotated[str, typer.Option("--passes", "-p", help="See `passes`.")] = "compact",
+    passes: Annotated[
+        str, typer.Option("--passes", "-p", metavar="PASSES", help=PASSES_HELP)
+    ] = "compact",
     seed: SeedOption = 0,
     out: ImageFolder = None,
     json: ReportFile = None,
@@ -339,8 +361,8 @@ def convert_command(
 @app.command("diff")
 def diff_command(
     a: Annotated[Path, typer.Argument(help="A report, or the folder of a compile or run.")],
-    b: Annotated[Path, typer.Argument(help="Another one.")],
-    html: ReportPage = None,
+    b: Annotated[Path, typer.Argument(help="The report or folder to compare with.")],
+    html: ComparisonPage = None,
 ) -> None:
     """Compare the figures of two compiles or runs on a chip; exit with 1 if a figure differs."""
     from spikeport.commands.diff import run
@@ -405,7 +427,7 @@ def train_command(
     steps: Annotated[
         int,
         typer.Option(
-            help="Number of control steps over all robots, rounded up to segments of 307,200.",
+            help="Control steps of all robots together, rounded up to a multiple of 307,200.",
             min=1,
         ),
     ] = 51_500_000,
@@ -460,7 +482,7 @@ def sweep_command(
         list[str] | None,
         typer.Option(
             metavar="KEY=VALUE,...",
-            help="Values of a setting, or of `backend`, separated by `;` if one has commas; "
+            help="Values of a setting, or of `backend`; separated by `;` if a value has commas; "
             "repeatable.",
         ),
     ] = None,
@@ -470,7 +492,9 @@ def sweep_command(
     target: Target,
     seconds: SecondsOption = None,
     settings: SettingsOption,
-    probes: Annotated[bool, typer.Option("--probes", help="Keep the time series, too.")] = False,
+    probes: Annotated[
+        bool, typer.Option("--probes", help="Keep the time series of each run, too.")
+    ] = False,
     out: Annotated[
         Path | None, written("Folder of the sweep; an earlier sweep in it is resumed.")
     ] = None,
@@ -503,7 +527,7 @@ def evaluate_command(
         list[str] | None,
         typer.Option(
             metavar="KEY=VALUE,...",
-            help="Perturbations for a row, not the default table; repeatable.",
+            help="Perturbations of a row, in place of the default rows; repeatable.",
         ),
     ] = None,
     episodes: Annotated[
@@ -538,9 +562,9 @@ def evaluate_command(
 
 @app.command("cache")
 def cache_command(
-    clear: Annotated[bool, typer.Option("--clear", help="Remove all of it.")] = False,
+    clear: Annotated[bool, typer.Option("--clear", help="Remove all cached results.")] = False,
 ) -> None:
-    """List what is kept for later runs: compiles, calibrations, rehearsals."""
+    """List the results that are cached for later runs: compiles, calibrations, rehearsals."""
     from spikeport.commands.cache import run
 
     run(clear)

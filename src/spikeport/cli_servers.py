@@ -16,8 +16,12 @@ from spikeport.commands.options import (
     with_options,
 )
 
-board_app = typer.Typer(help="Serve, check and inspect boards at the end of a link.")
-robot_app = typer.Typer(help="Serve a robot behind Unitree's interface.")
+board_app = typer.Typer(
+    help="Serve, check, write and inspect boards, which run images at the other end of a link."
+)
+robot_app = typer.Typer(
+    help="Serve a simulated robot behind Unitree's interface, or listen to a robot."
+)
 
 
 @board_app.command("serve")
@@ -89,7 +93,7 @@ def robot_listen_command(
     domain: DomainOption = 1,
     seconds: Annotated[float, typer.Option(help="Time to listen.", min=0.1, max=3600)] = 3.0,
 ) -> None:
-    """Print what a robot publishes, and send it nothing; exit with 1 if it is not to be trusted."""
+    """Print what a robot publishes, sending nothing; exit with 1 if controllers would refuse it."""
     from spikeport.commands.robot import listen
 
     listen(interface, domain, seconds)

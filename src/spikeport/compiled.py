@@ -53,7 +53,7 @@ def compiled(function: F) -> F:
     return _cached(njit(function), function)
 
 
-def released(function: F) -> F:
+def without_gil(function: F) -> F:
     """Compile a function that releases Python's GIL; see `compiled`."""
     return _cached(njit(nogil=True)(function), function)
 

@@ -36,9 +36,9 @@ def fresh_copy(network: nengo.Network) -> nengo.Network:
             return _copied(network)
     except Exception as error:  # whatever copying a user's object raises
         warnings.warn(
-            f"the network's functions cannot be copied ({error}): in float Nengo they begin where "
-            "the run before left their variables; cure: keep a state in a nengo.Process, which "
-            "begins anew in each run",
+            f"the network's functions cannot be copied ({error}): in float Nengo their "
+            "variables start with the values that the earlier run left; cure: keep a state in a "
+            "nengo.Process, which begins anew in each run",
             stacklevel=2,
         )
         return _with_shared_functions(network)

@@ -36,7 +36,10 @@ def check_target(target: object, backend: str) -> None:
     if target not in (None, "sim"):
         raise ArgumentError("target", target, "None or 'sim'; see backend")
     if target == "sim" and backend == WITHOUT_CHIP:
-        raise UsageError("target='sim' is an emulated chip, backend='reference' none; give one")
+        raise UsageError(
+            "target='sim' needs an emulated chip, which backend='reference' lacks; leave "
+            "one of them out"
+        )
 
 
 def check_precompute(precompute: object) -> None:
@@ -52,8 +55,8 @@ def check_hardware_options(options: object) -> None:
     if options:
         names = ", ".join(sorted(map(str, options)))
         raise UsageError(
-            f"hardware_options: {names}: options of NxSDK, which the process that is the board "
-            "drives, `spikeport board serve --machine nxsdk`; leave them out"
+            f"hardware_options: {names}: options of NxSDK belong to the process that serves the "
+            "board, `spikeport board serve --machine nxsdk`; leave them out"
         )
 
 
@@ -81,7 +84,9 @@ def build_settings(model: "Model | None", dt: float, remove_passthrough: bool) -
     if not isinstance(model, Model):
         raise ArgumentError("model", model, "None, or a nengo_loihi.builder.Model")
     if model.dt != dt:
-        raise UsageError(f"model: its dt is {model.dt:g} s, the simulator's {dt:g} s; give one")
+        raise UsageError(
+            f"model: its dt is {model.dt:g} s, the simulator's {dt:g} s; make them equal"
+        )
     if model.blocks or model.inputs or model.probes or model.toplevel is not None:
         raise UsageError(
             f"model: {len(model.blocks)} blocks are built in it already, and spikeport builds the "

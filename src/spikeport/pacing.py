@@ -89,7 +89,7 @@ def undisturbed(priority: int | None = None) -> Iterator[None]:
     """
     before = {} if priority is None else _schedules()
     if priority is not None:
-        _raise(before, priority)
+        _raise_priority(before, priority)
     # Collect first, since frozen garbage stays.
     gc.collect()
     gc.freeze()
@@ -112,7 +112,7 @@ def _schedules() -> dict[int, tuple[int, int]]:
     return schedules
 
 
-def _raise(threads: Iterable[int], priority: int) -> None:
+def _raise_priority(threads: Iterable[int], priority: int) -> None:
     """Give threads a real-time priority; UsageError if the system refuses."""
     try:
         for thread in threads:

@@ -281,7 +281,8 @@ class Simulator:
             raise ArgumentError("time_in_seconds", time_in_seconds, expected)
         steps = round(time_in_seconds / self.dt)
         if steps == 0:
-            warnings.warn(f"{time_in_seconds:g} s is no step of {self.dt:g} s", stacklevel=2)
+            rounded = f"{time_in_seconds:g} s rounds to zero steps of {self.dt:g} s"
+            warnings.warn(f"{rounded}; nothing was run", stacklevel=2)
         self.run_steps(steps, progress_bar)
 
     def trange(self, sample_every: float | None = None, *, dt: None = None) -> np.ndarray:

@@ -21,7 +21,10 @@ from spikeport.reading.notebook import Cell, read_notebook
 
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
-FOR_JUPYTER = '; cure: mend it, or put what is for Jupyter alone under `if __name__ == "__main__":`'
+FOR_JUPYTER = (
+    "; cure: fix the cell, or put code that only Jupyter should run under "
+    '`if __name__ == "__main__":`'
+)
 """The cure for a cell: here a notebook's ``__name__`` is that of a module, not ``__main__``."""
 
 

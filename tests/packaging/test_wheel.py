@@ -128,7 +128,9 @@ def test_doctor_names_the_missing_extra(numpy_1, wheel, tmp_path):
     done = numpy_1("spikeport", "doctor", cwd=tmp_path)
     assert (done.returncode, done.stderr) == (0, "")
     assert "mujoco missing extra robot" in " ".join(done.stdout.split())
-    assert f"all that is missing: pip install '{wheel}[" in " ".join(done.stdout.split())
+    assert f"to install everything that is missing: pip install '{wheel}[" in " ".join(
+        done.stdout.split()
+    )
 
 
 @pytest.mark.parametrize(

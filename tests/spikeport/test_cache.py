@@ -216,7 +216,9 @@ def test_an_entry_under_another_name_is_not_used(kept, make):
     kept.kept("policy", 2, make)
     (other,) = set(kept.folder.iterdir()) - {one}
     other.replace(one)
-    with pytest.warns(UserWarning, match="those of another key"):
+    with pytest.warns(
+        UserWarning, match="expected the stored arrays, found altered arrays, or another entry's"
+    ):
         kept.kept("policy", 1, make)
     assert make.n == 3
 

@@ -101,7 +101,7 @@ def dt_and_seed_go_by_name():
     assert_same(theirs(net, 0.002, 5), ours(net, dt=0.002, seed=5))
     assert refusal(net, 0.002) == (
         "chip=0.002: expected the name of a chip, or the path of its TOML file; give a time step "
-        "by its name, dt=..."
+        "by keyword, dt=..."
     )
 
 
@@ -109,7 +109,8 @@ def the_emulator_is_what_runs():
     net = network()
     assert_same(ours(net, target="sim"), ours(net, backend="nengo-loihi"))
     assert refusal(target="sim", backend="reference") == (
-        "target='sim' is an emulated chip, backend='reference' none; give one"
+        "target='sim' needs an emulated chip, which backend='reference' lacks; leave "
+        "one of them out"
     )
     assert refusal(target="chip") == "target='chip': expected None or 'sim'; see backend"
 
@@ -135,8 +136,8 @@ def passthrough_nodes_stay():
     net = network(loop=True)
     assert_same(theirs(net, remove_passthrough=False), ours(net, remove_passthrough=False))
     assert refusal(net, remove_passthrough=False, pipeline="compact") == (
-        "remove_passthrough=False: expected True, with which the passes that rewrite networks "
-        "reckon; or choose a pipeline without them: as_written"
+        "remove_passthrough=False: expected True, which the passes that rewrite networks "
+        "assume; or choose a pipeline without these passes: as_written"
     )
     assert refusal(remove_passthrough=1) == "remove_passthrough=1: expected a bool"
 
@@ -156,7 +157,7 @@ def a_model_brings_its_settings():
 def a_model_that_does_not_serve_is_refused():
     assert refusal(model=5) == "model=5: expected None, or a nengo_loihi.builder.Model"
     assert refusal(model=model(dt=0.002)) == (
-        "model: its dt is 0.002 s, the simulator's 0.001 s; give one"
+        "model: its dt is 0.002 s, the simulator's 0.001 s; make them equal"
     )
     built = compile_network(network()).model
     assert refusal(model=built).startswith(f"model: {len(built.blocks)} blocks are built in it")
@@ -179,14 +180,14 @@ def inputs_are_pairs():
     other = model(node_neurons=OnOffDecodeNeurons(pairs_per_dim=2))
     assert refusal(model=other) == (
         "node_neurons='OnOffDecodeNeurons(pairs_per_dim=2, dt=0.001, rate=500)': expected "
-        "OnOffDecodeNeurons of one pair a dimension, as images describe their inputs"
+        "OnOffDecodeNeurons with one pair a dimension, which is what an image can describe"
     )
 
 
 def options_of_boards_are_refused():
     assert refusal(hardware_options={"snip_io_steps": 1}) == (
-        "hardware_options: snip_io_steps: options of NxSDK, which the process that is the board "
-        "drives, `spikeport board serve --machine nxsdk`; leave them out"
+        "hardware_options: snip_io_steps: options of NxSDK belong to the process that serves the "
+        "board, `spikeport board serve --machine nxsdk`; leave them out"
     )
     assert len(ours(network(), hardware_options={})) == len(network().all_probes)
 

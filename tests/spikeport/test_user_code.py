@@ -45,8 +45,8 @@ def test_a_file_that_raises_says_what(tmp_path, text, reason):
     assert refusal(path) == f"{path}: cannot be imported: {reason} ({path}, line 1)"
     path = notebook(tmp_path, "x = 1", text)
     assert refusal(path) == (
-        f"{path}: cell 2 cannot be run: {reason} ({path}, cell 2, line 1); cure: mend it, or put "
-        'what is for Jupyter alone under `if __name__ == "__main__":`'
+        f"{path}: cell 2 cannot be run: {reason} ({path}, cell 2, line 1); cure: fix the cell, or "
+        'put code that only Jupyter should run under `if __name__ == "__main__":`'
     )
     assert imported(str(notebook(tmp_path, f'if __name__ == "__main__":\n    {text}')))
 

@@ -80,7 +80,9 @@ def _check_keep(path: Path) -> None:
         if path.exists():
             ChipImage.load(path)
     except ImageError:
-        raise UsageError(f"--keep {path}: is there, and no chip image; choose another") from None
+        raise UsageError(
+            f"--keep {path}: exists, and is not a chip image; choose another"
+        ) from None
 
 
 def _need_gcc() -> None:

@@ -64,5 +64,5 @@ def _check(request: CalibrateRequest, experiment: Experiment) -> None:
         raise unknown(f"backend with neurons of {experiment.name}", backend, backends)
     check_output("--out", request.out)
     if request.out.exists() and not is_calibration(request.out):
-        raise UsageError(f"--out {request.out}: is there, and no calibration; choose another")
+        raise UsageError(f"--out {request.out}: exists, and is not a calibration; choose another")
     check_target(request.target)

@@ -99,7 +99,7 @@ def _check(request: ConvertRequest) -> None:
 def _smaller(n_neurons: int) -> str:
     """Return advice for the owner of a policy, who has no ensembles to change."""
     if n_neurons == 2:
-        return "more: only a policy of fewer units is smaller than with -n 2"
+        return "more: -n 2 is the least; use a policy with fewer units"
     return f"more: try -n {n_neurons // 4 * 2}, fewer neurons for each unit than {n_neurons}"
 
 

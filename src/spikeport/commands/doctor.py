@@ -44,7 +44,7 @@ def run() -> int:
     Console().print(table)
     if missing:
         extras = ",".join(sorted({wanted[name] for name in missing} - {""}))
-        print(f"all that is missing: {install_command(extras)}")
+        print(f"to install everything that is missing: {install_command(extras)}")
     return int(any(not wanted[name] for name in missing))
 
 

@@ -100,8 +100,8 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
     seconds = EPISODE_S if request.seconds is None else request.seconds
     if seconds <= SHORTEST_S:
         raise UsageError(
-            f"--seconds {seconds:g}: what is measured takes episodes of more than {SHORTEST_S:g} "
-            f"s; cure: leave it out, for {EPISODE_S:g} s"
+            f"--seconds {seconds:g}: the measures need episodes longer than {SHORTEST_S:g} s; "
+            f"cure: leave it out, for the default of {EPISODE_S:g} s"
         )
     evaluation = EvaluationSweep(
         experiment=experiment.name,

@@ -73,7 +73,7 @@ def show_differences(network: nengo.Network) -> None:
     """Print how the chip differs from NIR's equations, if the network is a graph."""
     if isinstance(network, NirNetwork):
         console = Console(highlight=False)
-        for line in ("on the chip, otherwise than in NIR:", *_lines(network)):
+        for line in ("differences between the chip and NIR's equations:", *_lines(network)):
             console.print(line, markup=False, soft_wrap=True)
 
 

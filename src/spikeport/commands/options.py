@@ -43,17 +43,19 @@ def written(help_text: str) -> Any:
 
 
 ChipOption = Annotated[str, typer.Option(help="Name of a chip, or path of its TOML file.")]
+PASSES_HELP = "as_written, compact, or a list like name,name{key=value}; see `spikeport passes`."
 PassesOption = Annotated[
     str | None,
     typer.Option(
         "--passes",
         "-p",
         metavar="PASSES",
-        help="as_written, compact, or a list like name,name{key=value}; see `passes`.",
+        help=PASSES_HELP,
     ),
 ]
 OffloadOption = Annotated[
-    bool, typer.Option("--offload", help="Move ensembles that break a rule to the host.")
+    bool,
+    typer.Option("--offload", help="Move ensembles that break a rule of the chip to the host."),
 ]
 ImageFile = Annotated[Path, typer.Argument(help="An image.npz that `compile --out` wrote.")]
 SecondsOption = Annotated[float | None, typer.Option(help="Simulated time, in s.")]
@@ -63,7 +65,7 @@ SettingsOption = Annotated[
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="A setting; repeatable.",
+        help="Set a value of the network or experiment; repeatable.",
         default_factory=list,
         show_default=False,
     ),
@@ -75,14 +77,15 @@ NoCache = Annotated[
     typer.Option(
         "--no-cache",
         callback=_no_cache,
-        help="Use no results of earlier runs, and keep none; see `cache`.",
+        help="Use no results of earlier runs, and keep none; see `spikeport cache`.",
     ),
 ]
 FaultsOption = Annotated[
     list[str],
     typer.Option(
         metavar="KIND@STEP",
-        help="Inject a fault into a stub's link, also slow=MS@STEP or KIND:SHARE; repeatable.",
+        help="Inject a fault into the answers of a stub or served board, such as cut@20, slow=5@20 "
+        "(5 ms) or loss:0.1 (in a tenth of the steps); repeatable.",
         default_factory=list,
         show_default=False,
     ),
@@ -92,7 +95,10 @@ FaultsOption = Annotated[
 RunFolder = Annotated[Path | None, written("Folder of the run; by default one in runs/.")]
 Overwrite = Annotated[bool, typer.Option(help="Replace an earlier run in this folder.")]
 CountsOption = Annotated[
-    bool, typer.Option("--counts", help="Write the counts of every step and core, too.")
+    bool,
+    typer.Option(
+        "--counts", help="Write the counts of spikes and operations of every step and core, too."
+    ),
 ]
 
 
@@ -100,7 +106,9 @@ CountsOption = Annotated[
 class Target:
     """The backend and chip that an experiment runs on, and the passes of its compile."""
 
-    backend: Annotated[str, typer.Option(help="analytic, or a backend; see `backends`.")] = "native"
+    backend: Annotated[str, typer.Option(help="Name of a backend; see `spikeport backends`.")] = (
+        "native"
+    )
     chip: ChipOption = "loihi"
     passes: PassesOption = None
 
@@ -116,7 +124,8 @@ class Workers:
     scheduler: Annotated[
         str | None,
         typer.Option(
-            metavar="tls://...", help="Address of a Dask cluster; tcp:// trusts its network."
+            metavar="tls://...",
+            help="Address of a Dask scheduler; tcp://... is for trusted networks only.",
         ),
     ] = None
 
@@ -131,7 +140,10 @@ class Link:
     """The link to a board, for the backends ``board`` and ``replay``."""
 
     board: Annotated[
-        str, typer.Option(metavar="ADDRESS", help="stub, unix:PATH or tcp://HOST:PORT.")
+        str,
+        typer.Option(
+            metavar="ADDRESS", help="Board of --backend board: stub, unix:PATH or tcp://HOST:PORT."
+        ),
     ] = "stub"
     real_time: Annotated[
         bool,
@@ -140,7 +152,9 @@ class Link:
     hold: Annotated[
         int,
         typer.Option(
-            help="In real time, number of steps for which outputs are held.", min=0, max=1000
+            help="In real time, most steps in a row that a board may be late; outputs are held.",
+            min=0,
+            max=1000,
         ),
     ] = 5
     fault: FaultsOption
@@ -152,7 +166,8 @@ class Link:
 
 RobotFaultsOption = typer.Option(
     metavar="KIND@STEP",
-    help="Inject a fault into commands, in lock-step, also delay=MS:1 or loss:SHARE; repeatable.",
+    help="In lock-step, inject a fault into commands or states, such as restart@200, delay=20:1 "
+    "(20 ms in every step) or state-loss:0.1 (in a tenth of the steps); repeatable.",
     default_factory=list,
     show_default=False,
 )
@@ -170,13 +185,21 @@ class RobotLink:
     """The robot of a run, at the other end of Unitree's interface; by default a run has a plant."""
 
     robot: Annotated[
-        str | None, typer.Option(metavar="ROBOT", help="inline, stub or dds:INTERFACE:DOMAIN.")
+        str | None,
+        typer.Option(
+            metavar="ROBOT",
+            help="Robot behind Unitree's interface: inline (in this process), stub (in its own) or "
+            "dds:INTERFACE:DOMAIN (one that is running); by default a simulation without it.",
+        ),
     ] = None
     robot_real_time: Annotated[
-        bool, typer.Option("--robot-real-time", help="Let the stub keep to the clock.")
+        bool, typer.Option("--robot-real-time", help="Run the stub in real time.")
     ] = False
     robot_lock_step: Annotated[
-        bool, typer.Option("--robot-lock-step", help="The robot over DDS is served in lock-step.")
+        bool,
+        typer.Option(
+            "--robot-lock-step", help="For a robot over DDS that is served with --lock-step."
+        ),
     ] = False
     robot_states: Annotated[
         bool,
@@ -188,7 +211,7 @@ class RobotLink:
     robot_priority: Annotated[
         int | None,
         typer.Option(
-            metavar="N", help="In real time, real-time priority of run and stub.", min=1, max=99
+            metavar="N", help="Real-time priority of run and stub; not in lock-step.", min=1, max=99
         ),
     ] = None
     robot_fault: Annotated[list[str], RobotFaultsOption]
@@ -207,13 +230,13 @@ class RobotLink:
 class Tls:
     """The files of TLS, which a link to another machine needs."""
 
-    cert: Annotated[Path | None, typer.Option(help="Our certificate for TLS, PEM.")] = None
-    key: Annotated[Path | None, typer.Option(help="The private key of our certificate, PEM.")] = (
+    cert: Annotated[Path | None, typer.Option(help="This side's certificate for TLS, PEM.")] = None
+    key: Annotated[Path | None, typer.Option(help="The private key of that certificate, PEM.")] = (
         None
     )
     ca: Annotated[
         Path | None,
-        typer.Option(help="The authority that signed the other side's certificate, PEM."),
+        typer.Option(help="Certificate of the authority that signed the other side's, PEM."),
     ] = None
 
 
@@ -235,7 +258,10 @@ class RunOptions:
 class BoardService:
     """The options of a process that is a board."""
 
-    listen: Annotated[str, typer.Option(metavar="ADDRESS", help="unix:PATH or tcp://HOST:PORT.")]
+    listen: Annotated[
+        str,
+        typer.Option(metavar="ADDRESS", help="Address to listen on: unix:PATH or tcp://HOST:PORT."),
+    ]
     machine: Annotated[
         str | None,
         typer.Option(
@@ -248,9 +274,13 @@ class BoardService:
     ] = False
     device: Annotated[
         Path | None,
-        typer.Option(metavar="FILE", help="The FPGA with soft cores on a serial line."),
+        typer.Option(
+            metavar="FILE", help="Serial line of an FPGA with soft cores, which is then the board."
+        ),
     ] = None
-    baud: Annotated[int, typer.Option(help="Bits a second of that line.", min=1)] = 3_000_000
+    baud: Annotated[int, typer.Option(help="Bit rate of the serial line, in bits/s.", min=1)] = (
+        3_000_000
+    )
     keep: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Keep the image of the last session in this file."),
@@ -264,7 +294,7 @@ class BoardService:
         ),
     ] = None
     allow_remote: Annotated[
-        bool, typer.Option("--allow-remote", help="Listen for other machines, over TLS.")
+        bool, typer.Option("--allow-remote", help="Accept hosts on other machines, over TLS.")
     ] = False
 
 
@@ -280,33 +310,46 @@ class RobotService:
     domain: DomainOption = 1
     may_move_a_real_robot: MayMoveOption = False
     lock_step: Annotated[
-        bool, typer.Option("--lock-step", help="Wait for the answer to each state.")
+        bool,
+        typer.Option(
+            "--lock-step", help="Wait for the answer to each state; by default, run in real time."
+        ),
     ] = False
     rate_hz: Annotated[
         float | None, typer.Option(help="Physics steps and states per second: 200, 500 or 1000.")
     ] = None
     priority: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Real-time priority, by the clock.", min=1, max=99),
+        typer.Option(metavar="N", help="Real-time priority; not with --lock-step.", min=1, max=99),
     ] = None
-    hoist: Annotated[bool, typer.Option("--hoist", help="Hang the robot by its pelvis.")] = False
+    hoist: Annotated[
+        bool,
+        typer.Option(
+            "--hoist",
+            help="Hang the robot by its pelvis; in real time, l lowers it, then releases it.",
+        ),
+    ] = False
     let_down: Annotated[
         float | None,
         typer.Option(
             metavar="SECONDS",
-            help="Lower it this long after its first command, release it 4 s later or once it "
-            "stands; or press l.",
+            help="With --hoist, lower the robot this long after its first command, and release it "
+            "4 s later, or once it stands if that is later.",
             min=0,
         ),
     ] = None
     sport_mode: Annotated[
         str,
         typer.Option(
-            metavar="NAME", help="Begin in this sport mode, such as `ai`, which ignores commands."
+            metavar="NAME",
+            help="Begin in this sport mode, such as `ai`, and ignore commands until it is left.",
         ),
     ] = ""
     watchdog_ms: Annotated[
-        float, typer.Option(help="Time without a valid command after which the robot is damped.")
+        float,
+        typer.Option(
+            help="Time without a valid command, in ms, after which all joints are damped."
+        ),
     ] = 100.0
     truth: Annotated[
         bool, typer.Option("--truth", help="Publish the place and velocity of the pelvis, too.")

@@ -81,8 +81,8 @@ def _check(file: Path, report: object) -> None:
         )
     if report["resources"] is None:
         raise UsageError(
-            f"{file}: the run was on no chip, and only what chips take is "
-            "compared; give runs on a backend with one"
+            f"{file}: the run used no chip, and only figures of chips are "
+            "compared; give runs on a backend with a chip"
         )
     for name in report.keys() & PARTS.keys():
         try:

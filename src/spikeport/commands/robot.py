@@ -25,7 +25,7 @@ def serve(request: RobotService) -> None:
     if request.fault and not request.lock_step:
         raise UsageError("--fault is for --lock-step: real time has faults of its own")
     if request.priority is not None and request.lock_step:
-        raise UsageError("--priority is for real time; in --lock-step nobody is late")
+        raise UsageError("--priority is for real time; lock-step has no deadlines")
     rate_hz = _rate_hz(request)
     faults = [FAULTS._replace(option="--fault").parse(text) for text in request.fault]
     settings = _settings(request, rate_hz)

@@ -155,7 +155,7 @@ def _write(
 def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[str, Any]:
     """Return the content of ``result.json``."""
     errors = {name: one.error() for name, one in ran.recorded.items()}
-    delays = {name: one.delayed() for name, one in ran.recorded.items()}
+    delays = {name: one.best_delay() for name, one in ran.recorded.items()}
     known = [error for error in errors.values() if error is not None]
     return {
         "command": ["spikeport", *sys.argv[1:]],
@@ -200,7 +200,7 @@ def _probe_table(ran: Ran) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     for name, one in ran.recorded.items():
         n_samples, size = one.values.shape
-        late = one.delayed()
+        late = one.best_delay()
         texts = ("", "") if late is None else (f"{1000 * late[0]:.0f} ms", _percent(late[1]))
         rms = one.rms_float()
         scale = "-" if rms is None else f"{rms:.2g}"

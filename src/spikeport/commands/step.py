@@ -48,8 +48,8 @@ def _check_size(image: ChipImage, n_steps: int) -> None:
     if needed > MOST_BYTES:
         most = MOST_BYTES * n_steps // needed
         raise UsageError(
-            f"--steps {n_steps}: what the outputs hold takes {needed:,} bytes, limit "
-            f"{MOST_BYTES:,}; ask for at most {most:,} steps of this image"
+            f"--steps {n_steps}: the outputs and counts of these steps take {needed:,} bytes, "
+            f"limit {MOST_BYTES:,}; ask for at most {most:,} steps of this image"
         )
 
 
@@ -89,13 +89,13 @@ def by_step(image: ChipImage, path: Path | None, n_steps: int) -> list[np.ndarra
     """
     step, source = (np.zeros(0, dtype=np.int64),) * 2 if path is None else _read(path)
     for name, numbers, end, kind in (
-        ("steps", step, n_steps, f"--steps {n_steps}"),
+        ("steps", step, n_steps, f"the run has {n_steps} steps"),
         ("sources", source, image.n_inputs, f"the image has {image.n_inputs} sources"),
     ):
         wrong = np.flatnonzero((numbers < 0) | (numbers >= end))
         if wrong.size:
             raise UsageError(
-                f"{path}: {name}[{wrong[0]}] is {numbers[wrong[0]]}, but {kind}, and the first is 0"
+                f"{path}: {name}[{wrong[0]}] is {numbers[wrong[0]]}, but {kind}, counted from 0"
             )
     # Sorted, so that spikes that occur twice are adjacent.
     order = np.lexsort((source, step))

@@ -83,8 +83,9 @@ def check_workers(workers: Workers) -> None:
         )
     if not scheduler.startswith("tls://"):
         Console(stderr=True, soft_wrap=True, highlight=False).print(
-            f"note: --scheduler {scheduler}: whoever reaches this cluster runs code on it and as "
-            "you; its own security is all there is. tls://... asks both sides for certificates.",
+            f"note: --scheduler {scheduler}: anyone who can reach this cluster can run code on "
+            "it, and on this machine as you; only the cluster's own security protects it. "
+            "tls://... asks both sides for certificates.",
             markup=False,
         )
 

@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 Value: TypeAlias = np.ndarray | str | list[str] | dict[str, "Value"]
 
-DEPTH = 32
+MOST_LEVELS = 32
 """Most levels of groups within groups: a nested NIR graph takes two."""
-OBJECTS = 2**16
+MOST_OBJECTS = 2**16
 """Most groups and arrays: enough for ten thousand nodes."""
 TEXT_BYTES = 2**22
 """Most bytes of all texts together: they name edges."""
-TEXTS = 40_000
+MOST_TEXTS = 40_000
 """Most texts in an array: two for each of 20,000 edges, which take seconds to read one by one."""
 CPU_S = 6
 """The CPU time that reading may take: the largest file that is allowed takes two to four."""
@@ -99,7 +99,9 @@ def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
     try:
         found = receiver.recv()
     except EOFError:
-        raise MismatchError("a whole HDF5 file", "one on which its library breaks off") from None
+        raise MismatchError(
+            "a whole HDF5 file", "a file on which the HDF5 library failed"
+        ) from None
     finally:
         child.join()
         receiver.close()
@@ -177,11 +179,11 @@ class _Reader:
 
     def __init__(self, h5py: ModuleType, left_out: str | None) -> None:
         self._h5py, self._left_out = h5py, left_out
-        self._bytes, self._objects, self._text = FILE_BYTES, OBJECTS, TEXT_BYTES
+        self._bytes, self._objects, self._text = FILE_BYTES, MOST_OBJECTS, TEXT_BYTES
 
     def group(self, group: Any, depth: int) -> dict[str, Value]:
-        if depth > DEPTH:
-            raise MismatchError(f"groups {DEPTH} deep", "deeper ones")
+        if depth > MOST_LEVELS:
+            raise MismatchError(f"at most {MOST_LEVELS} levels of groups", "more")
         for name in group:
             self._check_link(group, name)
         names = (name for name in group if name != self._left_out)
@@ -190,7 +192,7 @@ class _Reader:
     def _check_link(self, group: Any, name: str) -> None:
         self._objects -= 1
         if self._objects < 0:
-            raise MismatchError(f"at most {OBJECTS:,} groups and arrays", "more")
+            raise MismatchError(f"at most {MOST_OBJECTS:,} groups and arrays", "more")
         link = group.get(name, getlink=True)
         if not isinstance(link, self._h5py.HardLink):
             raise MismatchError(f"{name} in the file itself", "a link")
@@ -204,10 +206,10 @@ class _Reader:
 
     def _array(self, item: Any, name: str) -> Value:
         if item.external or item.is_virtual:
-            raise MismatchError(f"{name} in the file itself", "data out of another")
+            raise MismatchError(f"{name} in the file itself", "data in another file")
         filters = item.id.get_create_plist()
         if any(filters.get_filter(i)[0] not in FILTERS for i in range(filters.get_nfilters())):
-            raise MismatchError(f"{name} deflated, or as it is", "another filter")
+            raise MismatchError(f"{name} uncompressed, deflated or in LZF", "another filter")
         # a chunk is inflated whole, even to read a part of it
         chunk = math.prod(item.chunks or ()) * item.dtype.itemsize
         if chunk > FILE_BYTES:
@@ -226,8 +228,8 @@ class _Reader:
         if item.dtype.itemsize > TEXT_BYTES:
             found = f"texts of {item.dtype.itemsize:,} bytes"
             raise MismatchError(f"at most {TEXT_BYTES:,} bytes of texts in {name}", found)
-        if item.shape is None or item.size > TEXTS:
-            raise MismatchError(f"at most {TEXTS:,} texts in {name}", f"{item.size}")
+        if item.shape is None or item.size > MOST_TEXTS:
+            raise MismatchError(f"at most {MOST_TEXTS:,} texts in {name}", f"{item.size}")
         texts = [self._text_of(one, name) for one in self._rows(item)]
         return texts if item.shape else texts[0]
 

@@ -89,7 +89,7 @@ def _cell(path: Path, number: int, source: str, magics: int) -> Cell:
         if not magic:
             raise UsageError(f"{path}: cell {number} is not Python: {printable(str(fault))}")
         if len(skipped) == magics:
-            most = f"more than {magics} lines of IPython, the most in so much code"
+            most = f"more than {magics} lines of IPython, the limit for this much code"
             raise UsageError(f"{path}: cell {number}: {most}; leave some out")
         skipped.append(_skip(lines, row))
     return Cell(number, "\n".join(lines) + "\n", tuple(skipped))

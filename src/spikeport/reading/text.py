@@ -12,13 +12,13 @@ from spikeport.reading.mismatch import MismatchError
 TEXT_BYTES = 2**25
 """Size of the largest text that is read, 32 MiB: the report of an image of 80,000 blocks."""
 
-PARTS = 2**20
+MOST_PARTS = 2**20
 """Most lists and objects in JSON: three bytes of text can take a hundred and more in memory."""
 
 TOML_BYTES = 2**18
 """Most bytes of a text of TOML: twenty times the largest that is shipped."""
 
-DOTS = 50
+MOST_DOTS = 50
 """Most dots in a line of TOML: the parser's cost grows with the square of the parts of a key."""
 
 MARKS = {
@@ -58,8 +58,8 @@ def parse_json(text: str) -> Any:
         If it is not JSON, or nested too deeply.
     """
     parts = text.count("[") + text.count("{")
-    if parts > PARTS:
-        raise MismatchError(f"at most {PARTS:,} lists and objects", f"{parts:,}")
+    if parts > MOST_PARTS:
+        raise MismatchError(f"at most {MOST_PARTS:,} lists and objects", f"{parts:,}")
     return json.loads(text)
 
 
@@ -68,6 +68,6 @@ def parse_toml(text: str) -> dict[str, Any]:
     if len(text) > TOML_BYTES:
         raise MismatchError(f"TOML of at most {TOML_BYTES:,} characters", f"{len(text):,}")
     most = max((line.count(".") for line in text.splitlines()), default=0)
-    if most > DOTS:
-        raise MismatchError(f"at most {DOTS} dots in a line", f"{most:,}")
+    if most > MOST_DOTS:
+        raise MismatchError(f"at most {MOST_DOTS} dots in a line", f"{most:,}")
     return tomllib.loads(text)

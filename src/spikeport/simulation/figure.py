@@ -44,7 +44,7 @@ def _in_words(one: Recorded) -> str:
     size = one.values.shape[1]
     hidden = f", {LINES} of {size} dimensions" if size > LINES and not one.spikes else ""
     text = hidden + ("" if error is None else f": {100 * error:.2g} % off")
-    if (late := one.delayed()) is not None:
+    if (late := one.best_delay()) is not None:
         text += f", {100 * late[1]:.2g} % with its delay of {1000 * late[0]:.0f} ms removed"
     return text
 

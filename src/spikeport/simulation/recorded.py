@@ -46,7 +46,7 @@ class Recorded:
         exact = self._filtered[1]
         return float(np.linalg.norm(exact) / np.sqrt(exact.size))
 
-    def delayed(self) -> tuple[float, float] | None:
+    def best_delay(self) -> tuple[float, float] | None:
         """Return the delay in s, up to 50 ms, at which the error is least, and that error.
 
         A chip computes later than float Nengo: values take steps from host to chip and back, and

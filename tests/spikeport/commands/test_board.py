@@ -115,7 +115,7 @@ def test_a_time_that_no_system_waits_is_refused(
 def test_an_image_is_not_kept_in_place_of_another_file(tmp_path: Path) -> None:
     model = tmp_path / "model.py"
     model.write_text("import nengo")
-    with pytest.raises(UsageError, match="is there, and no chip image; choose another"):
+    with pytest.raises(UsageError, match="exists, and is not a chip image; choose another"):
         serve(BoardService(listen=f"unix:{tmp_path / 's'}", keep=model, fault=[]), Tls())
     assert model.read_text() == "import nengo"
 

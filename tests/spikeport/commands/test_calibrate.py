@@ -90,7 +90,7 @@ def test_nothing_but_a_calibration_is_replaced(spikeport, asked, tmp_path):
     script.write_text("print()")
     for path in (policy, script):
         before = path.read_bytes()
-        message = f"error: --out {path}: is there, and no calibration; choose another\n"
+        message = f"error: --out {path}: exists, and is not a calibration; choose another\n"
         assert spikeport("calibrate", "reach", "--out", str(path)) == (2, "", message)
         assert path.read_bytes() == before
     assert asked == []

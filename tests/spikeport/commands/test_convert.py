@@ -67,7 +67,7 @@ def test_a_policy_that_is_too_large_may_have_fewer_neurons_for_each_unit(spikepo
     assert spikeport("convert", tiny, "-n", "10", "--chip", chip).code == 0
     chip = chip_file(tmp_path / "small.toml", cores=1, compartments=10)
     refused = spikeport("convert", tiny, "-n", "2", "--chip", chip)
-    assert refused.err.endswith("more: only a policy of fewer units is smaller than with -n 2\n")
+    assert refused.err.endswith("more: -n 2 is the least; use a policy with fewer units\n")
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_observations_of_another_size_are_refused(spikeport, tiny, tmp_path):
         (
             "relu",
             "expected activation relu, as --activation says, found tanh; leave out --activation: "
-            "this file says its own",
+            "the file names its own activation",
         ),
     ],
 )

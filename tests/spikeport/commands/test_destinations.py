@@ -51,7 +51,7 @@ def test_a_file_of_another_kind_is_not_replaced(spikeport, net_py, tmp_path, opt
     path = tmp_path / name
     path.write_text("mine")
     done = spikeport("compile", f"{net_py}:make", f"--{option}", path)
-    message = f"--{option} {path}: is there, and no .{option} file; choose another"
+    message = f"--{option} {path}: exists, and is not a .{option} file; choose another"
     assert done == (2, "", f"error: {message}\n")
     assert path.read_text() == "mine"
 

@@ -68,8 +68,8 @@ def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
     result = {"schema": RESULT_SCHEMA, "experiment": "reach", "resources": None}
     file.write_text(json.dumps(report | result))
     assert error(file) == (
-        f"{file}: the run was on no chip, and only what chips take is compared; give runs on a "
-        "backend with one"
+        f"{file}: the run used no chip, and only figures of chips are compared; give runs on a "
+        "backend with a chip"
     )
     assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"
 

@@ -17,7 +17,9 @@ def test_doctor_says_how_to_get_what_is_missing(spikeport, monkeypatch):
     assert done.code == 0
     (row,) = (line for line in done.out.splitlines() if "xarray" in line)
     assert row.split() == ["xarray", "missing", "extra", "runs"]
-    assert done.out.endswith("all that is missing: pip install 'spikeport[runs]'\n")
+    assert done.out.endswith(
+        "to install everything that is missing: pip install 'spikeport[runs]'\n"
+    )
 
 
 def test_doctor_fails_if_something_required_is_missing(spikeport, monkeypatch):
@@ -26,7 +28,7 @@ def test_doctor_fails_if_something_required_is_missing(spikeport, monkeypatch):
     monkeypatch.setattr(doctor, "_version", lambda name: "" if name == "numpy" else "1")
     done = spikeport("doctor")
     assert done.code == 1
-    assert done.out.endswith("all that is missing: pip install spikeport\n")
+    assert done.out.endswith("to install everything that is missing: pip install spikeport\n")
 
 
 def test_doctor_lists_all_that_the_metadata_asks_for():

@@ -119,8 +119,8 @@ def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked,
         ),
         (
             (*WALK[:-1], "3"),
-            "--seconds 3: what is measured takes episodes of more than 3 s; cure: leave it out, "
-            "for 20 s",
+            "--seconds 3: the measures need episodes longer than 3 s; cure: leave it out, for "
+            "the default of 20 s",
         ),
         (
             (*WALK, "--row", "robot_model=menagerie"),

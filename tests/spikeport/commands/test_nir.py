@@ -12,7 +12,10 @@ def test_compile_says_what_differs_and_measures_on_spikes_of_a_file(spikeport, t
     np.savez(tmp_path / "in.npz", input=spikes(6, 100))
     done = spikeport("compile", path, "--dt", "0.001", "--spikes", tmp_path / "in.npz")
     assert (done.code, done.err) == (0, "")
-    assert "on the chip, otherwise than in NIR:\n  hidden\n    spikes are 1 step late" in done.out
+    assert (
+        "differences between the chip and NIR's equations:\n  hidden\n    spikes are 1 step late"
+        in done.out
+    )
     assert f"input: {tmp_path / 'in.npz'}, 100 steps" in done.out
     rows = [line.split() for line in done.out.splitlines() if line.strip().startswith("hidden ")]
     (_, silent, _, chip, _, wanted, found) = rows[-1]
@@ -66,7 +69,10 @@ def test_simulate_plays_spikes_and_says_what_differs(spikeport, tmp_path):
     options = ("--dt", "0.001", "--spikes", tmp_path / "in.npz", "--seconds", "0.06", "--out", out)
     done = spikeport("simulate", path, *options)
     assert done.code == 0
-    assert "on the chip, otherwise than in NIR:\n  hidden\n    spikes are 1 step late" in done.out
+    assert (
+        "differences between the chip and NIR's equations:\n  hidden\n    spikes are 1 step late"
+        in done.out
+    )
     assert f"input: {tmp_path / 'in.npz'}, 60 steps\n" in done.out
     with xr.open_dataset(out / "probes.nc") as read:
         assert read["output"].values.any()

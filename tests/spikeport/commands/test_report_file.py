@@ -49,8 +49,8 @@ def test_a_run_on_no_chip_has_nothing_to_compare(tmp_path):
     path = tmp_path / "x.json"
     path.write_text(json.dumps(RUN | {"resources": None}))
     assert refusal(path) == (
-        f"{path}: the run was on no chip, and only what chips take is compared; give runs on a "
-        "backend with one"
+        f"{path}: the run used no chip, and only figures of chips are compared; give runs on a "
+        "backend with a chip"
     )
 
 

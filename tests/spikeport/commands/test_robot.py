@@ -17,9 +17,12 @@ from spikeport.robot.link.connection import RobotOptions
     [
         ({"domain": 0}, "give --may-move-a-real-robot"),
         ({"interface": "nowhere"}, "no interface 'nowhere'"),
-        ({"lock_step": False, "fault": ("loss@1",)}, "--fault is for --lock-step"),
+        (
+            {"lock_step": False, "fault": ("loss@1",)},
+            "--fault is for --lock-step: real time has faults of its own",
+        ),
         ({"fault": ("lost@1",)}, "write KIND@STEP"),
-        ({"priority": 5}, "--priority is for real time"),
+        ({"priority": 5}, "--priority is for real time; lock-step has no deadlines"),
         ({"lock_step": False, "rate_hz": 300.0}, "300 physics steps a second"),
         ({"rate_hz": 500.0}, "--rate-hz 500 with --lock-step: controllers step at 200 Hz"),
         ({"hoist": True, "let_down": float("inf")}, "--let-down inf: must be 0 or more"),

@@ -170,7 +170,7 @@ def test_an_interrupted_run_says_so_and_leaves_no_result(start, without_stages, 
     process.send_signal(signal.SIGINT)
     stdout, stderr = process.communicate(timeout=60)
     assert (process.returncode, stdout) == (130, "")
-    assert without_stages(stderr) == "error: interrupted; nothing that was under way is complete\n"
+    assert without_stages(stderr) == "error: interrupted; no result was completed\n"
     assert not out.exists()
 
 

@@ -61,10 +61,13 @@ def test_without_a_file_no_source_spikes(spikeport, image_file, tmp_path):
     [
         (
             {"steps": [3], "sources": [4]},
-            "sources[0] is 4, but the image has 4 sources, and the first is 0",
+            "sources[0] is 4, but the image has 4 sources, counted from 0",
         ),
-        ({"steps": [9], "sources": [0]}, "steps[0] is 9, but --steps 9, and the first is 0"),
-        ({"steps": [-1], "sources": [0]}, "steps[0] is -1, but --steps 9, and the first is 0"),
+        ({"steps": [9], "sources": [0]}, "steps[0] is 9, but the run has 9 steps, counted from 0"),
+        (
+            {"steps": [-1], "sources": [0]},
+            "steps[0] is -1, but the run has 9 steps, counted from 0",
+        ),
         (
             {"steps": [2, 1, 2], "sources": [3, 3, 3]},
             "source 3 spikes twice in step 2; a source spikes once in a step",
@@ -114,6 +117,7 @@ def test_steps_that_would_fill_the_memory_are_refused(spikeport, image, image_fi
     each = 200 + 4 * len(image.reads) + 8 * values
     assert (done.code, done.out) == (2, "")
     assert done.err == (
-        f"error: --steps 1000000000: what the outputs hold takes {each * 10**9:,} bytes, limit "
-        f"4,294,967,296; ask for at most {2**32 // each:,} steps of this image\n"
+        f"error: --steps 1000000000: the outputs and counts of these steps take "
+        f"{each * 10**9:,} bytes, limit 4,294,967,296; ask for at most {2**32 // each:,} steps of "
+        "this image\n"
     )

@@ -141,8 +141,9 @@ def test_a_cluster_without_certificates_is_told_what_it_trusts(spikeport, counte
     done = spikeport(*REACH, *where, "tcp://10.0.0.1:8786")
     assert (done.code, done.err) == (
         0,
-        "note: --scheduler tcp://10.0.0.1:8786: whoever reaches this cluster runs code on it and "
-        "as you; its own security is all there is. tls://... asks both sides for certificates.\n",
+        "note: --scheduler tcp://10.0.0.1:8786: anyone who can reach this cluster can run code "
+        "on it, and on this machine as you; only the cluster's own security protects it. "
+        "tls://... asks both sides for certificates.\n",
     )
     assert spikeport(*REACH, *where, "tls://10.0.0.1:8786").err == ""
 

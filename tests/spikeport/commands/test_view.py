@@ -24,7 +24,7 @@ def test_a_page_is_written_into_the_folder_of_a_run(spikeport, tmp_path):
     for name in ("result.json", "probes.nc"):
         before = (tmp_path / name).read_bytes()
         done = spikeport("view", tmp_path, "--out", tmp_path / name)
-        message = f"--out {tmp_path / name}: is there, and no .html file; choose another"
+        message = f"--out {tmp_path / name}: exists, and is not a .html file; choose another"
         assert done == (2, "", f"error: {message}\n")
         assert (tmp_path / name).read_bytes() == before
 

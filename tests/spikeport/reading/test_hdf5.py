@@ -50,7 +50,7 @@ def test_data_of_other_files_are_not_read(path, tmp_path):
     (tmp_path / "secret").write_bytes(bytes(8))
     with h5py.File(path, "w") as file:
         file.create_dataset("x", (1,), "f8", external=[(str(tmp_path / "secret"), 0, 8)])
-    assert refusal(path) == "expected x in the file itself, found data out of another"
+    assert refusal(path) == "expected x in the file itself, found data in another file"
 
 
 @pytest.mark.parametrize("name", ["metadata", "node/metadata", "metadata/node"])
@@ -59,7 +59,7 @@ def test_time_series_of_any_name_are_in_the_file_itself(path, tmp_path, name):
     with h5py.File(path, "w") as file:
         file.create_dataset(name, (1,), "f8", external=[(str(tmp_path / "secret"), 0, 8)])
     wanted = f"expected {name.rpartition('/')[2]} in the file itself"
-    assert refusal(path, hdf5.read_dataset) == f"{wanted}, found data out of another"
+    assert refusal(path, hdf5.read_dataset) == f"{wanted}, found data in another file"
 
 
 def test_what_is_left_out_of_a_graph_is_no_link(path):
@@ -73,7 +73,7 @@ def test_virtual_data_are_not_read(path, tmp_path):
     layout[0] = h5py.VirtualSource(tmp_path / "other.h5", "x", (1,))[0]
     with h5py.File(path, "w") as file:
         file.create_virtual_dataset("x", layout)
-    assert refusal(path) == "expected x in the file itself, found data out of another"
+    assert refusal(path) == "expected x in the file itself, found data in another file"
 
 
 def test_arrays_are_not_inflated_beyond_the_limit(path):
@@ -95,7 +95,7 @@ def test_groups_end_at_a_depth_in_a_circle_too(path):
     with h5py.File(path, "w") as file:
         file["node/x"] = 1.0
         file["node/again"] = file["node"]
-    assert refusal(path) == "expected groups 32 deep, found deeper ones"
+    assert refusal(path) == "expected at most 32 levels of groups, found more"
 
 
 def test_texts_that_are_stored_once_are_counted_each_time(path):
@@ -114,7 +114,7 @@ def test_objects_are_refused(path):
 def test_filters_of_others_are_refused(path):
     with h5py.File(path, "w") as file:
         file.create_dataset("x", (10,), "f8", chunks=(10,), scaleoffset=2)
-    assert refusal(path) == "expected x deflated, or as it is, found another filter"
+    assert refusal(path) == "expected x uncompressed, deflated or in LZF, found another filter"
 
 
 def test_texts_are_no_more_than_edges_need(path):
@@ -143,9 +143,9 @@ def test_limits_that_a_process_has_already_stay(path, monkeypatch):
     assert hdf5.read(path) is None
 
 
-def test_a_library_that_loops_or_breaks_off_is_left(path, monkeypatch):
+def test_a_library_that_loops_or_fails_is_left(path, monkeypatch):
     path.write_bytes(b"content")
-    message = "expected a whole HDF5 file, found one on which its library breaks off"
+    message = "expected a whole HDF5 file, found a file on which the HDF5 library failed"
     monkeypatch.setattr(hdf5, "_values", lambda _: os.abort())
     assert refusal(path) == message
     monkeypatch.setattr(hdf5, "CPU_S", 1)

@@ -83,7 +83,7 @@ def test_what_is_no_notebook_of_python_is_refused(tmp_path, monkeypatch):
 def test_magics_without_end_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(notebook, "MAGICS", 3)
     path = written(tmp_path, "%magic\n" * 4)
-    message = f"{path}: cell 1: more than 3 lines of IPython, the most in so much code"
+    message = f"{path}: cell 1: more than 3 lines of IPython, the limit for this much code"
     assert refusal(path) == f"{message}; leave some out"
 
 

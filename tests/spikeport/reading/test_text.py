@@ -5,7 +5,7 @@ import os
 import pytest
 
 from spikeport.reading.mismatch import MismatchError
-from spikeport.reading.text import PARTS, parse_json, parse_toml, read_text
+from spikeport.reading.text import MOST_PARTS, parse_json, parse_toml, read_text
 
 TEXT = "t_s,x_m,y_m\n0,0,0\n1,µ,ß\n"
 
@@ -59,7 +59,11 @@ def test_what_texts_hold():
 @pytest.mark.parametrize(
     ("parse", "text", "complaint"),
     [
-        (parse_json, "[" * (PARTS + 1), "at most 1,048,576 lists and objects, found 1,048,577"),
+        (
+            parse_json,
+            "[" * (MOST_PARTS + 1),
+            "at most 1,048,576 lists and objects, found 1,048,577",
+        ),
         (parse_toml, "a" * 300_000, "TOML of at most 262,144 characters, found 300,000"),
         (parse_toml, "a = 1\n" + "a." * 60 + "a = 1", "at most 50 dots in a line, found 60"),
     ],

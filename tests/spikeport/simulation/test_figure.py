@@ -23,7 +23,7 @@ def test_every_probe_has_a_panel_with_both_runs_and_the_error(ran):
     for axes, (name, one) in zip(panels(drawn), ran.recorded.items(), strict=True):
         shown = axes.get_title(loc="left")
         assert shown.startswith(f"{plain(name)}: {100 * one.error():.2g} % off")
-        assert ("with its delay of" in shown) == (one.delayed() is not None)
+        assert ("with its delay of" in shown) == (one.best_delay() is not None)
         grey, *_, ours = axes.lines
         assert grey.get_color() == drawing.EXACT
         n_points = np.count_nonzero(one.values) if one.spikes else len(one.times_s)

@@ -31,10 +31,10 @@ def test_a_delay_is_named_with_the_error_that_is_left():
     times_s = np.arange(1, 501) * 0.001
     exact = np.sin(20 * times_s)[:, np.newaxis]
     late = Recorded(times_s, np.roll(exact, 12, axis=0) * (times_s > 0.012)[:, None], exact, False)
-    delay_s, error = late.delayed()
+    delay_s, error = late.best_delay()
     assert delay_s == pytest.approx(0.012)
     assert error < 1e-6 < 0.1 < late.error()
-    assert Recorded(times_s, exact, exact, False).delayed() is None
+    assert Recorded(times_s, exact, exact, False).best_delay() is None
 
 
 def test_samples_that_are_not_evenly_apart_have_their_mean_distance():
@@ -44,7 +44,7 @@ def test_samples_that_are_not_evenly_apart_have_their_mean_distance():
     late = Recorded(times_s, np.roll(exact, 4, axis=0), exact, False)
     even = replace(late, times_s=0.0025 * np.arange(1, 401))
     assert times_s[1] - times_s[0] == pytest.approx(0.003)
-    assert late.delayed()[0] == pytest.approx(0.01, rel=1e-3)
+    assert late.best_delay()[0] == pytest.approx(0.01, rel=1e-3)
     assert late.error() == pytest.approx(even.error(), rel=1e-3)
 
 
