@@ -18,7 +18,7 @@ from spikeport.networks.loading.nir.equations import run
 from spikeport.networks.loading.nir.network import NirNetwork
 from spikeport.networks.loading.nir.populations import PopulationGraph
 from spikeport.reading import npz
-from spikeport.reading.archive import NUMBERS
+from spikeport.reading.archive import MOST_NUMBERS
 from spikeport.reading.mismatch import MismatchError
 
 RANDOM = "random"
@@ -103,7 +103,7 @@ def spikes_of(folded: PopulationGraph, text: str) -> Played:
         found = npz.read(Path(text))
         rows = {name: _rows(found, name, n) for name, n in sizes.items()}
         if len({len(one) for one in rows.values()}) != 1:
-            raise MismatchError("as many steps for each input", "others")
+            raise MismatchError("the same number of steps for each input", "different numbers")
     except MismatchError as error:
         wanted = ", ".join(f"{name} (n_steps, {n})" for name, n in sizes.items())
         raise UsageError(f"{text}: {error}; give an npz with arrays of 0 and 1: {wanted}") from None
@@ -112,13 +112,13 @@ def spikes_of(folded: PopulationGraph, text: str) -> Played:
 
 def _rows(found: Mapping[str, np.ndarray], name: str, size: int) -> np.ndarray:
     if name not in found or found[name].dtype.kind not in "biuf":
-        raise MismatchError(f"numbers {name}", "none")
+        raise MismatchError(f"an array of numbers {name}", "none")
     values = found[name]
     if values.ndim < 1 or not len(values) or values.size != len(values) * size:
-        wanted = f"{name} of shape (n_steps, {size}), from one step on"
+        wanted = f"{name} of shape (n_steps, {size}), of one step or more"
         raise MismatchError(wanted, f"{values.shape}")
-    if values.size > NUMBERS:
-        raise MismatchError(f"at most {NUMBERS:,} values in {name}", f"{values.size:,}")
+    if values.size > MOST_NUMBERS:
+        raise MismatchError(f"at most {MOST_NUMBERS:,} values in {name}", f"{values.size:,}")
     if (other := values[~np.isin(values, (0, 1))]).size:
         raise MismatchError(f"values of 0 and 1 in {name}", f"{other[0]:g}")
     return values.reshape(len(values), size).astype(float)

@@ -13,11 +13,11 @@ from typing import BinaryIO
 from spikeport.errors import UsageError
 from spikeport.reading.mismatch import MismatchError
 
-NUMBERS = 2**23
+MOST_NUMBERS = 2**23
 """Most numbers in a policy's array: forty times a whole large walking policy (512, 256, 128)."""
 
-FILE_BYTES = 4 * 8 * NUMBERS
-"""Largest file that is read, 256 MiB: `NUMBERS` float64 weights, and the optimizer's three each."""
+FILE_BYTES = 4 * 8 * MOST_NUMBERS
+"""Largest file that is read, 256 MiB: float64 weights, and the optimizer's three for each."""
 
 DIRECTORY_BYTES = 2**20
 """Largest list of members, some 10,000: zipfile makes an object of each before any is refused."""
@@ -139,7 +139,7 @@ class Archive:
             raise MismatchError(f"at most {limit:,} bytes in {name}", f"{info.file_size:,}")
         self._inflated += info.file_size
         if self._inflated > self._limit:
-            raise MismatchError(f"at most {self._limit:,} bytes in all that is read of it", "more")
+            raise MismatchError(f"at most {self._limit:,} bytes in all members together", "more")
         try:
             # with a size: without it, zipfile inflates all data before it cuts the rest off
             with self._zip.open(info) as member:
@@ -177,4 +177,4 @@ def _check_directory(content: bytes) -> None:
     if len(long) == 76 and long.startswith(b"PK\6\6") and long[56:60] == b"PK\6\7":
         size = int.from_bytes(long[40:48], "little")
     if size > DIRECTORY_BYTES:
-        raise MismatchError(f"a list of members of {DIRECTORY_BYTES:,} bytes", f"{size:,}")
+        raise MismatchError(f"a list of members of at most {DIRECTORY_BYTES:,} bytes", f"{size:,}")

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.lib import format as npy
 
-from spikeport.reading.archive import FILE_BYTES, NUMBERS, Archive, read_bytes
+from spikeport.reading.archive import FILE_BYTES, MOST_NUMBERS, Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
 SUFFIX = ".npy"
@@ -36,7 +36,7 @@ KINDS = "biufU"
 """Types of arrays: truth values, numbers and texts, by NumPy's letters."""
 
 
-def read(path: Path, most: int = NUMBERS, limit: int = FILE_BYTES) -> dict[str, np.ndarray]:
+def read(path: Path, most: int = MOST_NUMBERS, limit: int = FILE_BYTES) -> dict[str, np.ndarray]:
     """Return the arrays of a file by name.
 
     Parameters
@@ -80,7 +80,7 @@ def _array(archive: Archive, name: str, most: int) -> np.ndarray:
     if not kind.itemsize or math.prod(shape) * kind.itemsize != len(values):
         raise MismatchError(f"{math.prod(shape):,} values of {kind} in {name}", "another size")
     if kind.kind == "U" and not _is_text(np.frombuffer(values, f"{kind.byteorder}u4")):
-        raise MismatchError(f"letters in {name}", "numbers that are none")
+        raise MismatchError(f"Unicode letters in {name}", "invalid code points")
     return np.frombuffer(values, kind).reshape(shape, order="F" if columns else "C")
 
 

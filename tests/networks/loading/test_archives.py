@@ -89,7 +89,7 @@ def test_all_members_together_are_limited(path):
     torch.save({"actor_state_dict": state()}, path)
     read = archive.Archive(path.read_bytes(), limit=100)
     read.read("policy/data/0", 10_000)
-    with pytest.raises(MismatchError, match="expected at most 100 bytes in all that is read of it"):
+    with pytest.raises(MismatchError, match="expected at most 100 bytes in all members together"):
         read.read("policy/data/2", 10_000)
 
 
@@ -103,7 +103,7 @@ def test_a_list_of_members_without_end_is_refused(path, refused, long):
         end = struct.pack("<4sQ2H2L4Q", *record) + struct.pack("<4sLQL", b"PK\6\7", 0, 0, 1) + end
     path.write_bytes(content + end)
     assert refused(path).startswith(
-        "expected a list of members of 1,048,576 bytes, found 2,300,000"
+        "expected a list of members of at most 1,048,576 bytes, found 2,300,000"
     )
 
 

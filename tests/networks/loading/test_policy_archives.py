@@ -47,7 +47,7 @@ LOADERS = {"load": walking_policy.load, "load_mlp": load_mlp}
         ({"joints": np.zeros(19)}, "texts in 1 axes as joints"),
         ({"pose_rad": np.full(19, "a")}, "numbers in 1 axes as pose_rad"),
         ({"action_scale_rad": np.zeros(2)}, "numbers in 0 axes as action_scale_rad"),
-        ({"activation": np.frombuffer(b"\xff" * 12, "<U3").reshape(())}, "numbers that are none"),
+        ({"activation": np.frombuffer(b"\xff" * 12, "<U3").reshape(())}, "invalid code points"),
         ({"activation": np.array(1)}, "texts in 0 axes as activation"),
         ({"activation": np.array("\x1b[2J")}, "activation elu, found activation"),
         ({"weights_x": np.zeros((2, 2))}, "weights of 5 layers, found no weights_4"),

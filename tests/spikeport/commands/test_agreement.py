@@ -45,15 +45,15 @@ def test_spikes_of_a_file_are_taken_as_they_are(network, tmp_path):
 @pytest.mark.parametrize(
     ("arrays", "message"),
     [
-        ({"other": np.zeros((3, 6))}, "expected numbers input, found none"),
+        ({"other": np.zeros((3, 6))}, "expected an array of numbers input, found none"),
         (
             {"input": np.zeros((3, 5))},
-            "expected input of shape (n_steps, 6), from one step on, found (3, 5)",
+            "expected input of shape (n_steps, 6), of one step or more, found (3, 5)",
         ),
         ({"input": np.full((3, 6), 0.5)}, "expected values of 0 and 1 in input, found 0.5"),
         (
             {"input": np.zeros((0, 6))},
-            "expected input of shape (n_steps, 6), from one step on, found (0, 6)",
+            "expected input of shape (n_steps, 6), of one step or more, found (0, 6)",
         ),
     ],
 )
