@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from spikeport.networks.loading.mlp import Mlp, checked
 from spikeport.networks.policy_values import Layer
-from spikeport.reading.archive import NUMBERS
+from spikeport.reading.archive import MOST_NUMBERS
 from spikeport.reading.mismatch import MismatchError
 
 CHAIN = "a chain of dense layers and activations"
@@ -24,7 +24,7 @@ WORK = 2 * 10**9
 """The most multiplications while constants are folded: about a second, or one product of two
 1,200 x 1,200 matrices."""
 
-MADE = 4 * NUMBERS
+MADE = 4 * MOST_NUMBERS
 """The most numbers in all constants of a file: each operation of a layer makes new weights."""
 
 Operations = Mapping[str, Callable[..., object]]
@@ -158,7 +158,7 @@ class BoundedEvaluation:
             with np.errstate(all="ignore"):  # numbers that are not finite are refused in the end
                 made = self._operations[kind](*inputs, **options)
         except (TypeError, ValueError, AttributeError, OverflowError):
-            raise MismatchError(CHAIN, f"operation {kind} of other values") from None
+            raise MismatchError(CHAIN, f"operation {kind} with operands it does not take") from None
         return self.keep(made)
 
     def keep(self, made: object) -> object:

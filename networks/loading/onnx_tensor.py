@@ -10,7 +10,7 @@ import numpy as np
 
 from spikeport.arrays import Floats
 from spikeport.networks.loading.wire import Message
-from spikeport.reading.archive import NUMBERS
+from spikeport.reading.archive import MOST_NUMBERS
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.npz import MAX_AXES
 
@@ -55,11 +55,13 @@ def array(tensor: Message, path: Path) -> Floats:
     shape = tensor.numbers(DIMS)
     if kind not in TYPES:
         raise MismatchError(f"numbers in {name}", f"values of type {kind}")
-    if len(shape) > MAX_AXES or any(not 0 <= n <= NUMBERS for n in shape):
-        raise MismatchError(f"sizes in {name}", "others")
+    if len(shape) > MAX_AXES or any(not 0 <= n <= MOST_NUMBERS for n in shape):
+        raise MismatchError(
+            f"at most {MAX_AXES} axes, each from 0 to {MOST_NUMBERS:,}, in {name}", "other sizes"
+        )
     count = math.prod(shape)
-    if count > NUMBERS:
-        raise MismatchError(f"at most {NUMBERS:,} numbers in {name}", f"{count:,}")
+    if count > MOST_NUMBERS:
+        raise MismatchError(f"at most {MOST_NUMBERS:,} numbers in {name}", f"{count:,}")
     values = _values(tensor, kind, path, count)
     if len(values) != count:
         raise MismatchError(f"{count:,} numbers in {name}", f"{len(values):,}")
@@ -103,8 +105,9 @@ def _of_halves(tensor: Message, kind: int) -> np.ndarray:
 
 
 def _numbers(content: bytes | memoryview, kind: int) -> np.ndarray:
-    if len(content) % np.dtype(TYPES[kind]).itemsize:
-        raise MismatchError("whole numbers of bytes", f"{len(content):,} of them")
+    size = np.dtype(TYPES[kind]).itemsize
+    if len(content) % size:
+        raise MismatchError(f"a multiple of {size} bytes", f"{len(content):,} bytes")
     numbers = np.frombuffer(content, TYPES[kind])
     if kind == BFLOAT16:
         return (numbers.astype(np.uint32) << 16).view(np.float32)
@@ -133,7 +136,7 @@ def _beside(tensor: Message, path: Path, size: int) -> bytes:
         raise MismatchError("numbers in a file beside the model", f"'{location}'")
     # `int` alone would accept signs, blanks, underscores, and offsets beyond any file.
     if not re.fullmatch("[0-9]{1,15}", start):
-        raise MismatchError(f"a place in {location}", start)
+        raise MismatchError(f"an offset into {location}", start)
     try:
         return _read(path.with_name(location), int(start), size)
     except OSError as error:

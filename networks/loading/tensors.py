@@ -14,7 +14,7 @@ from numpy.lib.stride_tricks import as_strided
 from spikeport.arrays import Floats
 from spikeport.networks.loading.pickles import PLAIN, Known
 from spikeport.networks.loading.refusal import SAVE
-from spikeport.reading.archive import NUMBERS
+from spikeport.reading.archive import MOST_NUMBERS
 from spikeport.reading.mismatch import MismatchError
 from spikeport.reading.npz import MAX_AXES
 
@@ -66,8 +66,8 @@ class Storage:
 
     def numbers(self) -> np.ndarray:
         """Return the numbers as in the file, read anew; `values` converts them to floats."""
-        if self.count > NUMBERS:
-            most = f"at most {NUMBERS:,} numbers in storage {self.key}"
+        if self.count > MOST_NUMBERS:
+            most = f"at most {MOST_NUMBERS:,} numbers in storage {self.key}"
             raise MismatchError(most, f"{self.count:,}")
         size = self.count * self.type.itemsize
         content = self.content(self.key, size)
@@ -95,16 +95,18 @@ class Tensor:
         """Return the tensor's values; raise MismatchError if it is not a view of its storage."""
         sizes = (self.offset, *self.shape, *self.strides)
         if not all(type(n) is int and 0 <= n <= MAX_SIZE for n in sizes):
-            raise MismatchError("a tensor", "sizes that are none")
+            wanted = "a tensor whose offset, sizes and strides are integers from 0 to 2^63 - 1"
+            raise MismatchError(wanted, "other values")
         if len(self.shape) != len(self.strides) or len(self.shape) > MAX_AXES:
-            found = f"{len(self.shape)} and {len(self.strides)}"
-            raise MismatchError(f"a tensor of as many sizes as strides, at most {MAX_AXES}", found)
-        if max(self.shape, default=0) > NUMBERS:  # even if empty: a bias may have this size
-            raise MismatchError(f"axes of at most {NUMBERS:,}", f"shape {self.shape}")
+            wanted = f"a tensor with one stride for each size, at most {MAX_AXES} axes"
+            found = f"{len(self.shape)} sizes, {len(self.strides)} strides"
+            raise MismatchError(wanted, found)
+        if max(self.shape, default=0) > MOST_NUMBERS:  # even if empty: a bias may have this size
+            raise MismatchError(f"axes of at most {MOST_NUMBERS:,}", f"shape {self.shape}")
         # With Python's integers: NumPy's product of such sizes would wrap around.
         count = math.prod(self.shape)
-        if count > min(self.storage.count, NUMBERS):
-            most = f"a tensor of at most {min(self.storage.count, NUMBERS):,} numbers"
+        if count > min(self.storage.count, MOST_NUMBERS):
+            most = f"a tensor of at most {min(self.storage.count, MOST_NUMBERS):,} numbers"
             raise MismatchError(most, f"shape {self.shape}")
         steps = ((n - 1) * stride for n, stride in zip(self.shape, self.strides, strict=True))
         if count and self.offset + sum(steps) >= self.storage.count:
@@ -123,7 +125,7 @@ def tensor(storage: object, offset: int, shape: object, strides: object, *_: obj
     match storage, shape, strides:
         case Storage(), tuple(), tuple():
             return Tensor(storage, offset, shape, strides)
-    raise MismatchError("a tensor", f"one of {type(storage).__name__}")
+    raise MismatchError("a tensor of a storage, sizes and strides", "other arguments")
 
 
 def storages(content: Bytes, order: Order = "<") -> Callable[[object], Storage]:
@@ -136,7 +138,7 @@ def storages(content: Bytes, order: Order = "<") -> Callable[[object], Storage]:
                 0 <= count <= MAX_SIZE
             ):
                 return Storage(kind, key, count, content, order)
-        raise MismatchError("storages of numbers", "another identifier")
+        raise MismatchError("identifiers of storages of numbers", "another identifier")
 
     return storage
 

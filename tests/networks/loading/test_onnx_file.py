@@ -145,7 +145,7 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
     ("nodes", "complaint"),
     [
         ([HIDDEN, ("Sigmoid", ("x",), {}), LAST], f"{CHAIN} Sigmoid"),
-        ([("Add", ("x", "x"), {})], f"{CHAIN} Add of other values"),
+        ([("Add", ("x", "x"), {})], f"{CHAIN} Add with operands it does not take"),
         ([HIDDEN, ("Elu", ("x",), {"alpha": 2.0}), LAST], "expected ELU with alpha 1, found 2"),
         (
             [HIDDEN, ("Gelu", ("x",), {"approximate": "tanh"}), LAST],
@@ -157,7 +157,7 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         ),
         (
             [HIDDEN, ("BatchNormalization", ("x", "B", "B", "B", "B"), {"training_mode": 1}), LAST],
-            "expected BatchNormalization as after training, found one in training_mode",
+            "expected BatchNormalization in evaluation mode, found one with training_mode",
         ),
         (
             [("Add", ("B", "B"), {})],
@@ -219,9 +219,12 @@ def test_gemm_may_leave_its_last_input_out(model, watched, name):
 @pytest.mark.parametrize(
     ("change", "complaint"),
     [
-        (node(0, input=["", "W", "b"]), "operation Gemm of other values"),
-        (node(0, input=["x", "", "b"]), "operation Gemm of other values"),
-        (node(0, input=["x", "W", "b", "b", "b", "b", "b", "b"]), "Gemm of other values"),
+        (node(0, input=["", "W", "b"]), "operation Gemm with operands it does not take"),
+        (node(0, input=["x", "", "b"]), "operation Gemm with operands it does not take"),
+        (
+            node(0, input=["x", "W", "b", "b", "b", "b", "b", "b"]),
+            "Gemm with operands it does not take",
+        ),
         (node(0, input=["missing", "W"]), "found 'missing'"),
         (node(0, input=["y", "W"]), "found 'y'"),
         (node(0, output=["W"]), "operations that make one new value, found W"),
@@ -233,7 +236,7 @@ def test_gemm_may_leave_its_last_input_out(model, watched, name):
         (node(0, op_type=""), "found operation "),
         (attribute(type=onnx.AttributeProto.GRAPH), "a value of type 5"),
         (attribute(ref_attr_name="a"), "found a reference"),
-        (attribute(name="alphabet"), "operation Gemm of other values"),
+        (attribute(name="alphabet"), "operation Gemm with operands it does not take"),
         (attribute(type=onnx.AttributeProto.TENSOR), "values of type 0"),
         (lambda made: setattr(made.graph.output[0], "name", "W"), "one output that depends on"),
         (

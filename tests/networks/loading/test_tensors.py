@@ -51,17 +51,29 @@ def storage_pickle(**changes: object) -> bytes:
         ({"count": -1}, "another identifier"),
         ({"count": 21}, "84 bytes in storage 0, found 80"),
         ({"offset": 1}, "one beyond it"),
-        ({"offset": -4}, "sizes that are none"),
+        ({"offset": -4}, "sizes and strides are integers from 0 to 2^63 - 1, found other values"),
         ({"shape": (2**40, 2**40), "strides": (0, 0)}, "axes of at most"),
         ({"shape": (100, 100), "strides": (0, 0)}, "at most 20 numbers"),
         ({"shape": (2**40, 0), "strides": (0, 0)}, "axes of at most 8,388,608"),
         ({"shape": (4, 5), "strides": (2**62, 1)}, "one beyond it"),
-        ({"shape": (4, 5), "strides": (-5, 1)}, "sizes that are none"),
-        ({"shape": (4.0, 5)}, "sizes that are none"),
-        ({"shape": (4, 5, 1)}, "as many sizes as strides"),
-        ({"shape": (1,) * 64, "strides": (1,) * 64}, "as many sizes as strides"),
-        ({"shape": [4, 5]}, "expected a tensor"),
-        ({"shape": (10**5000, 5)}, "sizes that are none"),
+        (
+            {"shape": (4, 5), "strides": (-5, 1)},
+            "sizes and strides are integers from 0 to 2^63 - 1, found other values",
+        ),
+        (
+            {"shape": (4.0, 5)},
+            "sizes and strides are integers from 0 to 2^63 - 1, found other values",
+        ),
+        (
+            {"shape": (4, 5, 1)},
+            "one stride for each size, at most 8 axes, found 3 sizes, 2 strides",
+        ),
+        ({"shape": (1,) * 64, "strides": (1,) * 64}, "at most 8 axes, found 64 sizes, 64 strides"),
+        ({"shape": [4, 5]}, "a tensor of a storage, sizes and strides, found other arguments"),
+        (
+            {"shape": (10**5000, 5)},
+            "sizes and strides are integers from 0 to 2^63 - 1, found other values",
+        ),
     ],
 )
 def test_tensors_lie_within_their_storage(path, refused, changes, complaint):

@@ -61,14 +61,14 @@ def test_dropout_in_place_is_left_out_too(path, sequential, agrees, inplace):
     agrees(load_mlp(path), module)
 
 
-def test_a_trace_of_dropout_in_training_is_refused_until_it_is_in_use(path):
+def test_a_trace_of_dropout_in_training_is_refused_until_it_is_in_evaluation_mode(path):
     module = nn.Sequential(nn.Linear(5, 3), nn.ELU(), nn.Dropout(), nn.Linear(3, 2))
     torch.jit.trace(module, torch.zeros(SHAPE), check_trace=False).save(path)
     with pytest.raises(UsageError) as refused:
         load_mlp(path)
     assert str(refused.value).endswith(
-        "expected a policy in use, found dropout or batch normalisation of one in training; call "
-        "eval() before the trace"
+        "expected a policy in evaluation mode, found dropout or batch normalisation in training "
+        "mode; call eval() before the trace"
     )
     torch.jit.trace(module.eval(), torch.zeros(SHAPE)).save(path)
     load_mlp(path)
@@ -150,8 +150,8 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         (nn.Identity(), "expected a linear last layer, found none"),
         (nn.Sequential(nn.Linear(5, 3), nn.Softplus()), f"{CHAIN} aten::softplus"),
         (nn.LayerNorm(5), f"{CHAIN} aten::layer_norm"),
-        (Skip(), f"{CHAIN} aten::add of other values"),
-        (Two(), "expected a module of the observation alone, found 2 inputs"),
+        (Skip(), f"{CHAIN} aten::add with operands it does not take"),
+        (Two(), "expected a module with one input, the observation, found 2 inputs"),
     ],
 )
 def test_another_module_is_refused(path, refusal, module, complaint):
