@@ -83,8 +83,8 @@ def run(request: ConvertRequest) -> None:
 def _check(request: ConvertRequest) -> None:
     if request.n_neurons < 2 or request.n_neurons % 2:
         raise UsageError(
-            f"--neurons {request.n_neurons}: a unit has as many neurons for each sign; give an "
-            "even number from 2 on"
+            f"--neurons {request.n_neurons}: a unit has half its neurons for each sign; use an "
+            "even number, 2 or more"
         )
     if not 0 < request.tau_fwd < 1:
         raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be above 0 and below 1 s")

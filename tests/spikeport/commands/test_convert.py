@@ -75,7 +75,7 @@ def test_a_policy_that_is_too_large_may_have_fewer_neurons_for_each_unit(spikepo
     [
         (
             ["-n", "5"],
-            "--neurons 5: a unit has as many neurons for each sign; give an even number from 2 on",
+            "--neurons 5: a unit has half its neurons for each sign; use an even number, 2 or more",
         ),
         (["--tau-fwd", "0"], "--tau-fwd 0: a filter must be above 0 and below 1 s"),
         (
