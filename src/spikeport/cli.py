@@ -130,7 +130,7 @@ def compile_command(
         str | None,
         typer.Option(
             metavar="FILE.npz",
-            help="Compare a NIR graph with NIR's equations, at these input spikes, or `random`.",
+            help="Input spikes, or `random`, to compare a NIR graph with NIR's equations.",
         ),
     ] = None,
     out: ImageFolder = None,

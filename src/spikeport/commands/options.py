@@ -152,7 +152,7 @@ class Link:
     hold: Annotated[
         int,
         typer.Option(
-            help="In real time, most steps in a row that a board may be late; outputs are held.",
+            help="In real time, hold the last outputs for at most so many steps if a board is late.",
             min=0,
             max=1000,
         ),
@@ -326,7 +326,8 @@ class RobotService:
         bool,
         typer.Option(
             "--hoist",
-            help="Hang the robot by its pelvis; in real time, l lowers it, then releases it.",
+            help="Hang the robot by its pelvis; in real time, press l to lower it, and l again to "
+            "release it.",
         ),
     ] = False
     let_down: Annotated[
@@ -342,7 +343,8 @@ class RobotService:
         str,
         typer.Option(
             metavar="NAME",
-            help="Begin in this sport mode, such as `ai`, and ignore commands until it is left.",
+            help="Begin in this sport mode, such as `ai`, and ignore commands until the mode is "
+            "released.",
         ),
     ] = ""
     watchdog_ms: Annotated[
