@@ -152,7 +152,7 @@ class Link:
     hold: Annotated[
         int,
         typer.Option(
-            help="In real time, hold the last outputs for at most so many steps if a board is late.",
+            help="In real time, hold the last outputs for at most so many steps of a late board.",
             min=0,
             max=1000,
         ),
