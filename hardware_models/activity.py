@@ -163,7 +163,7 @@ class Activity:
             rows.append((name.replace("_", " "), f"{counts.sum():,.0f}", f"{by_step:,.1f}", *share))
         sent = self.from_host
         rows.append(("host spikes", f"{sent.total:,.0f}", f"{sent.mean:,.1f}", "", ""))
-        header = ("count", "in sum", "a step", "most on a core", "core")
+        header = ("count", "total", "per step", "most on a core", "core")
         return Table(self._extent(), header, tuple(rows))
 
     @property

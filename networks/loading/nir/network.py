@@ -100,7 +100,7 @@ class NirNetwork(nengo.Network):
         """Return neurons on the host that spike ``late`` steps after an input is above one half."""
         if (name, late) not in self._sources:
             node = self.inputs[name]
-            label = f"{name} spikes" + (f", {late} late" if late else "")
+            label = f"{name} spikes" + (f", {late} step{'s' * (late != 1)} late" if late else "")
             source = self._on_host(_ensemble(node.size_in, SpikeSource(late), label))
             nengo.Connection(node, source.neurons, synapse=None)
             self._sources[name, late] = source
@@ -201,7 +201,7 @@ def _to_host(
         weights = Dense(matrix.shape, init=matrix.toarray())
         nengo.Connection(source.neurons, target, transform=weights, synapse=None)
     else:
-        spikes = nengo.Node(size_in=n_columns, label=f"{source.label} as they are")
+        spikes = nengo.Node(size_in=n_columns, label=f"{source.label} unweighted")
         nengo.Connection(source.neurons, spikes, synapse=None)
         nengo.Connection(spikes, target, transform=_transform(matrix), synapse=None)
 
