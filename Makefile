@@ -126,6 +126,7 @@ check: $(STAMP)  ## lint and types only
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
+	cd benchmarks && MYPYPATH=../src:. $(abspath $(BIN))/mypy --config-file ../pyproject.toml --cache-dir ../.mypy_cache/benchmarks *.py
 
 docs: $(STAMP)  ## the site, examples carried out; writes build/site
 	$(BIN)/python -m sphinx -q -W --keep-going docs build/site

@@ -48,7 +48,7 @@ def row(m1: int) -> list[str]:
 
 
 def _most(runs: list[dict[str, Any]], key: str) -> float:
-    return max(run[key] for run in runs)
+    return max(float(run[key]) for run in runs)
 
 
 def main() -> None:

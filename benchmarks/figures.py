@@ -59,12 +59,16 @@ def results_in(folder: Path) -> Results:
 
 def _kept(result: dict[str, Any]) -> dict[str, Any]:
     kept = {key: result[key] for key in KEPT if key in result}
-    for estimates in (kept.get("energy"), kept.get("timing")):
-        for name, estimate in (estimates or {}).items():
-            estimates[name] = {k: v for k, v in estimate.items() if k not in DETAILS}
+    for kind in ("energy", "timing"):
+        if estimates := kept.get(kind):
+            kept[kind] = {name: _without(one, DETAILS) for name, one in estimates.items()}
     if "metrics" in kept:
-        kept["metrics"] = {k: v for k, v in kept["metrics"].items() if k != SPEED}
+        kept["metrics"] = _without(kept["metrics"], (SPEED,))
     return kept
+
+
+def _without(parts: dict[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    return {name: part for name, part in parts.items() if name not in names}
 
 
 def run(names: Iterable[str]) -> int:

@@ -41,7 +41,7 @@ def imitate(shipped: WalkingPolicy, seed: int) -> WalkingPolicy:
     torch.set_num_threads(1)
     torch.manual_seed(seed)
     network = MirrorNetwork(OBSERVATION, JOINT, observation_scale(), 1.0, SYMMETRY_BREAKING_SD)
-    network.use(list(shipped.weights[-1].any(axis=1)))
+    network.use([bool(row.any()) for row in shipped.weights[-1]])
     env = WalkEnvironment(ROBOTS, STAGES[-1].task, seed, threads=1)
     env.spread_ages()
     observed: list[np.ndarray] = []

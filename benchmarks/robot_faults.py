@@ -86,7 +86,7 @@ class Walked(NamedTuple):
     estimator: dict[str, Any] | None = None
 
 
-def walks(trial: FaultyWalk, ready: Ready, seeds: int) -> Iterator[Walked]:
+def walks(trial: FaultyWalk, ready: Ready[Any], seeds: int) -> Iterator[Walked]:
     """Yield the outcome of each seed's walk, with the trial's plan and estimator."""
     for seed in range(seeds):
         trial.options = dataclasses.replace(trial.options, seed=seed)
@@ -96,8 +96,9 @@ def walks(trial: FaultyWalk, ready: Ready, seeds: int) -> Iterator[Walked]:
             print(f"  seed {seed}: {error}", flush=True)
             yield Walked(math.nan)
             continue
-        link = ready.closed.rig.plant.link
-        yield Walked(run.fallen_at_s, metrics(run)["cross_track_rms_m"], link["estimator"])
+        link, off_path_m = ready.closed.rig.plant.link, metrics(run)["cross_track_rms_m"]
+        assert isinstance(off_path_m, float)
+        yield Walked(run.fallen_at_s, off_path_m, link["estimator"])
 
 
 def described(walked: list[Walked]) -> str:
@@ -105,18 +106,22 @@ def described(walked: list[Walked]) -> str:
     fell = [one.fallen_at_s for one in walked]
     falls = ", ".join(f"{at:.1f}" for at in fell if at is not None)
     line = f"walked {fell.count(None)} of {len(fell)}; fell at {falls or '-'} s"
-    estimated = [one for one in walked if one.estimator and one.estimator["velocity_error_m_s"]]
-    if not estimated:
+    judged = [
+        (one.off_path_m, found)
+        for one in walked
+        if (found := one.estimator) and found["velocity_error_m_s"]
+    ]
+    estimates = [found for _, found in judged]
+    if not estimates:
         return line
-    velocity = np.mean([one.estimator["velocity_error_m_s"] for one in estimated], axis=0)
+    velocity = np.mean([one["velocity_error_m_s"] for one in estimates], axis=0)
     place_m, heading_rad = (
-        max(one.estimator[key] for one in estimated)
-        for key in ("place_error_m", "heading_error_rad")
+        max(one[key] for one in estimates) for key in ("place_error_m", "heading_error_rad")
     )
-    own_m = [one.estimator["place_deviation_m"] for one in estimated]
+    own_m = [one["place_deviation_m"] for one in estimates]
     own = "-" if None in own_m else f"{max(own_m):.3f}"
     return (
-        f"{line}; off the path {max(one.off_path_m for one in estimated):.3f} m, velocity error "
+        f"{line}; off the path {max(off_path_m for off_path_m, _ in judged):.3f} m, velocity error "
         f"{', '.join(f'{v:.3f}' for v in velocity)} m/s, place error {place_m:.2f} m (own estimate "
         f"{own} m), heading error {1000 * heading_rad:.0f} mrad"
     )

@@ -49,7 +49,7 @@ HEADS = (
     *("peak of loading and running, MB (a synapse)", "load into kernels, CPU s"),
     *("step, CPU ms", "million events a second", "step, wall ms", "on all processors, wall ms"),
 )
-PANELS = {
+PANELS: dict[str, dict[str, tuple[str, float]]] = {
     "CPU time, s": {"compile": ("compile_s", 1), "load into kernels": ("open_s", 1)},
     "peak of memory, GB": {"compile": ("compile_bytes", 1e-9), "run": ("run_bytes", 1e-9)},
     "a step, CPU ms": {"native": ("step_us", 1e-3)},

@@ -9,6 +9,7 @@ chips run in turn, in one process.
 
 import argparse
 import statistics
+from functools import partial
 from unittest import mock
 
 import numpy as np
@@ -37,7 +38,8 @@ def image(n: int, drive: int = 1) -> ChipImage:
         groups.append(Group(weights, indices=[of[np.newaxis] for of in near], block=core))
     for source, axons in enumerate(parts):
         routes += [Route(axons, group=core, block=source) for core in range(len(blocks))]
-    return Parts(blocks, groups, [], routes).image()
+    made: ChipImage = Parts(blocks, groups, [], routes).image()
+    return made
 
 
 def main() -> None:
@@ -52,7 +54,7 @@ def main() -> None:
         with mock.patch.object(wiring, "SHORT", short):
             chips[name] = NativeChip(wired, 0)
     found = cpu_us(
-        {name: lambda chip=chip: chip.step(NO_SPIKES, {}) for name, chip in chips.items()},
+        {name: partial(chip.step, NO_SPIKES, {}) for name, chip in chips.items()},
         arguments.rounds,
     )
     events = statistics.mean(chips["lists"].activity().synaptic_operations.sum(axis=1))

@@ -32,6 +32,7 @@ from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile import pipeline
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import deliveries, row_lengths
+from spikeport.compile.loihi.extract import extract
 from spikeport.compile.pipeline import Compilation
 
 RESULTS = Path(__file__).parent / "results.json"
@@ -49,7 +50,9 @@ def measure(case: Case, rounds: int) -> dict[str, Any]:
     """Return the figures of one network."""
     network = case.make()
     with timed_extraction() as extract_s, spikeport.Simulator(network) as sim:
-        image = sim.compilation.image
+        compilation = sim.compilation
+        assert compilation is not None  # the native backend compiles
+        image = compilation.image
         begin = time.process_time()
         native = NativeChip(image, seed=0)
         open_s = time.process_time() - begin
@@ -61,7 +64,7 @@ def measure(case: Case, rounds: int) -> dict[str, Any]:
             "open_s": open_s,
             "chip_us": chips(image, native, rounds),
             **traffic(native, image),
-            "simulator_us": simulators(network, sim, rounds),
+            "simulator_us": simulators(network, sim, compilation, rounds),
         }
 
 
@@ -69,7 +72,6 @@ def measure(case: Case, rounds: int) -> dict[str, Any]:
 def timed_extraction() -> Iterator[list[float]]:
     """Compile even networks too large for one block per core, and time the image's extraction."""
     seconds: list[float] = []
-    extract = pipeline.extract
 
     def timed(*args: Any, **kwargs: Any) -> ChipImage:
         begin = time.process_time()
@@ -84,7 +86,7 @@ def timed_extraction() -> Iterator[list[float]]:
 
 def chips(image: ChipImage, native: NativeChip, rounds: int) -> dict[str, float]:
     """Return the CPU time of a step of the chip alone."""
-    both = {"nengo-loihi": Emulator(image, seed=0), "native": native}
+    both: dict[str, Chip] = {"nengo-loihi": Emulator(image, seed=0), "native": native}
     return cpu_us({name: stepper(chip, image) for name, chip in both.items()}, rounds)
 
 
@@ -121,8 +123,8 @@ def distinct_weights(chip: NativeChip, image: ChipImage, n_steps: int = 20) -> f
 
     Spikes of the host also arrive in the next step.
     """
-    ways, of_row = deliveries(image), row_lengths(image)
-    row = ways.row * (1 + ways.atom.max(initial=0)) + ways.atom
+    paths, of_row = deliveries(image), row_lengths(image)
+    row = paths.row * (1 + paths.atom.max(initial=0)) + paths.atom
     n_sources = image.n_compartments + image.n_inputs
     found = []
     for sources in itertools.islice(host_spikes(image), n_steps):
@@ -130,16 +132,16 @@ def distinct_weights(chip: NativeChip, image: ChipImage, n_steps: int = 20) -> f
         spiked = np.zeros(n_sources, dtype=bool)
         spiked[: image.n_compartments] = chip.state.spiked
         spiked[image.n_compartments + sources] = True
-        _, first = np.unique(row[spiked[ways.source]], return_index=True)
-        found.append(of_row[ways.row[spiked[ways.source]][first]].sum())
+        _, first = np.unique(row[spiked[paths.source]], return_index=True)
+        found.append(of_row[paths.row[spiked[paths.source]][first]].sum())
     return float(np.mean(found))
 
 
 def simulators(
-    network: nengo.Network, native: spikeport.Simulator, rounds: int
+    network: nengo.Network, native: spikeport.Simulator, compilation: Compilation, rounds: int
 ) -> dict[str, float]:
     """Return the CPU time of a step of whole simulators."""
-    theirs = nengo_loihi_simulator(network, native.compilation)
+    theirs = nengo_loihi_simulator(network, compilation)
     with theirs, nengo.Simulator(network, progress_bar=False) as reference:
         sims = {"nengo-loihi": theirs, "native": native, "nengo": reference}
         return cpu_us({name: sim.step for name, sim in sims.items()}, rounds)

@@ -83,7 +83,8 @@ def _note(results: dict[str, Any]) -> str:
 
 
 def _weights(network: dict[str, Any]) -> int:
-    return network["weights"]
+    weights: int = network["weights"]
+    return weights
 
 
 def _table(corner: str, rows: list[list[str]]) -> str:

@@ -53,11 +53,12 @@ def trial(path: str, seed: int, backend: str, seconds: float, **settings: Any) -
 
 def result(trial: WalkTrial, ready: Ready[Any]) -> dict[str, Any]:
     """Return the metrics of a walk, its costs on the chip, and its speed in CPU time."""
-    trial = WalkTrial(trial.settings, dataclasses.replace(trial.options, progress=Clock()))
+    clock = Clock()
+    trial = WalkTrial(trial.settings, dataclasses.replace(trial.options, progress=clock))
     done = perform(trial, ready)
     chip = on_chip(done.sim)
     found = {**dataclasses.asdict(trial.settings), **metrics(done)}
-    found["cpu_real_time_factor"] = trial.options.progress.factor(trial.options.seconds)
+    found["cpu_real_time_factor"] = clock.factor(trial.options.seconds)
     if chip["resources"] is not None:
         energy = chip["energy"][CALIBRATION]["dynamic"]["energy_step"]["value"]
         found |= {"cores": chip["resources"]["cores"]["used"], "dynamic_energy_step_j": energy}

@@ -211,7 +211,7 @@ def _by_unit(sim: Simulator, amounts: Amounts) -> dict[str, Any] | None:
     return by_unit(sim.activity, sim.compilation.report.chip, amounts, sim.n_steps)
 
 
-def on_chip(sim: Simulator) -> dict[str, object]:
+def on_chip(sim: Simulator) -> dict[str, Any]:
     """Return digest, resources, energy, timing and host I/O; None for each without a chip."""
     return in_result(None if sim.compilation is None else sim.report())
 
