@@ -72,6 +72,11 @@ class Bus:
         True if readers request lost messages again, as lock-step needs; otherwise they stay lost,
         as with Unitree's readers.
 
+    Attributes
+    ----------
+    place : Place
+        See the parameter.
+
     Raises
     ------
     MissingExtraError
@@ -81,7 +86,7 @@ class Bus:
     """
 
     def __init__(self, place: Place, *, reliable: bool) -> None:
-        self._reliable = reliable
+        self.place, self._reliable = place, reliable
         rest = _LOOPBACK if place.interface == LOOPBACK else dict.fromkeys(_LOOPBACK, "")
         config = _CONFINED.format(name=place.interface, lease=LEASE_S, **rest)
         self._entities: list[Entity] = []

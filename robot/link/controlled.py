@@ -55,8 +55,6 @@ class ControlledRobot(RealTimeRobot):
         Prints a line, for each state.
     switcher : MotionSwitcher, optional
         Releases sport mode before zero torque.
-    may_be_real : bool
-        True if the robot may be a real one.
     """
 
     def __init__(
@@ -67,9 +65,8 @@ class ControlledRobot(RealTimeRobot):
         terminal: Terminal,
         say: Callable[[str], None],
         switcher: MotionSwitcher | None = None,
-        may_be_real: bool = False,
     ) -> None:
-        super().__init__(bus, needs, pace, switcher, may_be_real)
+        super().__init__(bus, needs, pace, switcher)
         self._terminal, self._say = terminal, say
         self._motors, self._answered_tick = HOLD, -1
         self._controller = Controller(lambda _: self._motors)
@@ -161,9 +158,8 @@ def join_by_hand(place: Place, pace: Pace, needs: Topic | None) -> DdsRobot:
     terminal = own_terminal()
 
     def make(bus: "Bus") -> DdsRobot:
-        may_be_real = place.may_be_real
-        switcher = MotionSwitcher(bus, may_be_real)
-        return ControlledRobot(bus, needs, pace, terminal, _say, switcher, may_be_real)
+        switcher = MotionSwitcher(bus, place.may_be_real)
+        return ControlledRobot(bus, needs, pace, terminal, _say, switcher)
 
     try:
         return on_bus(place, False, make)

@@ -37,7 +37,7 @@ PATIENCE_S = 10.0
 """Time in which a robot in lock-step must answer."""
 BESIDE_S = 0.2
 """Age of the last message of a topic beside the states, such as odometry, after which a robot that
-is controlled by it is damped, in real time."""
+is controlled by it is damped: by the clock in real time, by the robot's ticks in lock-step."""
 RESTART_S = 1.0
 """In real time, a robot has begun anew if its tick goes back by more than this."""
 SLICE_S = 0.2
@@ -63,9 +63,6 @@ class DdsRobot(CommandedRobot):
         True to wait for the messages beside a state, as in lock-step.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
-    may_be_real : bool
-        True if the robot may be a real one, whose sport mode publishes on the topic of a
-        simulation's truth.
     """
 
     def __init__(
@@ -74,19 +71,21 @@ class DdsRobot(CommandedRobot):
         needs: Topic | None,
         waits: bool,
         switcher: MotionSwitcher | None = None,
-        may_be_real: bool = False,
     ) -> None:
         super().__init__()
         self._bus = bus
         self._states, self._commands = bus.reader(STATES), bus.writer(COMMANDS)
-        # An estimate is compared with the truth if there is one; the run does not need it.
-        beside = {needs} if may_be_real else {TRUTHS, needs}
+        # An estimate is compared with the truth of a simulation, which the run does not need. The
+        # sport mode of a real robot publishes on the same topic.
+        beside = {needs} if bus.place.may_be_real else {TRUTHS, needs}
         self._beside = {
             topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY) if topic in beside
         }
         self._needs, self._waits = needs, waits
         self._switcher, self._commanded = switcher, False
         self._runs, self._writer, self._refusals = False, 0, 0
+        # The number of messages of the topic that is needed, and the time of the last one.
+        self._came, self._beside_s = 0, 0.0
         self._lacks = f"nobody publishes {STATES.name}; is `spikeport robot serve` running there?"
         self._released: list[str] | None = None
 
@@ -164,6 +163,18 @@ class DdsRobot(CommandedRobot):
         if refused is not None and self._runs:
             self._distrust(state.asks, refused)
 
+    def _watch_beside(self, tick: int, now_s: float) -> None:
+        """Damp the robot if the topic that gives its motion fell silent."""
+        if self._needs is None:
+            return
+        came = self._beside[self._needs].came
+        if came != self._came:
+            self._came, self._beside_s = came, now_s
+        age_s = now_s - self._beside_s
+        if age_s > BESIDE_S:
+            limits = f"{1000 * age_s:.0f} ms, allowed {1000 * BESIDE_S:.0f} ms"
+            self._distrust(tick, f"nothing on {self._needs.name} for {limits}")
+
     def _latest(self, topic: Topic) -> Base | None:
         """Return the newest message of a topic beside the states; None if it is not read."""
         return self._beside[topic].newest if topic in self._beside else None
@@ -222,8 +233,6 @@ class LockStepRobot(DdsRobot):
         A topic beside the states that a complete observation needs.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
-    may_be_real : bool
-        True if the robot may be a real one.
     """
 
     def __init__(
@@ -231,9 +240,8 @@ class LockStepRobot(DdsRobot):
         bus: "Bus",
         needs: Topic | None,
         switcher: MotionSwitcher | None = None,
-        may_be_real: bool = False,
     ) -> None:
-        super().__init__(bus, needs, True, switcher, may_be_real)
+        super().__init__(bus, needs, True, switcher)
         self._trips = RoundTrips()
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
@@ -248,6 +256,7 @@ class LockStepRobot(DdsRobot):
                 continue
             if found.asks != last.asks:
                 self._trips.add(time.perf_counter() - begin)
+                self._watch_beside(found.asks, TICK_S * found.asks)
                 return self._follow(last, found)
             self._send(last.asks, motors)  # it asks again: the answer was lost
         raise RobotLostError(f"the robot sent no state after that of {last.asks:,} ms")
@@ -290,8 +299,6 @@ class RealTimeRobot(DdsRobot):
         The pace of commands.
     switcher : MotionSwitcher, optional
         Releases sport mode before the first command.
-    may_be_real : bool
-        True if the robot may be a real one.
     """
 
     def __init__(
@@ -300,14 +307,12 @@ class RealTimeRobot(DdsRobot):
         needs: Topic | None,
         pace: Pace,
         switcher: MotionSwitcher | None = None,
-        may_be_real: bool = False,
     ) -> None:
-        super().__init__(bus, needs, False, switcher, may_be_real)
+        super().__init__(bus, needs, False, switcher)
         self._deadlines = Deadlines(pace.period_s, pace.clock)
         self._clock, self._priority = pace.clock, pace.priority
         self._limits = h1_limits()
-        self._seen_s = self._beside_s = 0.0
-        self._came = 0
+        self._seen_s = 0.0
         self._undisturbed = ExitStack()
 
     def first(self) -> Observed:
@@ -355,18 +360,6 @@ class RealTimeRobot(DdsRobot):
         if age_s > LATEST_S:
             self._distrust(tick, too_old(age_s))
 
-    def _watch_beside(self, tick: int, now_s: float) -> None:
-        """Damp the robot if the topic that gives its motion fell silent."""
-        if self._needs is None:
-            return
-        came = self._beside[self._needs].came
-        if came != self._came:
-            self._came, self._beside_s = came, now_s
-        age_s = now_s - self._beside_s
-        if age_s > BESIDE_S:
-            limits = f"{1000 * age_s:.0f} ms, allowed {1000 * BESIDE_S:.0f} ms"
-            self._distrust(tick, f"nothing on {self._needs.name} for {limits}")
-
     def close(self) -> None:
         """Command damping, if the robot was ever commanded, and leave."""
         with ExitStack() as left:  # all are done, even if the bus cannot be written to
@@ -405,11 +398,10 @@ def join(
     """
 
     def make(bus: "Bus") -> DdsRobot:
-        may_be_real = place.may_be_real
-        switcher = MotionSwitcher(bus, may_be_real) if switches else None
+        switcher = MotionSwitcher(bus, place.may_be_real) if switches else None
         if pace is None:
-            return LockStepRobot(bus, needs, switcher, may_be_real)
-        return RealTimeRobot(bus, needs, pace, switcher, may_be_real)
+            return LockStepRobot(bus, needs, switcher)
+        return RealTimeRobot(bus, needs, pace, switcher)
 
     return on_bus(place, pace is None, make)
 

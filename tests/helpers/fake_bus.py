@@ -7,10 +7,11 @@ from typing import NamedTuple
 from spikeport.robot.link.codec import decode_state, encode_state
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
+from spikeport.robot.link.place import Place
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 
-HANGS = RobotSettings(hoist=True)
+HANGS, HERE = RobotSettings(hoist=True), Place()
 
 
 class Arrival(NamedTuple):
@@ -60,8 +61,10 @@ class FakeBus:
     fell silent; ``clocked`` is True for a robot whose states ask for no answer.
     """
 
-    def __init__(self, settings: RobotSettings = HANGS, clocked: bool = False) -> None:
-        self.clocked = clocked
+    def __init__(
+        self, settings: RobotSettings = HANGS, clocked: bool = False, place: Place = HERE
+    ) -> None:
+        self.clocked, self.place = clocked, place
         self.robot = LockStep(SimulatedRobot(settings))
         self.readers = {topic: FakeReader(self.publish) for topic in (STATES, TRUTHS, ODOMETRY)}
         if settings.odometer is None:

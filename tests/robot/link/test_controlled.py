@@ -20,7 +20,7 @@ from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.walk_interface import observation, targets_rad
 from tests.helpers.fake_board import FakeClock
-from tests.helpers.fake_bus import HANGS, FakeBus
+from tests.helpers.fake_bus import HANGS, HERE, FakeBus
 from tests.helpers.standing_robot import remote
 
 DT_S = 0.005
@@ -52,8 +52,8 @@ class LostTerminal(Keys):
 class LiveBus(FakeBus):
     """A robot that publishes after every command, with the remote's keys at ticks."""
 
-    def __init__(self, settings: RobotSettings = HANGS) -> None:
-        super().__init__(settings, clocked=True)
+    def __init__(self, settings: RobotSettings = HANGS, place: Place = HERE) -> None:
+        super().__init__(settings, clocked=True, place=place)
         self.pressed: dict[int, tuple[str, ...]] = {}
         self.reboots_after = 0
 
@@ -138,7 +138,9 @@ def test_a_truth_is_read_where_no_robot_is_real(
     domain: int, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(controlled, "own_terminal", lambda: Keys(BY_TERMINAL))
-    monkeypatch.setattr(controlled, "on_bus", lambda _place, _reliable, make: make(LiveBus()))
+    monkeypatch.setattr(
+        controlled, "on_bus", lambda place, _reliable, make: make(LiveBus(place=place))
+    )
     monkeypatch.setattr(controlled, "MotionSwitcher", lambda _bus, _required: None)
     robot = join_by_hand(Place("lo", domain), Pace(DT_S, FakeClock()), None)
     assert (robot.first().truth is not None) is told

@@ -332,6 +332,28 @@ def test_in_lock_step_odometry_is_of_the_tick_of_its_state() -> None:
         assert seen.odometry.tick == seen.tick
 
 
+def test_in_lock_step_odometry_may_be_silent_for_a_fifth_of_a_second_of_the_robot() -> None:
+    bus = FakeBus(WITH_ODOMETER)
+    robot = LockStepRobot(bus, ODOMETRY)
+    seen = robot.first()
+    odometer, bus.robot.robot._odometer = bus.robot.robot._odometer, None
+
+    def go_on(seen: Observed, n_steps: int) -> Observed:
+        for _ in range(n_steps):
+            seen = robot.exchange(seen, HOLD)
+        return seen
+
+    seen = go_on(seen, 39)
+    bus.robot.robot._odometer = odometer
+    seen = go_on(seen, 1)
+    bus.robot.robot._odometer = None
+    seen = go_on(seen, 39)
+    reason = r"damping: nothing on rt/odommodestate for 20\d ms, allowed 200 ms$"
+    with pytest.raises(RobotLostError, match=reason):
+        go_on(seen, 2)
+    assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
+
+
 @pytest.mark.parametrize("clocked", [False, True])
 def test_odometry_of_a_second_publisher_damps(clocked: bool) -> None:
     """An estimator would jump between the worlds of both."""
@@ -362,14 +384,10 @@ def test_odometry_that_no_estimator_needs_is_not_read(needs: Topic | None) -> No
 
 @pytest.mark.parametrize(("domain", "told"), [(0, False), (7, True)])
 @pytest.mark.parametrize("clocked", [False, True])
-def test_a_truth_is_read_where_no_robot_is_real(
-    clocked: bool, domain: int, told: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_truth_is_read_where_no_robot_is_real(clocked: bool, domain: int, told: bool) -> None:
     """The sport mode of a real one publishes on that topic."""
-    bus = FakeBus(WITH_ODOMETER, clocked=clocked)
-    monkeypatch.setattr(over_dds, "on_bus", lambda _place, _reliable, make: make(bus))
-    pace = Pace(0.005, FakeClock()) if clocked else None
-    robot = over_dds.join(Place("lo", domain), pace, ODOMETRY, switches=False)
+    bus, pace = FakeBus(WITH_ODOMETER, clocked, Place("lo", domain)), Pace(0.005, FakeClock())
+    robot = RealTimeRobot(bus, ODOMETRY, pace) if clocked else LockStepRobot(bus, ODOMETRY)
     seen = robot.first()
     assert seen.odometry is not None
     assert (seen.truth is not None) is told
