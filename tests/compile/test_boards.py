@@ -1,4 +1,4 @@
-"""A network on several chips of a board: the same integers, and traffic between chips counted."""
+"""Results of a network on several chips of a board, and the messages between its chips."""
 
 from pathlib import Path
 
@@ -33,7 +33,7 @@ def loop() -> tuple[nengo.Network, nengo.Probe]:
 
 
 def board(folder: Path, cores: int, n_chips: int) -> Path:
-    """Return the file of a board of little cores, so many on each of its chips."""
+    """Write a board with small cores, ``cores`` on each chip, and return its path."""
     return chip_file(folder / "board.toml", **CORE, cores=cores, chips=n_chips)
 
 
@@ -58,7 +58,7 @@ def test_a_network_on_three_chips_computes_what_it_does_on_one(run, tmp_path: Pa
     assert report["resources"]["chips"] == {"used": 3, "limit": 4}
 
 
-def test_messages_between_chips_are_those_of_the_run(run, tmp_path: Path) -> None:
+def test_the_report_counts_the_messages_between_chips_of_a_run(run, tmp_path: Path) -> None:
     path = board(tmp_path, cores=3, n_chips=4)
     _, activity, report = run(path)
     crossed = messages_between_chips(activity.messages, chips.get(str(path))).sum()
@@ -76,6 +76,6 @@ def test_a_board_with_too_few_chips_is_refused(run, tmp_path: Path) -> None:
     ]
 
 
-def test_chips_are_those_that_hold_the_cores(tmp_path: Path) -> None:
+def test_chips_used_is_the_number_of_chips_needed_for_the_cores(tmp_path: Path) -> None:
     chip = chips.get(str(board(tmp_path, cores=3, n_chips=4)))
     assert [chips_used(n, chip) for n in (1, 3, 4, 12)] == [1, 1, 2, 4]

@@ -1,4 +1,4 @@
-"""Texts that passes leave: a command, a network and the expected lines in each golden file."""
+"""Text printed after each pass: a command, a network and the expected lines in each golden file."""
 
 import re
 import shlex
@@ -46,7 +46,7 @@ class Golden(NamedTuple):
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_passes_leave_what_they_did(
+def test_text_after_passes_is_that_of_the_golden_file(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""Networks that cannot be compiled end in an error that names the object and the cure."""
+"""Errors of networks that cannot be compiled: they name the object and the cure."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -166,7 +166,7 @@ def test_a_network_that_fits_with_the_settings_of_its_build_is_not_refused(
     assert image.n_compartments < 128 * 12
 
 
-def test_a_chip_too_small_is_named_with_all_that_does_not_fit(tmp_path: Path) -> None:
+def test_every_block_that_is_too_large_for_the_chip_is_listed(tmp_path: Path) -> None:
     small = small_cores(tmp_path, 4)
     with nengo.Network(seed=1) as network:
         nengo.Connection(*pair())

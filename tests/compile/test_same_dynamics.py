@@ -1,4 +1,4 @@
-"""Network passes keep the dynamics: in float exactly, and in the filters of what is built."""
+"""Dynamics of networks after network passes: the same in float, with the same filters if built."""
 
 import warnings
 
@@ -32,14 +32,16 @@ DRAWN = settings(max_examples=12, phases=[Phase.generate])
 
 @DRAWN
 @given(plan=PLANS, passes=st.sampled_from(PASSES))
-def test_every_probe_records_the_same_in_float(plan: Plan, passes: tuple[NetworkPass, ...]) -> None:
+def test_every_probe_records_the_same_in_float_after_passes(
+    plan: Plan, passes: tuple[NetworkPass, ...]
+) -> None:
     assert_equal_in_float(built(plan), *passes)
 
 
 @DRAWN
 @given(plan=PLANS)
 def test_every_connection_keeps_its_own_filter(plan: Plan) -> None:
-    """None is slower than over a relay; from 11 ms on, that adds no delay to the filter's own."""
+    """From 11 ms on, the delays of a relay and its target add up to the connection's own filter."""
     rewrite, _ = rewritten(built(plan), CUT, Fuse(), DecodePath())
     passages = build(rewrite, DT_S).passages
     for target in {one.target for one in passages}:
@@ -56,7 +58,7 @@ def test_every_connection_keeps_its_own_filter(plan: Plan) -> None:
 
 
 def run(network: nengo.Network, pipeline: str | None) -> np.ndarray:
-    """Return what the only probe records in a second, on the chip or, without passes, in float."""
+    """Return what the only probe records in 1 s: on the chip, or in float without a pipeline."""
     (probe,) = network.probes
     kind = nengo.Simulator if pipeline is None else spikeport.Simulator
     options = {"pipeline": pipeline} if pipeline else {}
@@ -88,7 +90,9 @@ LOOPS = [((0.2, 0.1),), ((0.2, 0.1), (-0.4, 0.005)), ((0.5, 0.1), (0.2, 0.005))]
 
 
 @pytest.mark.parametrize("gains", LOOPS)
-def test_the_chip_settles_and_rises_as_float_nengo(gains: tuple[tuple[float, float], ...]) -> None:
+def test_feedback_loops_rise_and_settle_on_the_chip_as_in_float(
+    gains: tuple[tuple[float, float], ...],
+) -> None:
     network = fed_back(*gains)
     wanted, found = (run(network, pipeline) for pipeline in (None, "compact"))
     assert found[-300:].mean() == pytest.approx(wanted[-300:].mean(), rel=0.04)
@@ -96,7 +100,7 @@ def test_the_chip_settles_and_rises_as_float_nengo(gains: tuple[tuple[float, flo
 
 
 def test_a_weak_slow_loop_compiles_by_default() -> None:
-    """nengo-loihi's own discretiser finds none of its weights that the chip can hold."""
+    """nengo-loihi's own discretiser finds no exponent for the weights of this loop."""
     network = fed_back((0.2, 0.1))
     wanted, found = (run(network, pipeline) for pipeline in (None, "as_written"))
     assert found[-300:].mean() == pytest.approx(wanted[-300:].mean(), rel=0.04)

@@ -1,4 +1,4 @@
-"""Compiles in several threads: they take turns where they change what all threads share."""
+"""Compiles in several threads: they take turns at changing state that all threads share."""
 
 import os
 import signal
@@ -37,7 +37,7 @@ def shared():
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_images_are_those_of_one_compile_after_the_other_and_nothing_stays_patched():
+def test_compiles_in_threads_give_the_images_of_sequential_ones_and_leave_nothing_patched():
     before = shared()
     alone = [compile_network(network(seed)).image.digest for seed in range(N_NETWORKS)]
     with ThreadPoolExecutor(4) as pool:
@@ -47,7 +47,7 @@ def test_images_are_those_of_one_compile_after_the_other_and_nothing_stays_patch
 
 
 @pytest.mark.parametrize("section", [numpy1_semantics, collected_warnings])
-def test_a_section_that_changes_what_is_shared_waits_for_its_turn(section):
+def test_a_section_that_changes_shared_state_waits_for_its_turn(section):
     entered, before = threading.Event(), shared()
 
     def enter():
@@ -77,7 +77,7 @@ def test_a_fork_waits_for_the_compile_of_another_thread():
     assert entered.wait(20)
     threading.Timer(0.1, leave.set).start()
     if (child := os.fork()) == 0:
-        signal.alarm(20)  # a child that waits for ever is ended
+        signal.alarm(20)  # ends a child that waits for ever
         with numpy1_semantics():
             pass
         os._exit(0 if shared()[:3] == before[:3] else 1)

@@ -1,4 +1,4 @@
-"""A user's warnings after the compiler was imported."""
+"""The user's filters of warnings after the compiler is imported."""
 
 import subprocess
 import sys
@@ -12,7 +12,7 @@ IMPORTERS = [
     "spikeport.compile.rewriting.decode_paths",
     "spikeport.backends.registry",
 ]
-"""Modules by which nengo-loihi can be imported first."""
+"""Modules that import nengo-loihi if they are imported first."""
 
 FILTERS = """
 import sys, warnings
@@ -31,7 +31,7 @@ else:
 
 
 @pytest.mark.parametrize("module", IMPORTERS)
-def test_an_import_warns_of_nothing_and_changes_no_filter(module: str) -> None:
+def test_importing_the_compiler_neither_warns_nor_changes_filters(module: str) -> None:
     code = FILTERS.format(module=module)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")

@@ -1,4 +1,4 @@
-"""Errors of rates whose intervals are whole steps."""
+"""Errors of firing rates whose intervals are rounded to whole steps."""
 
 import nengo
 import numpy as np
@@ -23,7 +23,7 @@ def test_an_interval_is_rounded_up_to_whole_steps() -> None:
     assert found == pytest.approx({"fast": 50 / 300, "slow": 10 / 260, "silent": 0}, rel=1e-6)
 
 
-def test_faster_neurons_are_farther_off() -> None:
+def test_faster_neurons_have_larger_errors_of_rate() -> None:
     with nengo.Network(seed=1) as network:
         for rate in (20, 200):
             nengo.Ensemble(20, 1, max_rates=nengo.dists.Choice([rate]), label=f"{rate}")
@@ -32,7 +32,7 @@ def test_faster_neurons_are_farther_off() -> None:
     assert np.isfinite(list(found.values())).all()
 
 
-def test_the_height_of_a_spike_is_no_error_of_rates() -> None:
+def test_the_amplitude_of_spikes_does_not_change_the_error_of_rate() -> None:
     kinds = {
         "regular": nengo.RegularSpiking(nengo.RectifiedLinear(), amplitude=2),
         "plain": nengo.SpikingRectifiedLinear(amplitude=2),

@@ -1,4 +1,4 @@
-"""Copies of nengo-loihi's blocks, which can be changed."""
+"""Copies of nengo-loihi's blocks, which can be changed without changing the originals."""
 
 import nengo
 import numpy as np
@@ -20,7 +20,7 @@ def block() -> LoihiBlock:
     return made
 
 
-def test_a_copy_can_be_changed_and_the_original_stays() -> None:
+def test_changing_a_copy_leaves_the_original() -> None:
     original = block()
     copy = copied(original)
     copy.compartment.bias[0] = 9
@@ -36,13 +36,13 @@ def test_a_copy_can_be_changed_and_the_original_stays() -> None:
     assert len(original.synapses) == 1
 
 
-def test_axons_are_those_of_the_original() -> None:
+def test_a_copy_shares_the_axons_of_the_original() -> None:
     original = block()
     original.axons = [object()]
     assert copied(original).axons is original.axons
 
 
-def test_the_weights_of_a_copied_probe_are_its_own_and_as_they_lie() -> None:
+def test_a_copied_probe_has_its_own_weights_in_the_same_memory_order() -> None:
     weights = [np.asfortranarray(np.eye(2)), None]
     original = LoihiProbe(target=[block(), block()], weights=weights, slice=[slice(None)] * 2)
     copy = copied_probe(original)
@@ -53,12 +53,12 @@ def test_the_weights_of_a_copied_probe_are_its_own_and_as_they_lie() -> None:
     assert copy.target is original.target
 
 
-def test_the_first_of_several_blocks_stands_for_an_object() -> None:
+def test_first_of_returns_the_first_block_of_an_object() -> None:
     one, other = block(), block()
     assert first_of(one) is first_of([one, other]) is one
 
 
-def test_float_blocks_can_be_others() -> None:
+def test_with_blocks_replaces_the_blocks_but_keeps_labels_and_model() -> None:
     floats = integer_blocks(recurrent()).floats
     other = floats.with_blocks(map(copied, floats.blocks))
     assert other.labels == floats.labels
@@ -66,7 +66,7 @@ def test_float_blocks_can_be_others() -> None:
     assert all(a is not b for a, b in zip(other.blocks, floats.blocks, strict=True))
 
 
-def test_weights_of_which_some_became_zero_are_not_rounded_away() -> None:
+def test_a_group_that_keeps_some_of_its_weights_is_not_rounded_away() -> None:
     with nengo.Network(seed=0) as network:
         pre, post = neurons("pre", [2.0, 2.0]), neurons("post", [2.0, 2.0])
         nengo.Connection(pre.neurons, post.neurons, transform=[[1.0, 1e-3], [1e-3, 1.0]])

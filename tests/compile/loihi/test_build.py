@@ -1,4 +1,4 @@
-"""Float blocks as nengo-loihi's builder makes them, its refusals, and images that do not vary."""
+"""Float blocks that nengo-loihi's builder makes, its refusals, and reproducible images."""
 
 import functools
 import os
@@ -21,7 +21,7 @@ from spikeport.errors import CompileError
 from tests.helpers.chip_networks import integer_blocks, recurrent
 
 
-def test_blocks_are_called_after_ensembles_and_connections() -> None:
+def test_blocks_are_named_after_ensembles_and_connections() -> None:
     assert integer_blocks(recurrent()).floats.labels == ("a", "b", "a -> a", "b -> probes[0]")
 
 
@@ -29,7 +29,7 @@ def test_pieces_of_a_block_are_numbered(convolution: Callable[..., nengo.Network
     assert integer_blocks(convolution()).floats.labels == ("image", "maps[1/2]", "maps[2/2]")
 
 
-def test_the_kind_and_owner_of_a_block_are_data() -> None:
+def test_the_entry_of_a_block_holds_its_kind_and_owner() -> None:
     entries = integer_blocks(recurrent()).floats.entries
     assert [entry.kind for entry in entries] == ["ensemble", "ensemble", "relay", "readout"]
     assert [entry.owner for entry in entries] == ["a", "b", "a -> a", "b -> probes[0]"]
@@ -60,7 +60,7 @@ def test_a_refusal_by_bare_assertion_names_the_object() -> None:
         b = nengo.Ensemble(10, 2, label="b")
         nengo.Connection(a, b[1])
     with pytest.raises(CompileError) as raised:
-        integer_blocks(network)  # without lint, which knows this one
+        integer_blocks(network)  # without lint, which has a rule for this
     assert str(raised.value) == (
         "a -> b: nengo-loihi refuses it: AssertionError at build_full_chip_connection: "
         f"assert post_slice == slice(None); cure: change this object, {HOST}"
@@ -135,7 +135,7 @@ def test_a_probed_node_that_the_builder_cuts_off_is_refused() -> None:
     )
 
 
-def test_the_cure_for_a_cut_off_node_helps() -> None:
+def test_a_node_with_a_function_in_place_of_a_cut_off_node_is_built() -> None:
     assert integer_blocks(probed_end(lambda _t, x: x)).model.probes
 
 
@@ -236,7 +236,7 @@ class Forwards(set[nengo.Connection]):
 
 
 class Backwards(Forwards):
-    """A set of connections in the reverse of this order."""
+    """A set of connections in the reverse of the order of `Forwards`."""
 
     def __iter__(self) -> Iterator[nengo.Connection]:
         return iter(list(super().__iter__())[::-1])
@@ -256,12 +256,12 @@ SHIFTED = [functools.partial(np.add, 0.1), functools.partial(np.add, 0.5)]
     ],
     ids=["synapse", "function", "table", "points"],
 )
-def test_what_replaces_nodes_does_not_depend_on_the_order_of_a_set(
+def test_images_do_not_depend_on_the_set_order_of_connections_that_replace_nodes(
     options: list[dict[str, Any]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def digest(kind: type[Forwards]) -> str:
         class Ordered(PassthroughSplit):
-            """A split whose new connections are in an order."""
+            """A split whose new connections are in the order of ``kind``."""
 
             def __init__(self, *args: object) -> None:
                 super().__init__(*args)

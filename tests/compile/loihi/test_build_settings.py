@@ -34,7 +34,7 @@ def test_settings_are_written_into_a_model():
         {"decode_neurons": OnOffDecodeNeurons(3)},
     ],
 )
-def test_settings_that_passes_do_not_heed_are_refused_with_them(changed):
+def test_settings_that_passes_ignore_are_refused_together_with_passes(changed):
     for usual in (AS_USUAL, BuildSettings.of(Model())):
         usual.check_written()
     ((name, _),) = changed.items()
@@ -50,6 +50,6 @@ def test_settings_that_passes_do_not_heed_are_refused_with_them(changed):
         ({"vth_nonspiking": 0}, "vth_nonspiking=0: input should be greater than 0"),
     ],
 )
-def test_numbers_out_of_their_bounds_are_refused(given, message):
+def test_invalid_numbers_are_refused(given, message):
     with pytest.raises(UsageError, match=f"^{message}"):
         BuildSettings(**given)

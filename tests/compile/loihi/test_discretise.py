@@ -1,4 +1,4 @@
-"""Integer blocks: the bits of nengo-loihi, of copies of the float blocks."""
+"""Integer blocks: bit for bit those of nengo-loihi, made from copies of the float blocks."""
 
 import warnings
 from collections.abc import Callable, Iterator
@@ -70,7 +70,7 @@ def numbers(model: Any) -> Iterator[tuple[str, Any]]:
 
 
 @pytest.mark.parametrize("name", ["chain", "convolution", "recurrent", "learning"])
-def test_blocks_are_nengo_loihis_bit_for_bit(
+def test_integer_blocks_equal_nengo_loihis_bit_for_bit(
     name: str, chain: Callable[..., nengo.Network], convolution: Callable[..., nengo.Network]
 ) -> None:
     makers = {
@@ -97,7 +97,7 @@ def test_discretising_leaves_the_float_blocks_as_they_were() -> None:
 
 
 def two_inputs(ratio: float, tau: float) -> nengo.Network:
-    """Return a strong and a weak input of neurons, through one slow filter."""
+    """Return neurons with a strong and a weak input through one slow filter."""
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(10, 1, gain=np.ones(10), bias=np.ones(10), label="a")
         b = nengo.Ensemble(10, 1, gain=np.ones(10), bias=np.ones(10), label="b")
@@ -132,7 +132,7 @@ def loop(transform: float, fed: bool) -> nengo.Network:
 @pytest.mark.parametrize("fed", [False, True])
 @pytest.mark.parametrize("decade", range(-12, 0))
 def test_a_loop_of_any_strength_compiles(decade: int, fed: bool, pipeline: str) -> None:
-    """The weights that are left lead somewhere, or a hint says that none are."""
+    """A hint says so if all weights of a group are rounded to zero."""
     compilation = compile_network(loop(10.0**decade, fed), pipeline=pipeline)
     zeros = {hint.object for hint in compilation.report.hints if hint.id == "SP402"}
     assert zeros <= {"a", "a -> a"}
@@ -143,7 +143,7 @@ def test_a_loop_of_any_strength_compiles(decade: int, fed: bool, pipeline: str) 
         assert zeros
 
 
-def test_weights_that_no_exponent_holds_are_zero_and_thresholds_stay() -> None:
+def test_weights_too_small_for_every_exponent_become_zero_and_thresholds_stay() -> None:
     blocks = integer_blocks(loop(1e-6, fed=False))
     assert blocks.rounded_away
     wanted = block_values(blocks.floats.blocks[0])
@@ -158,7 +158,7 @@ HOST = (
 )
 
 
-def test_a_scale_that_does_not_exist_names_the_block() -> None:
+def test_the_error_of_a_block_without_a_weight_exponent_names_the_block() -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(2, 1, label="a", gain=np.ones(2), bias=np.full(2, 1e9))
         nengo.Connection(a.neurons, a.neurons, transform=1e-6)

@@ -1,4 +1,4 @@
-"""Event files are read as nengo-loihi reads them, and refused where it would go wrong."""
+"""Event files: read as nengo-loihi reads them, and refused where it would go wrong."""
 
 from pathlib import Path
 from typing import Any
@@ -51,7 +51,7 @@ def test_an_events_file_is_read_as_nengo_loihi_writes_it(tmp_path: Path) -> None
     np.testing.assert_array_equal(source, expected[order])
 
 
-def test_events_are_spikes_of_their_step_as_often_as_there_are(tmp_path: Path) -> None:
+def test_each_event_is_one_spike_in_its_step(tmp_path: Path) -> None:
     t = np.array([0, 999, 1000, 1000, 5999])
     path = write_events(tmp_path / "camera.events", t=t, y=t * 0, x=[0, 1, 2, 2, 3], p=t * 0)
     steps = event_steps(process_of(path), dt_s=0.001)
@@ -60,14 +60,14 @@ def test_events_are_spikes_of_their_step_as_often_as_there_are(tmp_path: Path) -
     assert [late.at(n).tolist() for n in range(1, 4)] == [[4, 4], [], [6]]
 
 
-def test_a_file_without_events_has_none(tmp_path: Path) -> None:
+def test_a_file_without_events_gives_no_spikes(tmp_path: Path) -> None:
     for suffix in ("events", "aedat"):
         empty = {name: array[:0] for name, array in GOOD.items()}
         path = write_events(tmp_path / f"camera.{suffix}", **empty)
         assert event_steps(process_of(path), dt_s=0.001).at(1).tolist() == []
 
 
-def test_float_nengo_reads_by_the_same_reader_and_no_longer(tmp_path: Path) -> None:
+def test_float_nengo_uses_our_reader_only_within_the_context(tmp_path: Path) -> None:
     process = process_of(write_events(tmp_path / "camera.events", **GOOD))
     theirs = type(process)._read_events
     with own_event_reader():
@@ -89,7 +89,9 @@ def refused(path: Path, content: bytes | None = None, **options: Any) -> str:
     return str(raised.value).removeprefix(f"{path}: ").removeprefix("not a file of events: ")
 
 
-def test_what_is_no_event_file_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_is_not_an_event_file_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     path, aedat = tmp_path / "camera.events", tmp_path / "camera.aedat"
     assert refused(path) == "no such file"
     assert refused(tmp_path) == "expected file_fmt or suffix aedat or events, found none"

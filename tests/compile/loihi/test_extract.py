@@ -1,4 +1,4 @@
-"""Tables of an image, against the blocks that they were made from."""
+"""Tables of an image, compared with the blocks that they were made from."""
 
 import nengo
 import numpy as np

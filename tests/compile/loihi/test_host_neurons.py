@@ -1,4 +1,4 @@
-"""The host's neurons that are silent at zero."""
+"""Neurons of the host that are silent at zero."""
 
 import nengo
 import numpy as np
@@ -10,7 +10,7 @@ DT_S = 0.001
 
 
 @pytest.mark.parametrize("weight", [1.0, 2.0, 5.0])
-def test_a_pair_sends_a_value_in_units_of_its_weight(weight):
+def test_a_pair_of_neurons_sends_a_value_in_units_of_its_weight(weight):
     neurons = SparseInputNeurons(DT_S, weight)
     values = np.array([0.0, 0.3, -0.8, 1.0])
     with nengo.Network(seed=0) as net:

@@ -1,4 +1,4 @@
-"""Probes of connections on the host record what they do in float Nengo."""
+"""Probes of connections on the host, which record the same as in float Nengo."""
 
 import nengo
 import numpy as np
@@ -10,7 +10,7 @@ from spikeport.compile.loihi.host_probes import connections_probed_on_host
 
 
 @pytest.mark.parametrize("passes", ["as_written", "compact"])
-def test_learned_weights_and_errors_are_recorded_beside_a_chip(passes: str) -> None:
+def test_learned_weights_and_errors_on_the_host_are_recorded_as_in_float(passes: str) -> None:
     with nengo.Network(seed=1) as network:
         pre = nengo.Ensemble(10, 1, neuron_type=nengo.RectifiedLinear())
         target, chip = nengo.Node(size_in=1), nengo.Ensemble(10, 1)
@@ -32,7 +32,7 @@ def test_learned_weights_and_errors_are_recorded_beside_a_chip(passes: str) -> N
         assert sim.data[spikes].shape == (20, 10)
 
 
-def test_what_is_patched_is_put_back() -> None:
+def test_nengo_loihis_placing_of_probes_is_restored_after_the_context() -> None:
     usual = HostChipSplit._place_probes
     with connections_probed_on_host():
         assert HostChipSplit._place_probes is not usual

@@ -1,3 +1,5 @@
+"""Direct wiring, which merges equal columns and stores no zeros, and its inputs from the host."""
+
 import nengo
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from spikeport.compile.pipeline import compile_network
 
 
 def wired(transform: np.ndarray, path: str) -> ChipImage:
-    """Return neurons wired to neurons, with and without ballast."""
+    """Return the image of neurons wired to neurons by a path."""
     with nengo.Network(seed=5, label="wired") as network:
         spikeport.add_params(network)
         one = {"gain": nengo.dists.Choice([1.0]), "radius": 1.0}
@@ -31,7 +33,9 @@ SPARSE = np.eye(9, 12) / 100
 
 
 @pytest.mark.parametrize(("transform", "axons", "weights"), [(TIED, 4, 36), (SPARSE, 9, 9)])
-def test_the_same_with_less(transform: np.ndarray, axons: int, weights: int) -> None:
+def test_direct_wiring_spikes_the_same_with_fewer_axons_and_weights(
+    transform: np.ndarray, axons: int, weights: int
+) -> None:
     before, after = (wired(transform, path) for path in ("auto", "direct"))
     assert len(before.in_axons.row) == 12
     assert len(after.in_axons.row) == axons
@@ -40,14 +44,14 @@ def test_the_same_with_less(transform: np.ndarray, axons: int, weights: int) -> 
     np.testing.assert_array_equal(outputs(before), outputs(after))
 
 
-def test_weights_that_are_all_zero_are_one_row() -> None:
+def test_weights_that_are_all_zero_share_one_row() -> None:
     image = wired(np.zeros((9, 12)), "direct")
     assert len(image.in_axons.row) == 1
     assert len(image.synapses.weight) == 9
     assert not np.any(image.synapses.weight)
 
 
-def test_spikes_of_the_host_may_have_weights_that_are_all_zero() -> None:
+def test_an_input_of_the_host_whose_weights_are_all_zero_compiles() -> None:
     with nengo.Network(seed=5) as network:
         spikeport.add_params(network)
         post = nengo.Ensemble(9, 1)
@@ -56,7 +60,7 @@ def test_spikes_of_the_host_may_have_weights_that_are_all_zero() -> None:
     assert not np.any(compile_network(network, pipeline="").image.synapses.weight)
 
 
-def test_values_of_the_host_reach_neurons_on_the_chip() -> None:
+def test_values_of_the_host_reach_neurons_on_the_chip_without_a_relay() -> None:
     with nengo.Network(seed=5) as network:
         spikeport.add_params(network)
         host, post = nengo.Ensemble(10, 1), nengo.Ensemble(9, 1)

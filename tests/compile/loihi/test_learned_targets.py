@@ -1,4 +1,4 @@
-"""A learned connection into a passthrough node learns, and its node is on the host."""
+"""Learned connections into passthrough nodes, which stay on the host."""
 
 import nengo
 import numpy as np
@@ -32,7 +32,7 @@ def in_a_subnetwork() -> tuple[nengo.Network, nengo.Probe]:
 
 
 def of_arrays() -> tuple[nengo.Network, nengo.Probe]:
-    """Return ensembles that learn, each its own value, into the node before an array."""
+    """Return ensembles that each learn a value of their own into the input node of an array."""
     with nengo.Network(seed=1) as network:
         source = nengo.Node(lambda t: [np.sin(12 * t), np.cos(12 * t)])
         pre, post, off = (nengo.networks.EnsembleArray(40, 2) for _ in range(3))
@@ -50,7 +50,7 @@ def of_arrays() -> tuple[nengo.Network, nengo.Probe]:
 
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 @pytest.mark.parametrize("make", [in_a_subnetwork, of_arrays])
-def test_it_learns_as_in_float(make, pipeline):
+def test_a_learned_connection_into_a_node_learns_as_in_float(make, pipeline):
     network, probe = make()
     with nengo.Simulator(network, progress_bar=False) as float_sim:
         float_sim.run(1.5)
@@ -58,11 +58,11 @@ def test_it_learns_as_in_float(make, pipeline):
         sim.run(1.5)
     wanted, found = float_sim.data[probe], sim.data[probe]
     off = np.linalg.norm(found - wanted) / np.linalg.norm(wanted)
-    assert off < 0.5  # 1 is silence, which an ensemble that does not learn decodes
+    assert off < 0.5  # 1 is silence, which is decoded without learning
     assert np.linalg.norm(found[-500:]) > 2 * np.linalg.norm(found[:100])
 
 
-def test_an_error_that_also_feeds_the_chip_stays_in_its_node():
+def test_learning_succeeds_if_its_error_node_also_feeds_the_chip():
     with nengo.Network(seed=1) as network:
         a, b, m = (nengo.Ensemble(60, 1) for _ in range(3))
         out, error = nengo.Node(lambda t, x: x, size_in=1), nengo.Node(size_in=1)
@@ -82,7 +82,7 @@ def test_an_error_that_also_feeds_the_chip_stays_in_its_node():
     assert errors[-200:].mean() == pytest.approx(0, abs=0.1)
 
 
-def test_rates_of_the_host_pass_a_node_as_values():
+def test_rates_of_the_host_reach_the_chip_through_a_node_as_values():
     with nengo.Network(seed=1) as network:
         add_params(network)
         a, b = nengo.Ensemble(2, 1, neuron_type=nengo.LIFRate()), nengo.Ensemble(60, 1)
@@ -101,7 +101,7 @@ def test_rates_of_the_host_pass_a_node_as_values():
     assert means[0] == pytest.approx(means[1], abs=0.1)
 
 
-def test_native_has_the_bits_of_nengo_loihi():
+def test_native_equals_nengo_loihi_bit_for_bit():
     network, probe = in_a_subnetwork()
     values = []
     for backend in ("native", "nengo-loihi"):

@@ -1,4 +1,4 @@
-"""Connections in place of passthrough nodes compute what float Nengo does with the nodes."""
+"""Connections in place of passthrough nodes, which compute what float Nengo does with the nodes."""
 
 from typing import Any
 
@@ -25,7 +25,7 @@ def compared(network: nengo.Network, probe: nengo.Probe, pipeline: str) -> list[
 
 
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
-def test_a_factor_for_each_value_is_one(pipeline: str) -> None:
+def test_a_transform_with_one_factor_for_each_value_is_applied(pipeline: str) -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(200, 2), nengo.Ensemble(200, 2)
         array = nengo.networks.EnsembleArray(100, 2)
@@ -39,7 +39,7 @@ def test_a_factor_for_each_value_is_one(pipeline: str) -> None:
 
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 @pytest.mark.parametrize("decoder", [0.0, 0.0002, 0.0004])
-def test_a_solver_is_kept(decoder: float, pipeline: str) -> None:
+def test_the_solver_of_a_connection_into_a_node_is_kept(decoder: float, pipeline: str) -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(60, 1), nengo.Ensemble(100, 1, radius=2)
         node = nengo.Node(size_in=1)
@@ -52,7 +52,7 @@ def test_a_solver_is_kept(decoder: float, pipeline: str) -> None:
     assert found == pytest.approx(wanted, abs=0.15)
 
 
-def test_solvers_of_connections_that_are_otherwise_equal_are_sorted() -> None:
+def test_images_do_not_depend_on_the_order_of_connections_that_differ_in_solver() -> None:
     digests = []
     for order in ((0.001, 0.004), (0.004, 0.001)):
         with nengo.Network(seed=1) as network:
@@ -67,7 +67,7 @@ def test_solvers_of_connections_that_are_otherwise_equal_are_sorted() -> None:
 
 
 def spikes(through: bool, slices: Any, factor: Any, pipeline: str) -> np.ndarray:
-    """Return spikes that a connection leads to, through a node or as a matrix."""
+    """Return the spikes that a connection causes, through a node or as a matrix."""
     read, into, out, reached = slices
     with nengo.Network(seed=1) as network:
         plain = {"neuron_type": RELU, "gain": np.ones(3), "encoders": np.ones((3, 1))}
@@ -101,13 +101,15 @@ def spikes(through: bool, slices: Any, factor: Any, pipeline: str) -> np.ndarray
         ([2, 2, 0], [0, 0, 1], slice(None), [0, 1, 0]),
     ],
 )
-def test_lists_of_indices_are_those_of_a_matrix(slices: Any, pipeline: str, factor: float) -> None:
+def test_lists_of_indices_at_a_node_give_the_same_spikes_as_a_matrix(
+    slices: Any, pipeline: str, factor: float
+) -> None:
     found, wanted = (spikes(through, slices, factor, pipeline) for through in (True, False))
     assert wanted.any()
     np.testing.assert_array_equal(found, wanted)
 
 
-def test_a_sparse_transform_from_entries_of_which_one_comes_twice_is_refused_as_any() -> None:
+def test_a_sparse_transform_of_entries_that_are_read_twice_is_refused() -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(20, 2), nengo.Ensemble(20, 2)
         node, sparse = nengo.Node(size_in=2), nengo.Sparse((2, 2), indices=[(0, 0), (1, 1)])

@@ -1,4 +1,4 @@
-"""The arithmetic of NumPy 1 begins and ends with its block."""
+"""The arithmetic of NumPy 1, which applies only within its context."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ def patched() -> tuple[Any, ...]:
     return (nengo_loihi.block.Synapse.max_abs_weight, builder, *numpys)
 
 
-def test_numpy_1_semantics_end_with_the_block() -> None:
+def test_numpy_1_semantics_end_with_their_context() -> None:
     before = patched()
     with numpy1_semantics():
         assert patched()[:2] != before[:2]
@@ -36,7 +36,7 @@ def test_numpy_1_semantics_end_with_an_exception() -> None:
     assert patched() == before
 
 
-def test_numpy_1_semantics_are_gone_after_a_refused_build() -> None:
+def test_numpy_1_semantics_end_with_a_refused_build() -> None:
     before = patched()
     with nengo.Network(seed=1) as network:
         nengo.Connection(nengo.Ensemble(10, 1), nengo.Ensemble(10, 2)[1])
@@ -45,7 +45,7 @@ def test_numpy_1_semantics_are_gone_after_a_refused_build() -> None:
     assert patched() == before
 
 
-def test_the_largest_weight_is_wide_inside_and_narrow_outside() -> None:
+def test_the_largest_weight_is_float64_inside_and_float32_outside() -> None:
     synapse = nengo_loihi.block.Synapse(1)
     with numpy1_semantics():
         synapse.set_weights(np.ones((1, 3)))

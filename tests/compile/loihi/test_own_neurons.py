@@ -1,4 +1,4 @@
-"""Our own neurons on the chip: the integers they become, and what those compute."""
+"""`IntegrateAndFire` neurons on the chip: the integers they become, and their spikes."""
 
 import nengo
 import numpy as np
@@ -13,7 +13,7 @@ DT_S = 1e-3
 
 
 def network(kind: IntegrateAndFire, weights: np.ndarray, n_sources: int = 2) -> nengo.Network:
-    """Return neurons that others, each spiking now and then, are wired to."""
+    """Return neurons with weights from ``n_sources`` neurons, each spiking now and then."""
     with nengo.Network(seed=0) as net:
         leaks = 8 * np.arange(900, 900 + 200 * n_sources, 200)
         sources = _neurons(n_sources, IntegrateAndFire(2.0**15, leak=leaks), "sources")
@@ -35,7 +35,7 @@ def own_block(net: nengo.Network):
     return blocks.blocks[blocks.floats.labels.index("own")]
 
 
-def test_weights_and_thresholds_are_the_integers_they_were():
+def test_integer_weights_and_thresholds_reach_the_chip_unchanged():
     weights = np.array([[64.0, -8128], [4096, 640]])
     kind = IntegrateAndFire(np.array([2.0**15, 2.0**16]), 0.25, np.array([0.0, 0.125]), leak=100)
     block = own_block(network(kind, weights))
@@ -49,7 +49,7 @@ def test_weights_and_thresholds_are_the_integers_they_were():
     assert (block.compartment.vmin, block.compartment.vmax) == (1 - 2**23, 2**23 - 1)
 
 
-def test_a_correction_is_of_the_chip_alone():
+def test_a_correction_changes_the_bias_on_the_chip_but_not_the_float_network():
     nets = [network(IntegrateAndFire(correction=c), np.full((1, 2), 640.0)) for c in (0, 50)]
     assert [own_block(net).compartment.bias.tolist() for net in nets] == [[0], [50]]
     voltages = []
@@ -65,7 +65,7 @@ def test_large_weights_have_a_larger_step():
     block = own_block(network(IntegrateAndFire(), np.array([[2.0**20, 3000.0]])))
     (synapse,) = block.synapses
     step = 2 ** (7 + synapse.synapse_cfg.weight_exp)
-    assert step == 2**14  # 127 steps are the first to reach
+    assert step == 2**14  # the least step of which 127 reach 2**20
     assert [int(w[0, 0]) for w in synapse.weights] == [2**20, 0]
 
 
@@ -77,13 +77,13 @@ def test_large_weights_have_a_larger_step():
         (IntegrateAndFire(leak=-6e5), 64, "own: a leak of 600,000 units, at most 524,160; cure: "),
     ],
 )
-def test_what_a_chip_cannot_hold_is_refused(kind, weight, message):
+def test_numbers_that_a_chip_cannot_hold_are_refused(kind, weight, message):
     with pytest.raises(RefusedError) as caught:
         spikeport.compile_network(network(kind, np.array([[weight, 0.0]])))
     assert str(caught.value).startswith(message)
 
 
-def test_the_native_chip_is_nengo_loihis_emulator():
+def test_the_native_chip_equals_nengo_loihis_emulator_bit_for_bit():
     rng = np.random.default_rng(0)
     kind = IntegrateAndFire(2.0**15, rng.uniform(0.2, 1, 20), rng.uniform(0, 0.3, 20), leak=300)
     net = network(kind, rng.normal(2**12, 2**13, (20, 4)), n_sources=4)
@@ -93,12 +93,12 @@ def test_the_native_chip_is_nengo_loihis_emulator():
             sim.run_steps(100)
             found[backend] = [np.array(sim.data[p]) for p in (net.spikes, net.voltage)]
     assert found["native"][0].sum() * DT_S > 100
-    assert found["native"][1].min() < -(2**13)  # no end at zero
+    assert found["native"][1].min() < -(2**13)  # voltages are not clipped at zero
     for one, other in zip(*found.values(), strict=True):
         np.testing.assert_array_equal(one, other)
 
 
-def test_the_float_network_spikes_nearly_as_the_chip():
+def test_the_float_network_spikes_nearly_as_often_as_the_chip():
     rng = np.random.default_rng(1)
     kind = IntegrateAndFire(2.0**16, 0.5, 0.1)
     net = network(kind, rng.normal(2**14, 2**13, (20, 4)), n_sources=4)
@@ -112,7 +112,7 @@ def test_the_float_network_spikes_nearly_as_the_chip():
     assert counts[0] == pytest.approx(counts[1], rel=0.02)
 
 
-def test_an_ensemble_of_many_cores_is_rounded_in_all_of_its_blocks():
+def test_every_block_of_an_ensemble_on_several_cores_is_rounded():
     net = network(IntegrateAndFire(2.0**15), np.full((1500, 2), 1000.0 * 64))
     image = spikeport.compile_network(net).image
     mine = [i for i, block in enumerate(image.manifest.blocks) if block.owner == "own"]

@@ -1,4 +1,4 @@
-"""Parts of the builder are other ones, and what they give is the same, bit for bit."""
+"""Faster parts of nengo-loihi's builder, whose results are the same bit for bit."""
 
 from typing import Any
 
@@ -15,7 +15,7 @@ DT_S = 1e-3
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2**32 - 1])
-def test_a_generator_draws_what_numpys_draws(seed: int) -> None:
+def test_a_random_generator_draws_the_numbers_of_numpys(seed: int) -> None:
     ours, numpys = random_state(seed), np.random.RandomState(seed)
     # the second normal number is kept from the first draw
     for draw in ("randn", "uniform", "randn", "permutation"):
@@ -24,7 +24,7 @@ def test_a_generator_draws_what_numpys_draws(seed: int) -> None:
 
 
 class Given(nengo.LIF):
-    """Neurons whose values are j itself."""
+    """Neurons whose values are j itself, the current above the threshold."""
 
     def current(self, x: np.ndarray, gain: Any, bias: Any) -> Any:
         class Current:
@@ -45,7 +45,7 @@ class Given(nengo.LIF):
         (1e-4, 0.002, 1e-3),  # its time constant is 0 on the chip
     ],
 )
-def test_rates_are_nengo_loihis_also_where_periods_are_whole_steps(
+def test_rates_equal_nengo_loihis_even_where_periods_are_whole_steps(
     tau_rc: float, tau_ref: float, dt: float
 ) -> None:
     kind, rng = Given(tau_rc=tau_rc, tau_ref=tau_ref), np.random.RandomState(0)
@@ -63,7 +63,7 @@ def test_rates_are_nengo_loihis_also_where_periods_are_whole_steps(
     assert (usual == 0).any()
 
 
-def test_rates_of_many_neurons_are_nengo_loihis() -> None:
+def test_rates_of_many_neurons_equal_nengo_loihis() -> None:
     rng = np.random.RandomState(0)
     x, gain, bias = rng.uniform(-1, 1, (999, 77)), rng.uniform(1, 20, 77), rng.uniform(-9, 9, 77)
     usual = loihi_lif_rates(nengo.LIF(), x, gain, bias, DT_S)
@@ -72,7 +72,7 @@ def test_rates_of_many_neurons_are_nengo_loihis() -> None:
     np.testing.assert_array_equal(doubled, 2 * usual)
 
 
-def test_the_builder_has_its_own_parts_back_in_the_end() -> None:
+def test_the_builders_own_parts_are_restored_at_the_end() -> None:
     modules = (ensemble, connection)
     with quick_builder():
         assert all(module.np.random.RandomState is random_state for module in modules)
@@ -83,7 +83,7 @@ def test_the_builder_has_its_own_parts_back_in_the_end() -> None:
 @pytest.mark.parametrize("amplitude", [0.5, 2.0])
 @pytest.mark.parametrize("base", [nengo.LIFRate(), nengo.RectifiedLinear()], ids=repr)
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
-def test_values_of_regular_spikes_of_any_height_are_those_of_float_nengo(
+def test_regular_spikes_of_any_amplitude_decode_to_the_values_of_float_nengo(
     pipeline: str, base: nengo.neurons.NeuronType, amplitude: float
 ) -> None:
     with nengo.Network(seed=1) as network:

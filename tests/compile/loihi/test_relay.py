@@ -1,4 +1,4 @@
-"""Decode neurons of one kind for each connection."""
+"""Decode neurons of its own kind for each connection."""
 
 import contextlib
 
@@ -25,7 +25,7 @@ def built() -> tuple[Model, nengo.Connection, LoihiBlock]:
     return model, connection, block
 
 
-def test_the_kind_is_back_at_the_end_and_after_an_error(built) -> None:
+def test_the_models_decode_neurons_are_restored_at_the_end_and_after_an_error(built) -> None:
     model, connection, _ = built
     usual = model.decode_neurons
     with relayed(model, connection, "onoff"):
@@ -37,7 +37,7 @@ def test_the_kind_is_back_at_the_end_and_after_an_error(built) -> None:
     assert model.decode_neurons is usual
 
 
-def test_each_kind_has_a_group_of_synapses_of_its_own(built) -> None:
+def test_each_kind_of_decode_neurons_has_its_own_group_of_synapses(built) -> None:
     model, connection, block = built
     made = {}
     for path in ("onoff", "preset10", "onoff"):
@@ -51,7 +51,7 @@ def test_each_kind_has_a_group_of_synapses_of_its_own(built) -> None:
     assert set(block.named_synapses) == {f"{ENCODERS} onoff", f"{ENCODERS} preset10"}
 
 
-def test_the_groups_of_other_connections_stay(built) -> None:
+def test_the_group_of_synapses_of_other_connections_stays(built) -> None:
     model, connection, block = built
     synapse = Synapse(2)
     block.add_synapse(synapse, name=ENCODERS)
@@ -78,7 +78,7 @@ def test_a_relay_and_its_target_delay_as_much_as_the_synapse(
     assert relay_filter_s(connection, target, 0.001) == pytest.approx(relay)
 
 
-def test_no_relay_slows_its_target_down(built) -> None:
+def test_the_targets_filter_is_no_slower_than_the_connections_own(built) -> None:
     model, connection, _ = built
     usual = model.decode_tau
     with contextlib.suppress(KeyError), relayed(model, connection, "onoff", target_s=0.1):
@@ -96,8 +96,8 @@ def loop(gain: float, tau: float) -> nengo.Network:
     return network
 
 
-def test_weights_that_no_exponent_suits_are_made_larger() -> None:
-    """In the loop of gain .2, decode neurons stand for .25 of the radius, and count for as much."""
+def test_weights_too_small_for_every_exponent_are_made_larger() -> None:
+    """In the loop of gain .2, decode neurons represent .25 of the radius, and weigh .25 as much."""
     floats = build(rewrite_of(loop(0.2, 0.1)), 0.001)
     ensemble, relay, other = floats.blocks
     _, few, usual = ensemble.synapses
@@ -107,7 +107,7 @@ def test_weights_that_no_exponent_suits_are_made_larger() -> None:
     assert abs(sizes[0]).max() == pytest.approx(0.2 * 4 / 0.9 * abs(sizes[1]).max(), rel=0.1)
 
 
-def test_a_group_of_synapses_that_nothing_reaches_is_gone() -> None:
+def test_a_group_of_synapses_without_input_is_removed() -> None:
     network = loop(0.2, 0.1)
     network.connections.pop()
     ensemble, _ = build(rewrite_of(network), 0.001).blocks
@@ -116,6 +116,6 @@ def test_a_group_of_synapses_that_nothing_reaches_is_gone() -> None:
     assert integer_blocks(network).errors[1].lost_weights < 0.5
 
 
-def test_weights_that_have_an_exponent_stay() -> None:
+def test_weights_that_have_an_exponent_stay_in_their_group_of_synapses() -> None:
     ensemble, *_ = build(rewrite_of(loop(0.9, 0.05)), 0.001).blocks
     assert len(ensemble.synapses) == 2

@@ -1,4 +1,4 @@
-"""An attribute is another one within the context, and the same as before behind it."""
+"""Attributes that are replaced within a context, and stand-ins for modules."""
 
 import math
 from types import SimpleNamespace
@@ -8,7 +8,7 @@ import pytest
 from spikeport.compile.loihi.replaced import StandIn, replaced
 
 
-def test_an_attribute_is_replaced_and_comes_back() -> None:
+def test_an_attribute_is_replaced_and_restored() -> None:
     owner = SimpleNamespace(part="usual")
     with replaced(owner, "part", "ours"):
         assert owner.part == "ours"
@@ -18,19 +18,19 @@ def test_an_attribute_is_replaced_and_comes_back() -> None:
     assert owner.part == "usual"
 
 
-def test_it_comes_back_from_an_error() -> None:
+def test_an_attribute_is_restored_after_an_error() -> None:
     owner = SimpleNamespace(part="usual")
     with pytest.raises(ValueError, match="of the work"), replaced(owner, "part", "ours"):
         raise ValueError("of the work")
     assert owner.part == "usual"
 
 
-def test_a_part_that_is_not_there_is_no_part() -> None:
+def test_an_attribute_that_does_not_exist_cannot_be_replaced() -> None:
     with pytest.raises(AttributeError, match="absent"), replaced(SimpleNamespace(), "absent", 1):
         pass
 
 
-def test_a_stand_in_has_what_its_module_has_but_for_what_it_was_given() -> None:
+def test_a_stand_in_has_the_attributes_of_its_module_except_those_replaced() -> None:
     stand_in = StandIn(math, pi=3)
     assert (stand_in.pi, stand_in.e) == (3, math.e)
     assert stand_in.sqrt is math.sqrt

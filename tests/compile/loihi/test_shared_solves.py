@@ -1,4 +1,4 @@
-"""Decoders that connections share: those that each would have, bit for bit."""
+"""Decoders that connections share: bit for bit the ones that each would have."""
 
 from collections.abc import Iterator
 from unittest.mock import patch
@@ -17,7 +17,7 @@ from spikeport.compile.loihi.build import build
 
 
 def fan(solver: Solver, n_targets: int = 3) -> nengo.Network:
-    """Return one ensemble that several read: the same value, and one other."""
+    """Return an ensemble that several connections decode: all the same value, one its square."""
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(30, 2)
         for _ in range(n_targets):
@@ -28,7 +28,7 @@ def fan(solver: Solver, n_targets: int = 3) -> nengo.Network:
 
 @pytest.fixture
 def solved() -> Iterator[list[nengo.Connection]]:
-    """Return the connections that were solved, one by one."""
+    """Yield the list of connections for which decoders were solved."""
     found = []
     usual = connections.solve_for_decoders
 
@@ -54,7 +54,7 @@ def test_equal_decoders_are_solved_once(solved: list[nengo.Connection], weights:
     assert [a.tobytes() for a in found] == [b.tobytes() for b in apart]
 
 
-def test_solvers_that_may_draw_random_numbers_are_asked_each_time(
+def test_solvers_that_may_draw_random_numbers_are_run_for_each_connection(
     solved: list[nengo.Connection],
 ) -> None:
     found = decoders(fan(LstsqNoise()))
@@ -62,7 +62,9 @@ def test_solvers_that_may_draw_random_numbers_are_asked_each_time(
     assert not np.array_equal(found[0], found[1])
 
 
-def test_a_solution_of_other_points_is_not_shared(solved: list[nengo.Connection]) -> None:
+def test_a_solution_for_other_evaluation_points_is_not_shared(
+    solved: list[nengo.Connection],
+) -> None:
     network = fan(LstsqL2(), n_targets=1)
     with network:
         a = network.ensembles[0]
@@ -71,7 +73,7 @@ def test_a_solution_of_other_points_is_not_shared(solved: list[nengo.Connection]
     assert len(solved) == 3
 
 
-def test_few_solutions_are_kept(solved: list[nengo.Connection]) -> None:
+def test_only_the_most_recent_solutions_are_kept(solved: list[nengo.Connection]) -> None:
     with nengo.Network(seed=1) as network:
         ensembles = [nengo.Ensemble(10, 1) for _ in range(shared_solves.MOST_KEPT + 1)]
         for source in (*ensembles, ensembles[0], ensembles[-1]):
@@ -80,7 +82,7 @@ def test_few_solutions_are_kept(solved: list[nengo.Connection]) -> None:
     assert len(solved) == len(ensembles) + 1
 
 
-def test_nengo_loihi_is_as_before_behind_it() -> None:
+def test_nengo_loihis_solve_is_restored_after_the_context() -> None:
     usual = connections.solve_for_decoders
     with shared_solves.shared_solves():
         assert connections.solve_for_decoders is not usual

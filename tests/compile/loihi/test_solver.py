@@ -1,3 +1,5 @@
+"""Parameters of ensembles and connections, as Nengo or nengo-loihi builds them."""
+
 import nengo
 import nengo_loihi
 import numpy as np
@@ -38,7 +40,7 @@ def solver_of(network: nengo.Network, builder: Builder | None = None) -> Paramet
     return ParameterSolver(Rewrite(network, Names(network)), DT_S, builder)
 
 
-def test_float_parameters_are_nengos() -> None:
+def test_float_parameters_equal_those_that_nengo_builds() -> None:
     network = make()
     network.squares.transform = 3
     solver = solver_of(network, FLOAT)
@@ -50,7 +52,7 @@ def test_float_parameters_are_nengos() -> None:
     np.testing.assert_array_equal(solver.weights(network.squares), decoded.weights)
 
 
-def test_chip_parameters_are_nengo_loihis() -> None:
+def test_chip_parameters_equal_those_that_nengo_loihi_builds() -> None:
     network = make()
     network.squares.transform = 3
     solver = solver_of(network)
@@ -60,11 +62,11 @@ def test_chip_parameters_are_nengo_loihis() -> None:
     ):
         built, decoded = simulator.data[network.a], simulator.data[network.squares]
     np.testing.assert_array_equal(solver.ensemble(network.a).gain, built.gain)
-    per_spike = decoded.weights * DT_S  # nengo-loihi's are of spikes of height 1
+    per_spike = decoded.weights * DT_S  # nengo-loihi's are for spikes of height 1
     np.testing.assert_allclose(solver.weights(network.squares), per_spike, rtol=1e-12)
 
 
-def test_the_chips_decoders_are_other_than_float_ones() -> None:
+def test_decoders_for_the_chip_differ_from_float_decoders() -> None:
     network = make()
     weights = [solver_of(network, one).weights(network.squares) for one in (CHIP, FLOAT)]
     assert weights[0].shape == weights[1].shape == (1, 30)
@@ -88,7 +90,7 @@ def test_each_object_is_solved_once() -> None:
     assert solver.ensemble(network.a) is solver.ensemble(network.a)
 
 
-def test_slices_of_nodes_are_selections() -> None:
+def test_weights_of_a_slice_of_a_node_select_its_entries() -> None:
     network = make()
     with network:
         picked = nengo.Connection(network.node[[2, 0, 2]], nengo.Node(size_in=3), transform=5)
@@ -96,7 +98,7 @@ def test_slices_of_nodes_are_selections() -> None:
     np.testing.assert_array_equal(solver_of(network).weights(picked), expected)
 
 
-def test_what_is_built_of_nodes_is_their_transform() -> None:
+def test_weights_of_a_connection_from_a_node_are_its_transform() -> None:
     network = make()
     with network:
         connection = nengo.Connection(network.node, nengo.Node(size_in=3), transform=5)
@@ -105,7 +107,7 @@ def test_what_is_built_of_nodes_is_their_transform() -> None:
     assert built.solver_info is None
 
 
-def test_where_neurons_start_is_where_nengo_starts_them() -> None:
+def test_neurons_start_at_the_voltages_of_nengo() -> None:
     with nengo.Network(seed=2) as network:
         kind = nengo.LIF(initial_state={"voltage": nengo.dists.Uniform(0, 1)})
         a = nengo.Ensemble(5, 1, neuron_type=kind)
@@ -115,14 +117,14 @@ def test_where_neurons_start_is_where_nengo_starts_them() -> None:
         np.testing.assert_array_equal(found, started)
 
 
-def test_numbers_that_are_not_finite_are_refused() -> None:
+def test_a_transform_that_is_not_finite_is_refused() -> None:
     network = make()
     network.squares.transform = np.inf
     with pytest.raises(RefusedError, match="SP011"):
         solver_of(network).weights(network.squares)
 
 
-def test_what_the_builder_refuses_is_named() -> None:
+def test_a_refusal_by_the_builder_names_the_ensemble() -> None:
     network = make()
     network.a.label = "odd"
     network.a.gain = np.ones(30)
@@ -142,7 +144,7 @@ MATRIX = np.arange(6.0).reshape(2, 3)
         (np.array([[1.0, 1.0]]), [[3, 5, 7]]),
     ],
 )
-def test_transforms_are_applied(
+def test_a_transform_is_multiplied_with_a_matrix(
     matrix: object, transform: np.ndarray, expected: np.ndarray
 ) -> None:
     found = transformed(transform, matrix)
@@ -150,7 +152,7 @@ def test_transforms_are_applied(
     np.testing.assert_array_equal(dense, expected)
 
 
-def test_transforms_as_matrices() -> None:
+def test_scalar_and_vector_transforms_become_matrices() -> None:
     np.testing.assert_array_equal(full(np.array(2.0), 2), [[2, 0], [0, 2]])
     np.testing.assert_array_equal(full(np.array([2.0, 3.0]), 2), [[2, 0], [0, 3]])
     np.testing.assert_array_equal(full(MATRIX, 3), MATRIX)
@@ -158,7 +160,7 @@ def test_transforms_as_matrices() -> None:
 
 
 @pytest.mark.parametrize(("n_zeros", "is_sparse"), [(4, False), (5, True), (6, True), (10, False)])
-def test_matrices_are_sparse_from_half_of_zeros_unless_they_have_nothing_else(
+def test_matrices_become_sparse_if_half_or_more_but_not_all_entries_are_zero(
     n_zeros: int, is_sparse: bool
 ) -> None:
     matrix = np.ones(10)

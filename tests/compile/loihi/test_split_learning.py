@@ -30,7 +30,7 @@ def learning(n_neurons: int, n_values: int) -> nengo.Network:
 @pytest.mark.parametrize(
     ("n_neurons", "n_values", "n_cores"), [(10, 512, 1), (10, 513, 2), (600, 110, 2)]
 )
-def test_weights_that_learn_are_refused_on_several_cores(
+def test_learning_weights_that_need_several_cores_are_refused(
     n_neurons: int, n_values: int, n_cores: int
 ) -> None:
     network = learning(n_neurons, n_values)
@@ -39,7 +39,7 @@ def test_weights_that_learn_are_refused_on_several_cores(
     assert [one.used for one in found] == ([used] if n_cores > 1 else [])
 
 
-def test_what_it_learns_from_is_offloaded() -> None:
+def test_the_ensemble_before_learning_weights_that_do_not_fit_is_offloaded() -> None:
     network = learning(10, 513)
     with pytest.raises(DoesNotFitError, match=r"pre -> .*SP012 learning on several cores"):
         compile_network(network)

@@ -1,4 +1,4 @@
-"""Groups of synapses that are split: those of nengo-loihi, bit for bit."""
+"""Groups of synapses that are split: bit for bit those of nengo-loihi."""
 
 from collections.abc import Callable
 from typing import Any
@@ -19,7 +19,7 @@ FIELDS = ("label", "n_axons", "axon_to_weight_map", "axon_compartment_bases", "p
 
 
 def layers() -> nengo.Network:
-    """Return weights of all to all, and of some to some, into an ensemble of two blocks."""
+    """Return decoded, dense and sparse weights into an ensemble of two blocks."""
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(30, 1), nengo.Ensemble(1100, 2)
         nengo.Connection(a, b, transform=[[1], [0]])
@@ -44,7 +44,7 @@ def numbers(synapse: Synapse) -> tuple[Any, ...]:
 
 
 @pytest.mark.parametrize("name", ["layers", "convolution"])
-def test_split_groups_are_nengo_loihis(
+def test_split_groups_of_synapses_equal_nengo_loihis(
     name: str, convolution: Callable[..., nengo.Network], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     make = {"layers": layers, "convolution": convolution}[name]
@@ -54,7 +54,7 @@ def test_split_groups_are_nengo_loihis(
     assert any("[1]" in str(label) for (label, *_), *_ in found)
 
 
-def test_nengo_loihi_is_as_before_behind_it() -> None:
+def test_nengo_loihis_split_is_restored_after_the_context() -> None:
     usual = split_blocks.split_synapse
     with split_by_tables():
         assert split_blocks.split_synapse is not usual
