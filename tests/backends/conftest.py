@@ -11,7 +11,7 @@ from spikeport.compile.loihi.numpy1 import numpy1_semantics
 
 
 def reference_simulator(network: nengo.Network, seed: int = 5) -> Any:
-    """Yield nengo-loihi's own simulator, in lock-step, on the arithmetic of NumPy 1."""
+    """Return nengo-loihi's own simulator, in lock-step, on the arithmetic of NumPy 1."""
     with warnings.catch_warnings(), numpy1_semantics():
         warnings.simplefilter("ignore")
         return nengo_loihi.Simulator(network, precompute=False, seed=seed, target="sim")
@@ -24,7 +24,7 @@ def nengo_loihi_simulator() -> Callable[..., Any]:
 
 @pytest.fixture
 def loop() -> nengo.Network:
-    """Return two ensembles, a loop through the host, a probe of each kind."""
+    """Return a network of two ensembles, with a loop through the host and a probe of each kind."""
     with nengo.Network(seed=1) as network:
         u = nengo.Node(lambda t: np.sin(20 * t), label="u")
         a = nengo.Ensemble(40, 1, label="a")

@@ -1,4 +1,4 @@
-"""Probes on the chip against those of the network as it was written."""
+"""The error of probes on the chip against float Nengo's run of the network as it was written."""
 
 from pathlib import Path
 
@@ -43,7 +43,7 @@ def test_nothing_is_compared_where_no_probe_took_a_sample() -> None:
     assert found(channel([0.7], sample_every=0.5)) is None
 
 
-def test_a_change_of_what_is_computed_shows() -> None:
+def test_a_transform_changed_after_compiling_shows_as_an_error() -> None:
     network = channel([0.7])
     compilation = compile_network(network)
     network.connections[1].transform = -1
@@ -53,12 +53,12 @@ def test_a_change_of_what_is_computed_shows() -> None:
     assert error_against_float(network, network, loop, N_STEPS, seed=0) == pytest.approx(2, abs=0.2)
 
 
-def test_random_input_needs_a_seed() -> None:
+def test_random_input_is_compared_only_with_a_seed() -> None:
     assert found(channel(nengo.processes.WhiteSignal(1.0, high=5))) is None
     assert found(channel(nengo.processes.WhiteSignal(1.0, high=5, seed=3))) < 0.5
 
 
-def test_spikes_are_no_values() -> None:
+def test_probes_of_spikes_are_not_compared() -> None:
     network = channel(np.sin)
     network.probes.clear()
     with network:

@@ -6,12 +6,12 @@ from spikeport.backends.attempt import attempt
 from spikeport.errors import BackendError, UsageError
 
 
-def test_what_a_call_returns_is_returned() -> None:
+def test_the_result_of_the_call_is_returned() -> None:
     assert attempt("step 1", lambda: 3) == 3
 
 
 @pytest.mark.parametrize("raised", [ValueError("no"), StopIteration("no"), RuntimeError("no")])
-def test_an_error_is_named_with_its_place(raised: Exception) -> None:
+def test_an_error_is_reported_with_its_step_and_source(raised: Exception) -> None:
     def call() -> None:
         raise raised
 
@@ -22,7 +22,7 @@ def test_an_error_is_named_with_its_place(raised: Exception) -> None:
     assert caught.value.__cause__ is raised
 
 
-def test_errors_of_ours_are_in_words_already() -> None:
+def test_errors_of_spikeport_pass_unchanged() -> None:
     def call() -> None:
         raise UsageError("a cure")
 

@@ -117,7 +117,7 @@ class SlowCount:
                 if synapse.axon_compartment_base(spike.axon_idx) is not None:
                     weights, _ = synapse.axon_weights_indices(spike.axon_idx, spike.atom)
                     self.counts["synaptic_operations"][t, core] += len(weights)
-            if synapse.learning and (t + 1) % 4 == 0:  # it learns at every fourth step
+            if synapse.learning and (t + 1) % 4 == 0:  # weights change at every fourth step
                 self.counts["learning_updates"][t, core] += sum(w.size for w in synapse.weights)
 
 
@@ -133,7 +133,7 @@ def with_passes(passes: str, folder: Path) -> Path:
 @pytest.mark.parametrize(
     "make", [closed_loop, convolution, learning], ids=lambda make: make.__name__
 )
-def test_counts_are_those_of_a_slow_count(
+def test_counts_equal_those_of_a_slow_count(
     make: Callable[[], None],
     passes: str,
     nengo_loihi_simulator: Callable[..., Any],

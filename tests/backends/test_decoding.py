@@ -44,7 +44,7 @@ RAW = np.array([2, 3, 4])
         ((replace(MATRIX[0], segments=(1, 2)), MATRIX[1]), [2 - 4, 1 + 6]),
     ],
 )
-def test_values_are_scaled_ordered_or_weighed(
+def test_values_are_scaled_reordered_or_multiplied_by_a_matrix(
     output: tuple[OutputEntry, list[float]], values: list[float]
 ) -> None:
     assert Output(image_of(*output), 0).decode(RAW).tolist() == values
@@ -74,7 +74,7 @@ def test_a_recording_is_sampled_and_keeps_its_filter_when_it_is_cleared() -> Non
     recording = OutputRecording(image, 0, probe)
     for _ in range(4):
         recording.append([np.array([1], dtype=np.int32)])
-    filtered = 1 - np.exp(-np.arange(8))  # a step of the time constant each; one step of delay
+    filtered = 1 - np.exp(-np.arange(8))  # steps as long as the time constant; one step of delay
     np.testing.assert_allclose(recording.data()[:, 0], filtered[[2, 4]], rtol=1e-6)
     recording.clear()
     assert recording.data().shape == (0, 1)

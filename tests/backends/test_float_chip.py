@@ -1,4 +1,4 @@
-"""Blocks in floating point, step by step by hand."""
+"""Blocks in floating point, against values computed by hand step by step."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def voltages(chip: FloatChip, given: Numbers, spikes: list[np.ndarray]) -> list[
     return [float(voltage[0]) for voltage, _ in chip.run(given, spikes)]
 
 
-def test_a_neuron_above_threshold_spikes_and_rests() -> None:
+def test_a_neuron_above_threshold_spikes_and_is_then_refractory() -> None:
     chip = FloatChip(Parts([Block(1, refract_delay=2)]).image())
     states = list(chip.run(numbers(1, [], bias=0.375), silent(8)))
     spiked = [bool(spiked[0]) for _, spiked in states]

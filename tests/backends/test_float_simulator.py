@@ -1,4 +1,4 @@
-"""Nengo's own simulator, of a network as its passes left it."""
+"""Nengo's own simulator of a network as the passes leave it."""
 
 import nengo
 import numpy as np
@@ -10,7 +10,7 @@ from tests.helpers.small_networks import DT_S, rewrite_of
 
 
 @pytest.mark.parametrize("optimize", [True, False])
-def test_it_computes_what_nengo_does(optimize: bool) -> None:
+def test_a_float_simulator_computes_what_nengo_computes(optimize: bool) -> None:
     with nengo.Network(seed=3) as network:
         a = nengo.Ensemble(30, 1)
         nengo.Connection(nengo.Node(0.5), a)
@@ -27,7 +27,7 @@ def test_it_computes_what_nengo_does(optimize: bool) -> None:
     assert np.abs(data[0]).max() > 0
 
 
-def test_what_nengo_refuses_is_refused_by_name() -> None:
+def test_a_loop_that_nengo_refuses_is_refused() -> None:
     with nengo.Network(seed=3) as network:
         a = nengo.Ensemble(5, 1, label="a")
         nengo.Connection(a, a, synapse=None)

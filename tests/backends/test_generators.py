@@ -24,7 +24,7 @@ def stochastic() -> nengo.Network:
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("backend", ["native", "reference"])
-def test_a_reset_starts_over(backend: str) -> None:
+def test_a_reset_restarts_the_random_numbers_of_host_neurons(backend: str) -> None:
     network, runs = stochastic(), []
     with spikeport.Simulator(network, backend=backend) as simulator:
         for _ in range(3):
@@ -38,7 +38,7 @@ def test_a_reset_starts_over(backend: str) -> None:
         assert np.array_equal(first, third)
 
 
-def test_a_model_keeps_its_generators_as_they_were_built() -> None:
+def test_a_run_leaves_the_random_generators_of_its_model_unchanged() -> None:
     model = Model()
     model.build(stochastic())
     generators = [one for op in model.operators for one in vars(op).get("state_extra", {}).values()]

@@ -51,7 +51,7 @@ def test_two_runs_from_one_image_do_not_share_state(loop: nengo.Network) -> None
 
 
 def settled(closed: bool) -> float:
-    """Return the value of ``a``, settled, driven with 0.5 and, if closed, with minus itself."""
+    """Return the settled value of ``a``, driven with 0.5 and, if closed, with minus itself."""
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(100, 1)
         minus = nengo.Node(lambda _t, x: -x, size_in=1)
@@ -66,16 +66,16 @@ def settled(closed: bool) -> float:
 
 
 def test_feedback_through_the_host_closes_the_loop() -> None:
-    # x = 0.5 - x has its rest at 0.25.
+    # x = 0.5 - x settles at 0.25.
     assert settled(closed=False) == pytest.approx(0.5, abs=0.05)
     assert settled(closed=True) == pytest.approx(0.25, abs=0.05)
 
 
-def test_the_host_sees_the_chip_one_step_later_and_the_chip_the_host() -> None:
+def test_the_host_sees_the_spikes_of_the_chip_one_step_later() -> None:
     seen: list[float] = []
 
     def watch(t: float, x: np.ndarray) -> None:
-        if t > 0:  # Nengo calls it once before, to see what it returns
+        if t > 0:  # Nengo calls the function once before the run, to see what it returns
             seen.append(float(x[0]))
 
     with nengo.Network(seed=1) as network:
@@ -102,7 +102,7 @@ def test_recorded_data_can_be_read_while_running_and_after_closing(loop: nengo.N
     assert np.array_equal(whole.data[probe], simulator.data[probe])
 
 
-def test_another_time_step_is_used_throughout(
+def test_a_time_step_other_than_1_ms_is_used_throughout(
     nengo_loihi_simulator: Callable[..., object], loop: nengo.Network
 ) -> None:
     with spikeport.Simulator(loop, backend="nengo-loihi", dt=0.002, seed=1) as simulator:
@@ -123,7 +123,7 @@ EVENTS = {
 
 @pytest.mark.parametrize("backend", ["native", "nengo-loihi"])
 @pytest.mark.parametrize("case", EVENTS)
-def test_events_of_a_file_are_nengo_loihis_spike_for_spike(
+def test_probes_of_a_network_with_a_camera_equal_those_of_nengo_loihi(
     case: str, backend: str, tmp_path: Path, nengo_loihi_simulator: Callable[..., Any]
 ) -> None:
     events, options = EVENTS[case]
@@ -141,7 +141,7 @@ def test_events_of_a_file_are_nengo_loihis_spike_for_spike(
     assert [(i.name, i.encoding.kind) for i in image.manifest.inputs] == [("camera", "spikes")]
 
 
-def test_events_reach_a_network_that_is_rewritten_and_float_nengo(tmp_path: Path) -> None:
+def test_events_reach_a_network_as_written_a_compacted_one_and_float_nengo(tmp_path: Path) -> None:
     events, options = EVENTS["sparse"]
     path = write_events(tmp_path / "camera.events", **events)
     network = camera_network(process_of(path, **options))
@@ -156,7 +156,7 @@ def test_events_reach_a_network_that_is_rewritten_and_float_nengo(tmp_path: Path
     assert as_written == pytest.approx(reference, rel=0.1)
 
 
-def test_events_arrive_one_step_after_theirs_also_where_probes_are_cleared(tmp_path: Path) -> None:
+def test_events_reach_the_chip_one_step_later_even_after_probes_are_cleared(tmp_path: Path) -> None:
     path = write_events(tmp_path / "c.events", t=[4_500, 4_600], y=[0, 0], x=[0, 1], p=[1, 1])
     found = []
     with spikeport.Simulator(camera_network(process_of(path))) as simulator:
@@ -169,7 +169,9 @@ def test_events_arrive_one_step_after_theirs_also_where_probes_are_cleared(tmp_p
 
 
 @pytest.mark.parametrize("backend", ["native", "reference"])
-def test_what_took_no_sample_has_its_size(loop: nengo.Network, backend: str) -> None:
+def test_data_of_a_probe_without_samples_have_the_size_of_the_probe(
+    loop: nengo.Network, backend: str
+) -> None:
     sizes = [probe.size_in for probe in loop.all_probes]
     for probe in loop.all_probes:
         probe.sample_every = 0.05

@@ -28,7 +28,7 @@ def test_inputs_and_outputs_are_numbered_as_in_the_model() -> None:
     assert sorted(numbers) == [0, 1]
 
 
-def test_errors_of_learning_go_to_groups_counted_by_themselves() -> None:
+def test_learning_errors_go_to_groups_numbered_among_themselves() -> None:
     with nengo.Network(seed=1) as network:
         stimulus, a = nengo.Node([0.5]), nengo.Ensemble(10, 1)
         nengo.Connection(stimulus, a)

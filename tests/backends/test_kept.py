@@ -1,4 +1,4 @@
-"""A compile that is kept runs as the one it was kept of, to the bit."""
+"""Runs of a compilation from the cache, against runs of a fresh one, bit for bit."""
 
 import nengo
 import numpy as np
@@ -15,7 +15,7 @@ def kept(tmp_path):
 
 
 def mixed(factor=0.5):
-    """Return a network with all that a host may have, and its probes."""
+    """Return a network with every kind of object that a host may have, and its probes."""
     with nengo.Network(seed=1) as net:
         source = nengo.Node(lambda t: np.sin(8 * t))
         a, b = nengo.Ensemble(60, 1), nengo.Ensemble(50, 2)
@@ -67,7 +67,7 @@ def learning():
 
 
 def ran(network, store, pipeline=None, resets=False):
-    """Return what a run leaves, and the class of its compilation."""
+    """Return the class of a run's compilation, its data, its built arrays and its report."""
     with Simulator(network, cache=store, pipeline=pipeline, seed=5) as sim:
         sim.run(0.1)
         if resets:
@@ -81,7 +81,7 @@ def ran(network, store, pipeline=None, resets=False):
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 @pytest.mark.parametrize("make", [mixed, on_host, learning])
-def test_what_is_kept_runs_as_what_was_compiled(kept, make, pipeline):
+def test_a_kept_compilation_runs_like_a_fresh_one(kept, make, pipeline):
     kinds, data, built, reports = zip(
         *(ran(make(), kept, pipeline, resets) for resets in (False, False, True)), strict=True
     )
@@ -95,7 +95,7 @@ def test_what_is_kept_runs_as_what_was_compiled(kept, make, pipeline):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_blocks_of_a_kept_compile_are_made_when_asked_for(kept):
+def test_blocks_of_a_kept_compilation_are_built_on_demand(kept):
     network = on_host()
     with Simulator(network, cache=kept) as sim:
         wanted = sim.compilation.blocks
@@ -105,7 +105,7 @@ def test_blocks_of_a_kept_compile_are_made_when_asked_for(kept):
 
 
 def calling(first, second, third=None):
-    """Return a network of two nodes, and the function of a connection."""
+    """Return a network with the functions of two nodes and of a connection."""
     with nengo.Network(seed=1) as net:
         x, y, ensemble = nengo.Node(first), nengo.Node(second), nengo.Ensemble(10, 1)
         nengo.Connection(x, ensemble)
@@ -117,7 +117,7 @@ def calling(first, second, third=None):
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
-def test_the_same_object_is_compiled_once(kept, pipeline):
+def test_the_same_network_object_is_compiled_once(kept, pipeline):
     network = learning()
     kinds = [ran(network, kept, pipeline)[0] for _ in range(2)]
     assert [issubclass(kind, KeptCompilation) for kind in kinds] == [False, True]
@@ -125,7 +125,7 @@ def test_the_same_object_is_compiled_once(kept, pipeline):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_functions_that_one_network_shared_are_those_of_the_other(kept):
+def test_networks_that_share_functions_differently_run_their_own_functions(kept):
     def up(_):
         return 0.5
 
@@ -139,7 +139,7 @@ def test_functions_that_one_network_shared_are_those_of_the_other(kept):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_whatever_decides_the_result_misses(kept, monkeypatch):
+def test_every_change_that_affects_the_compilation_misses_the_cache(kept, monkeypatch):
     def is_kept(network, **options):
         with Simulator(network, cache=kept, **options) as sim:
             return isinstance(sim.compilation, KeptCompilation)
@@ -155,13 +155,13 @@ def test_whatever_decides_the_result_misses(kept, monkeypatch):
     assert not is_kept(mixed())
 
 
-def test_the_warnings_of_a_compile_are_given_again(kept):
+def test_a_kept_compilation_repeats_the_warnings_of_the_compiler(kept):
     for _ in range(2):
         with pytest.warns(UserWarning, match="initial values for 'voltage'"):
             Simulator(on_host(), cache=kept).close()
 
 
-def test_what_cannot_be_kept_is_compiled_with_a_line(kept):
+def test_a_function_that_cannot_be_kept_is_compiled_with_a_warning(kept):
     class Mine:
         factor = 2
 

@@ -1,4 +1,4 @@
-"""A host's functions are those of the network at hand, and none beside them."""
+"""The host of a kept compilation, which calls the functions of the network at hand."""
 
 import nengo
 import numpy as np
@@ -19,7 +19,7 @@ def made():
     return network
 
 
-def test_a_host_is_read_for_an_equal_network():
+def test_a_kept_host_calls_the_functions_of_the_network_it_is_read_for():
     network, other = made(), made()
     program, users = host_program(compile_network(network)), UsersObjects(network)
     writer = HostWriter(users, program)
@@ -33,13 +33,13 @@ def test_a_host_is_read_for_an_equal_network():
     assert called == {id(node.output) for node in other.all_nodes}
 
 
-def test_a_function_that_is_no_part_of_the_network_is_not_kept():
+def test_a_host_with_functions_from_outside_the_network_is_not_kept():
     network = made()
     program = host_program(compile_network(network))
     with nengo.Network() as empty, pytest.raises(NotKeptError):
         HostWriter(UsersObjects(empty), program).program({}, UsersObjects(empty))
 
 
-def test_an_edge_computes_nothing():
+def test_an_edge_returns_nothing_or_zeros():
     assert Edge().make_step((2,), (0,), 0.001, None, {})(0.0, np.ones(2)) is None
     np.testing.assert_array_equal(Edge().make_step((0,), (3,), 0.001, None, {})(0.0), np.zeros(3))

@@ -1,4 +1,4 @@
-"""Values come back as they were written, and nothing comes of a kind that is not known."""
+"""Values written to the cache and read back, and refusals of unknown kinds."""
 
 import json
 
@@ -35,14 +35,14 @@ def back(value, spoil=lambda tree: tree):
 
 
 @pytest.mark.parametrize("value", VALUES, ids=str)
-def test_a_value_comes_back(value):
+def test_a_written_value_is_read_back_equal(value):
     found = back(value)
     assert found == value
     assert type(found) is type(value)
 
 
 @pytest.mark.parametrize("order", "CF")
-def test_an_array_comes_back_in_its_order(order):
+def test_an_array_is_read_back_in_its_memory_order(order):
     array = np.array([[1, 2], [3, 4]], dtype="i2", order=order)
     found = back([array, array])
     np.testing.assert_array_equal(found[0], array, strict=True)
@@ -50,12 +50,12 @@ def test_an_array_comes_back_in_its_order(order):
     assert found[0] is found[1]
 
 
-def test_a_reference_is_the_object_itself():
+def test_a_reference_is_read_as_the_object_itself():
     assert back(SHARED) is SHARED
 
 
 @pytest.mark.parametrize("value", [object(), print, np.array([print]), nengo.PES(), {1, 2}])
-def test_what_is_not_known_is_not_written(value):
+def test_values_of_unknown_kinds_are_not_written(value):
     with pytest.raises(NotKeptError, match="cannot be kept in a cache"):
         back(value)
 
@@ -71,7 +71,7 @@ FOREIGN = [
 
 
 @pytest.mark.parametrize("tree", FOREIGN, ids=str)
-def test_what_is_not_known_is_not_read(tree):
+def test_entries_of_unknown_kinds_are_not_read(tree):
     with pytest.raises(MismatchError):
         back(None, spoil=lambda _: tree)
 
@@ -89,14 +89,14 @@ def test_what_is_not_known_is_not_read(tree):
     ],
     ids=str,
 )
-def test_an_array_lies_within_the_pool_and_is_of_numbers(entry, message):
+def test_an_array_outside_the_pool_or_not_of_numbers_is_refused(entry, message):
     text = json.dumps([["array", 0], [entry]]).encode()
     reader = Reader({"tree": np.frombuffer(text, np.uint8), "pool": np.ones(8, np.uint8)})
     with pytest.raises(MismatchError, match=message):
         reader.read(reader.tree)
 
 
-def test_fields_are_those_of_the_class():
+def test_unknown_fields_of_a_class_are_refused():
     tree = ["data", ["spikeport.compile.report.report", "Report"], ["dict", [["other", 1]]]]
     with pytest.raises(MismatchError, match=r"expected fields .*chip.*, found other"):
         back(None, spoil=lambda _: tree)

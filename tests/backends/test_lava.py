@@ -3,8 +3,9 @@
 Lava is archived, and runs on Python 3.10 alone, so it is no dependency. `make referees` installs it
 apart from spikeport; LAVA_PYTHON names the Python of another place that has it.
 
-Lava's own neurons have no refractory delay and no lower end of the voltage, so an image as it is
-compiled takes neurons of ours there, on Lava's arithmetic; one without both takes Lava's.
+Lava's own neurons have neither a refractory delay nor a lower bound of the voltage. So an image as
+compiled runs there on neurons of spikeport's, in Lava's arithmetic, and an image without both runs
+on Lava's own neurons.
 """
 
 import dataclasses
@@ -33,7 +34,7 @@ pytestmark = [
 
 @pytest.fixture(scope="module")
 def image() -> ChipImage:
-    """Return two ensembles, one of which feeds itself, and inputs of the host."""
+    """Return an image of two ensembles, one of which feeds itself, with inputs from the host."""
     with nengo.Network(seed=2) as network:
         value = nengo.Node(np.sin)
         first, second = nengo.Ensemble(40, 2, label="first"), nengo.Ensemble(50, 1, label="second")
@@ -45,7 +46,7 @@ def image() -> ChipImage:
 
 
 def alike(image: ChipImage) -> ChipImage:
-    """Return the image with Lava's own neurons: alike, never at rest, with no low end."""
+    """Return the image with neurons that Lava has: all alike, without rest or lower bound."""
     each, blocks = image.compartments, image.blocks
     same = {
         "decay_u": np.full_like(each.decay_u, 700),
@@ -77,7 +78,9 @@ def native(image: ChipImage, spikes: np.ndarray) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.parametrize("stock", [False, True])
-def test_lava_has_the_same_bits(image: ChipImage, stock: bool, tmp_path: Path) -> None:
+def test_lava_computes_the_same_states_bit_for_bit(
+    image: ChipImage, stock: bool, tmp_path: Path
+) -> None:
     taken = alike(image) if stock else image
     spikes = sent(taken)
     ours, theirs = native(taken, spikes), ran_on_lava(PYTHON, taken, spikes, tmp_path, stock)

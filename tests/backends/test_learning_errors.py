@@ -1,4 +1,4 @@
-"""Errors of learning that no group of an image can have are refused, whatever runs the image."""
+"""Refusals, on every chip, of learning errors that no synapse group of an image can take."""
 
 from collections.abc import Mapping
 
@@ -21,7 +21,7 @@ REFUSED = [
 
 
 @pytest.mark.parametrize(("errors", "reason"), REFUSED)
-def test_errors_that_no_group_has_are_refused(
+def test_errors_for_a_wrong_group_or_of_a_wrong_shape_are_refused(
     errors: Mapping[int, np.ndarray], reason: str
 ) -> None:
     nothing = np.zeros(0, dtype=int)
@@ -32,7 +32,7 @@ def test_errors_that_no_group_has_are_refused(
         chip.close()
 
 
-def test_an_image_that_does_not_learn_takes_none() -> None:
+def test_an_image_that_does_not_learn_takes_no_errors() -> None:
     errors = LearningErrors(Parts([Block()], [Group([[0]])]).image())
     errors.check({})
     with pytest.raises(BackendError, match="group 0 does not learn; those that do: none"):

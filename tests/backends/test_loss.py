@@ -1,4 +1,4 @@
-"""Float blocks against nengo-loihi's own, and what rounding is found to cost."""
+"""Float blocks against nengo-loihi's own, and the measured cost of rounding."""
 
 import threading
 from collections.abc import Callable
@@ -71,7 +71,7 @@ def built(network: nengo.Network) -> IntegerBlocks:
     return discretise(build(Rewrite(network, Names(network)), 0.001))
 
 
-def test_float_blocks_are_nengo_loihis() -> None:
+def test_float_blocks_have_the_spikes_and_voltages_of_nengo_loihis() -> None:
     blocks, n_steps = built(recurrent()), 200
     chip = FloatChip(extract(blocks, "loihi"))
     silence = [np.zeros(0, dtype=int)] * n_steps
@@ -86,7 +86,7 @@ def test_float_blocks_are_nengo_loihis() -> None:
     assert spikes > 100
 
 
-def test_restored_numbers_are_near_those_wanted() -> None:
+def test_restored_numbers_are_near_the_exact_ones() -> None:
     blocks = built(feedforward())
     exact, rounded = wanted(blocks), restored(blocks)
     for name in ("weights", "bias", "vth", "decay_u", "decay_v"):
@@ -110,7 +110,7 @@ def test_shares_sum_to_one_in_falling_order(measured: MeasuredLoss) -> None:
     assert shares == sorted(shares, reverse=True)
 
 
-def test_outputs_are_off_by_about_as_much_as_their_causes(measured: MeasuredLoss) -> None:
+def test_the_error_of_outputs_is_about_the_sum_of_its_causes(measured: MeasuredLoss) -> None:
     loss = measured.loss
     whole = np.sqrt(sum(part.output_error**2 for part in loss.parts))
     assert 0.2 * whole < loss.output_error < 5 * whole
@@ -123,8 +123,8 @@ def test_every_connection_and_ensemble_is_a_cause() -> None:
     assert {("a", "weights from the host"), ("b", "weights from a -> b"), ("a", "bias")} < found
 
 
-def test_what_passes_cost_is_part_of_the_loss(measured: MeasuredLoss) -> None:
-    """Rounding is not all: relays and filters delay what float Nengo does not."""
+def test_the_network_error_includes_delays_of_relays_and_filters(measured: MeasuredLoss) -> None:
+    """Beside rounding, relays and filters add delays that float Nengo does not have."""
     assert measured.loss.output_error < measured.loss.network_error < 0.6
     network = feedforward()
     compilation = compile_network(network, pipeline="compact")
@@ -132,9 +132,9 @@ def test_what_passes_cost_is_part_of_the_loss(measured: MeasuredLoss) -> None:
     assert direct.network_error < measured.loss.network_error
 
 
-def test_what_is_rounded_more_is_found_to_cost_more() -> None:
+def test_weights_that_are_rounded_more_cost_more() -> None:
     def network(big: float) -> nengo.Network:
-        """Return weights that share 8 bits with one that is never used: its source is silent."""
+        """Return a network whose weights share 8 bits with that of a source that is silent."""
         with nengo.Network(seed=1) as net:
             pre = nengo.Ensemble(9, 1, label="pre", gain=np.ones(9), bias=[0] + [2.0] * 8)
             post = nengo.Ensemble(1, 1, label="post", gain=np.ones(1), bias=[0.9])
@@ -162,7 +162,7 @@ def test_inputs_that_spike_in_every_step_are_saturated() -> None:
     assert [hint.id for hint in loss.hints if hint.id == "SP408"] == ["SP408"]
 
 
-def test_neurons_on_the_host_that_spike_in_every_step_send_no_value() -> None:
+def test_host_neurons_that_spike_in_every_step_are_not_saturated_inputs() -> None:
     with nengo.Network(seed=1) as network:
         network.config[nengo.Ensemble].set_param("on_chip", nengo.params.BoolParam("on_chip", True))
         rectified = nengo.SpikingRectifiedLinear()
@@ -174,8 +174,8 @@ def test_neurons_on_the_host_that_spike_in_every_step_send_no_value() -> None:
     assert measured_of(network, 0.2).loss.saturated_inputs == {}
 
 
-def test_a_run_of_any_length_has_energy_and_times(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Steps of more than 10 s are folded: see `spikeport.backends.step_log`."""
+def test_a_run_with_folded_steps_has_the_same_energy(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs of 10,000 steps or more fold them: see `spikeport.backends.step_log`."""
     network = feedforward()
     compilation = compile_network(network)
     wanted = measure(network, compilation, 0.05, seed=0, progress=quiet)
@@ -194,7 +194,7 @@ def test_the_loss_is_the_same_every_time(measured: MeasuredLoss) -> None:
 
 
 def refusal(network: nengo.Network, *stages: str) -> str:
-    """Return the words of a refusal, which comes after some stages of work."""
+    """Return the message of a refusal that comes after the given stages of work."""
     reported: list[str] = []
     compilation = compile_network(network)
     with pytest.raises(BackendError) as raised:
@@ -203,7 +203,7 @@ def refusal(network: nengo.Network, *stages: str) -> str:
     return str(raised.value)
 
 
-def test_what_cannot_be_compared_is_refused_before_it_runs() -> None:
+def test_networks_that_cannot_be_compared_are_refused_before_they_run() -> None:
     with nengo.Network(seed=1) as silent:
         nengo.Ensemble(5, 1)
     assert refusal(silent) == (
@@ -228,7 +228,7 @@ def network_with(node: object) -> nengo.Network:
     return network
 
 
-def test_an_error_of_a_node_is_told_with_its_step() -> None:
+def test_an_error_of_a_node_is_reported_with_its_step() -> None:
     network = network_with(lambda t: 1 / (t < 0.0045))
     raised, _, place = refusal(network, "running the network").partition(" (")
     assert raised == "step 5: the network raised ZeroDivisionError: division by zero"
@@ -242,17 +242,17 @@ def test_the_chip_is_freed_after_an_error(monkeypatch: pytest.MonkeyPatch) -> No
     assert len(freed) == 1
 
 
-def test_an_error_in_the_float_run_alone_is_told_with_its_step() -> None:
-    """The first run takes ten steps, and the node answers no more than twelve times in both."""
-    answers, lock = iter(np.zeros(12)), threading.Lock()  # which keeps them from being copied
+def test_an_error_in_the_float_run_alone_is_reported_with_its_step() -> None:
+    """The first run takes ten steps, and the node can answer only twelve times in both runs."""
+    answers, lock = iter(np.zeros(12)), threading.Lock()  # functions with a lock are not copied
     network = network_with(lambda _t: next(answers) if lock else 0.0)
     with pytest.warns(UserWarning, match="functions cannot be copied"):
         raised = refusal(network, "running the network")
     assert raised.startswith("float Nengo: step 3: the network raised StopIteration: ")
 
 
-def test_the_float_run_begins_where_the_run_on_the_chip_did() -> None:
-    """A node that answers ten times is asked ten times in each run."""
+def test_the_float_run_starts_with_nodes_in_the_same_state_as_the_run_on_the_chip() -> None:
+    """A node that can answer ten steps is asked for ten in each run."""
     answers = iter(np.zeros(11))
     assert measured_of(network_with(lambda _t: next(answers)), 0.01).loss.network_error is not None
 
@@ -275,7 +275,7 @@ class Once(nengo.Process):
         return step
 
 
-def test_an_error_of_a_process_is_told_with_its_run() -> None:
+def test_an_error_of_a_process_is_reported_with_its_run() -> None:
     for process, where in ((Once(0.0), "before step 1"), (Once(), "float Nengo")):
         words = refusal(network_with(process), "running the network")
         assert words.startswith(f"{where}: the network raised RuntimeError: no step (")

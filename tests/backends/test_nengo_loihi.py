@@ -1,4 +1,4 @@
-"""spikeport beside nengo-loihi: every number of every probe is the same, bit for bit."""
+"""Every number of every probe against nengo-loihi's, bit for bit."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -47,7 +47,7 @@ def split_relu_with_loops() -> None:
     a = nengo.Ensemble(90, 2, neuron_type=relu, max_rates=nengo.dists.Uniform(50, 100))
     network.config[a].block_shape = nengo_loihi.BlockShape((45,), (90,))
     b = nengo.Ensemble(40, 2)
-    # The stand-in of a passthrough node is not seeded by nengo-loihi: with points to decode at
+    # nengo-loihi does not seed the stand-in of a passthrough node: with evaluation points given,
     # nothing about it is random.
     through, back = nengo.Node(size_in=2), node(2, 0.5)
     nengo.Connection(u, a, transform=[[1], [0]])
@@ -184,7 +184,7 @@ def run_both(
 
 
 @pytest.mark.parametrize("make", MAKERS, ids=[make.__name__ for make in MAKERS])
-def test_probes_are_nengo_loihis_bit_for_bit(
+def test_probes_equal_nengo_loihis_bit_for_bit(
     make: Callable[[], None], nengo_loihi_simulator: Callable[..., Any]
 ) -> None:
     for theirs, ours in run_both(make, nengo_loihi_simulator):
@@ -202,7 +202,7 @@ def single_precision() -> Iterator[None]:
 @pytest.mark.usefixtures("single_precision")
 @pytest.mark.parametrize("make", [split_relu_with_loops, learning], ids=["loops", "learning"])
 @pytest.mark.parametrize("backend", ["native", "nengo-loihi"])
-def test_probes_of_a_host_of_single_precision_are_nengo_loihis(
+def test_probes_with_a_host_in_single_precision_equal_nengo_loihis(
     make: Callable[[], None], backend: str, nengo_loihi_simulator: Callable[..., Any]
 ) -> None:
     for theirs, ours in run_both(make, nengo_loihi_simulator, backend):
@@ -210,10 +210,10 @@ def test_probes_of_a_host_of_single_precision_are_nengo_loihis(
         assert np.ptp(theirs) > 0
 
 
-def test_noise_of_the_chip_is_nengo_loihis(
+def test_noise_on_the_chip_equals_nengo_loihis(
     nengo_loihi_simulator: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # spikeport has no option for it: the builder's default is exchanged for both.
+    # spikeport has no option for noise: the builder's default is replaced for both.
     monkeypatch.setattr(
         nengo_loihi.builder.builder, "Preset10DecodeNeurons", lambda dt: NoisyDecodeNeurons(5, dt)
     )
@@ -235,7 +235,7 @@ def filtered_state() -> None:
 def test_filtered_voltages_and_currents_are_not_cut_to_whole_numbers(
     nengo_loihi_simulator: Callable[..., Any],
 ) -> None:
-    # The one difference: nengo-loihi stores what its filter gives in an array of integers.
+    # The one difference: nengo-loihi stores the output of its filter in an array of integers.
     for theirs, ours in run_both(filtered_state, nengo_loihi_simulator):
         assert np.array_equal(theirs, ours.astype(int))
         assert not np.array_equal(theirs, ours)

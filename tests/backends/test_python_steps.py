@@ -1,4 +1,4 @@
-"""A node behaves as in Nengo: its return values, its input, and its refusals."""
+"""Nodes against Nengo's: their return values, their input, and refusals."""
 
 from collections.abc import Callable
 from typing import Any
@@ -48,14 +48,14 @@ def in_spikeport(network: nengo.Network) -> np.ndarray:
         lambda t, x: t,
     ],
 )
-def test_what_a_node_returns_is_kept_as_nengo_does(output: Callable[..., Any]) -> None:
+def test_return_values_of_a_node_are_kept_as_in_nengo(output: Callable[..., Any]) -> None:
     network = network_with(output, size_out=2)
     values = in_spikeport(network)
     assert np.array_equal(values, in_nengo(network))
     assert np.any(values != 0)
 
 
-def test_a_product_is_that_of_nengo_whether_its_vector_stays_or_changes() -> None:
+def test_a_product_equals_nengos_whether_or_not_its_vector_changes() -> None:
     rng = np.random.RandomState(0)
     with nengo.Network(seed=0) as network:
         source = nengo.Node(lambda t: np.sin(np.floor(t / 0.002 + 0.5) * np.arange(1, 40)))
@@ -81,8 +81,8 @@ def test_a_product_is_that_of_nengo_whether_its_vector_stays_or_changes() -> Non
         "text",
     ],
 )
-def test_what_nengo_refuses_is_refused_in_its_words(returned: Any) -> None:
-    # Nengo tries a node's function when it is made; this one goes wrong later.
+def test_return_values_that_nengo_refuses_are_refused_in_its_words(returned: Any) -> None:
+    # Nengo calls a node's function when the node is made; this one goes wrong later.
     network = network_with(lambda t, x: x if t < 0.003 else returned, size_out=2)
     with pytest.raises(SimulationError) as expected:
         in_nengo(network)
@@ -91,7 +91,7 @@ def test_what_nengo_refuses_is_refused_in_its_words(returned: Any) -> None:
     assert str(raised.value) == str(expected.value)
 
 
-def test_a_node_may_change_and_keep_what_it_is_given() -> None:
+def test_a_node_may_change_and_keep_its_input_array() -> None:
     seen = []
 
     def output(_t: float, x: np.ndarray) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A recorder of a host's spikes before a chip."""
+"""The recorder of a host's spikes in front of a chip."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from spikeport.backends.recorder import Recorder
 
 
 class Chip:
-    """Chip that notes what is done with it, and answers with the number of spikes."""
+    """A chip that notes calls, and answers with the number of spikes."""
 
     def __init__(self):
         self.errors, self.closed = [], False
@@ -22,7 +22,7 @@ class Chip:
         self.closed = True
 
 
-def test_spikes_are_kept_as_they_were_and_the_chip_steps():
+def test_spikes_are_recorded_as_sent_and_the_chip_steps():
     chip, spikes = Chip(), np.array([1, 4], dtype=np.uint8)
     recorder = Recorder(chip)
     assert recorder.step(spikes, {2: "error"})[0].tolist() == [2]
@@ -32,7 +32,7 @@ def test_spikes_are_kept_as_they_were_and_the_chip_steps():
     assert chip.errors == [{2: "error"}, {}]
 
 
-def test_all_else_is_the_chips():
+def test_activity_and_closing_are_passed_on_to_the_chip():
     chip = Chip()
     recorder = Recorder(chip)
     assert recorder.activity() == "counts"

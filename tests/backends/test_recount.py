@@ -1,4 +1,4 @@
-"""Totals of a record that has none are the native chip's, where it answers as the board did."""
+"""Totals of a record that has none, recounted by a native chip that answers like the board."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -20,10 +20,10 @@ STEPS = 20
 
 
 class OtherChip(NativeChip):
-    """A chip that spikes otherwise from its step 70 on, of which 50 warm it up before a session."""
+    """A chip that loses the host's spikes after its first ten steps."""
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
-        """Step; a spike of the host is lost where it is another chip."""
+        """Step, and lose the host's spikes once ten steps were made."""
         late = len(self.log.activity().spikes) >= STEPS // 2
         return super().step(spikes[:0] if late else spikes, errors)
 
@@ -31,7 +31,7 @@ class OtherChip(NativeChip):
 def recorded(
     path: Path, machine: Machine = MACHINE, faults: tuple[str, ...] = (), period_s: float = 0.001
 ) -> BoardChip:
-    """Record steps in real time, and return the board."""
+    """Record a session in real time, and return its chip."""
     clock = FakeClock()
     line = FakeLine(Board(machine), clock, faults)
     timing = RealTime(period_s)
@@ -43,7 +43,7 @@ def recorded(
     return chip
 
 
-def test_totals_are_the_boards_although_it_missed_steps(tmp_path: Path) -> None:
+def test_recounted_totals_equal_the_boards_although_it_missed_steps(tmp_path: Path) -> None:
     chip = recorded(tmp_path / "record", faults=("slow=2.5@5",))
     assert chip.figures.held == 2
     board, found = chip.activity(), recounted(small_image(), tmp_path / "record", STEPS)
@@ -52,7 +52,7 @@ def test_totals_are_the_boards_although_it_missed_steps(tmp_path: Path) -> None:
     np.testing.assert_array_equal(found.messages.from_host, board.messages_host)
 
 
-def test_a_board_that_answers_otherwise_is_not_counted_for(tmp_path: Path) -> None:
+def test_a_record_with_answers_other_than_the_native_chips_is_not_recounted(tmp_path: Path) -> None:
     def other(image: ChipImage, seed: int) -> NativeChip:
         return OtherChip(image, seed)
 

@@ -15,7 +15,7 @@ def run(network: nengo.Network, seed: int | None = 7, steps: int = STEPS) -> spi
     return simulator
 
 
-def test_probes_are_plain_nengos(loop: nengo.Network) -> None:
+def test_probes_equal_those_of_plain_nengo(loop: nengo.Network) -> None:
     with loop:
         noise = nengo.Node(nengo.processes.WhiteNoise())  # takes the simulator's seed
         nengo.Probe(noise)
@@ -93,7 +93,7 @@ def test_direct_ensembles_have_no_core() -> None:
     assert run(network).activity.cores == ("a",)
 
 
-def test_what_a_compile_would_fuse_is_fused_and_computes_the_same() -> None:
+def test_fused_ensembles_are_fewer_cores_and_compute_the_same() -> None:
     with nengo.Network(seed=2) as network:
         source = nengo.Node(lambda t: np.sin(20 * t + np.arange(4)))
         layers = [[nengo.Ensemble(20, 1) for _ in range(4)] for _ in range(2)]
@@ -112,7 +112,7 @@ def test_what_a_compile_would_fuse_is_fused_and_computes_the_same() -> None:
     assert blocks[1] < blocks[0] == 8
 
 
-def test_what_nengo_refuses_is_one_error_of_ours() -> None:
+def test_a_network_that_nengo_refuses_is_refused_with_a_cure() -> None:
     with nengo.Network() as network:
         nengo.Ensemble(5, 1, intercepts=nengo.dists.Choice([1.5]), label="a")
     with pytest.raises(RefusedError, match=r"^ordinary Nengo refuses the network: The ") as caught:
@@ -132,7 +132,7 @@ def around(synapse: nengo.synapses.Synapse | None) -> nengo.Network:
     return network
 
 
-def test_a_loop_that_nengo_refuses_has_a_cure_that_holds() -> None:
+def test_a_loop_that_nengo_refuses_has_a_cure_that_works() -> None:
     with pytest.raises(RefusedError, match="Input graph has cycles") as caught:
         spikeport.Simulator(around(None), backend="reference")
     assert str(caught.value).endswith(

@@ -9,7 +9,7 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.errors import UsageError
 
 
-def test_an_unknown_backend_is_refused_with_those_there_are() -> None:
+def test_an_unknown_backend_is_refused_with_the_known_names() -> None:
     known = ", ".join(sorted(registry.BACKENDS))
     with pytest.raises(UsageError) as raised:
         registry.get("abacus")

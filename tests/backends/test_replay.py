@@ -1,4 +1,4 @@
-"""A record is played back to the host that it was made with, and to no other."""
+"""Replays of a record to the host that it was made with, and refusals of other hosts."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ STEPS = 20
 
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
-    """Return a record of so many steps."""
+    """Return the path of a record of `STEPS` steps."""
     made = tmp_path / "record"
     recorded(made, STEPS)
     return made
@@ -35,7 +35,7 @@ def recorded(path: Path, steps: int, seed: int = 0) -> None:
     chip.close()
 
 
-def test_a_host_that_differs_is_refused_at_that_step(path: Path) -> None:
+def test_a_host_with_other_spikes_is_refused_at_the_step_that_differs(path: Path) -> None:
     chip = ReplayChip(small_image(), 0, path)
     trains = spike_train(STEPS)
     for spikes in trains[:5]:
@@ -47,13 +47,13 @@ def test_a_host_that_differs_is_refused_at_that_step(path: Path) -> None:
         chip.step(other, {})
 
 
-def test_other_learning_errors_are_refused(path: Path) -> None:
+def test_learning_errors_that_were_not_recorded_are_refused(path: Path) -> None:
     chip = ReplayChip(small_image(), 0, path)
     with pytest.raises(BackendError, match=r"step 1: .* learning errors to synapse groups \[3\]"):
         chip.step(spike_train(1)[0], {3: np.ones(2)})
 
 
-def test_the_end_of_a_record_is_said(path: Path) -> None:
+def test_a_step_beyond_the_end_of_a_record_is_refused(path: Path) -> None:
     chip = ReplayChip(small_image(), 0, path)
     for spikes in spike_train(STEPS):
         chip.step(spikes, {})
@@ -70,7 +70,7 @@ def test_a_cut_record_plays_up_to_the_cut(path: Path) -> None:
         chip.step(np.zeros(0, dtype=int), {})
 
 
-def test_counts_of_the_beginning_are_counted_anew(path: Path) -> None:
+def test_counts_of_the_first_steps_of_a_record_are_recounted(path: Path) -> None:
     chip, native = ReplayChip(small_image(), 0, path), NativeChip(small_image(), 0)
     for spikes in spike_train(7):
         chip.step(spikes, {})
@@ -79,7 +79,7 @@ def test_counts_of_the_beginning_are_counted_anew(path: Path) -> None:
     assert chip.link == {"replays": str(path), "runs": "native", "counted_by": "native"}
 
 
-def test_counts_of_all_of_it_are_the_boards(path: Path, tmp_path: Path) -> None:
+def test_counts_of_a_whole_record_are_not_recounted(path: Path, tmp_path: Path) -> None:
     folder = tmp_path / "counts"
     folder.mkdir()
     chip = ReplayChip(small_image(), 0, path, LogOptions(folder=folder))
@@ -90,7 +90,7 @@ def test_counts_of_all_of_it_are_the_boards(path: Path, tmp_path: Path) -> None:
     assert chip.link == {"replays": str(path), "runs": "native"}
 
 
-def test_a_session_that_was_broken_off_is_played_back_with_its_counts(path: Path) -> None:
+def test_an_interrupted_session_is_played_back_with_its_counts(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-190])
     chip, native = ReplayChip(small_image(), 0, path), NativeChip(small_image(), 0)
     for spikes in spike_train(STEPS)[:-2]:
@@ -100,7 +100,7 @@ def test_a_session_that_was_broken_off_is_played_back_with_its_counts(path: Path
 
 
 @pytest.mark.slow
-def test_counts_before_a_log_is_folded_are_not_those_after_it(tmp_path: Path) -> None:
+def test_counts_just_before_the_log_is_folded_equal_native_counts(tmp_path: Path) -> None:
     recorded(tmp_path / "record", KEPT_STEPS + 1, seed=2)
     chip = ReplayChip(small_image(), 0, tmp_path / "record")
     native = NativeChip(small_image(), 0)
@@ -120,7 +120,7 @@ def check_same_counts(chip: ReplayChip, native: NativeChip) -> None:
     np.testing.assert_array_equal(found.messages_host, expected.messages_host)
 
 
-def test_a_record_whose_counts_cannot_be_written_is_closed_nevertheless(
+def test_closing_closes_the_record_even_if_its_counts_cannot_be_written(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refused(*_: object) -> None:
@@ -152,7 +152,7 @@ def test_a_record_of_another_seed_is_refused_and_closed(
     assert len(closed) == 1
 
 
-def test_a_source_that_spikes_once_more_is_named(path: Path) -> None:
+def test_a_source_that_spikes_more_often_than_recorded_is_named(path: Path) -> None:
     chip, trains = ReplayChip(small_image(), 0, path), spike_train(STEPS)
     at = next(i for i, spikes in enumerate(trains) if spikes.size)
     for spikes in trains[:at]:

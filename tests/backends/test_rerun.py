@@ -24,7 +24,7 @@ def test_outputs_of_the_image_are_filtered() -> None:
     np.testing.assert_allclose(found[:, 0], filtered[1:], rtol=1e-12)
 
 
-def test_voltages_are_compared_only_where_nothing_else_is_read() -> None:
+def test_voltages_are_not_compared_if_spikes_are_read() -> None:
     reads = [Output("voltage", [0]), Output("spiked", [0])]
     found = Rerun(Parts([Block(1, bias=5)], outputs=reads).image(), SILENT).integers()
     assert found.shape == (3, 1)
@@ -55,7 +55,7 @@ def test_voltages_are_compared_only_where_nothing_else_is_read() -> None:
         ),
     ],
 )
-def test_what_cannot_be_compared_is_refused(image: ChipImage, message: str) -> None:
+def test_images_that_cannot_be_compared_are_refused(image: ChipImage, message: str) -> None:
     with pytest.raises(BackendError) as caught:
         Rerun(image, SILENT)
     assert str(caught.value) == message

@@ -7,7 +7,7 @@ import pytest
 from spikeport.backends.sampling import recorded, sampled
 
 
-def test_every_step_is_recorded_where_nothing_else_is_asked_for() -> None:
+def test_every_step_is_recorded_without_sample_every() -> None:
     assert sampled(3, None, 0.001).tolist() == [1, 2, 3]
 
 
@@ -22,7 +22,7 @@ def test_steps_are_those_that_nengo_samples(sample_every: float) -> None:
     assert sampled(40, sample_every, 0.001).tolist() == theirs
 
 
-def test_what_took_no_sample_has_the_shape_of_its_samples() -> None:
+def test_data_of_a_probe_without_samples_have_the_shape_of_its_values() -> None:
     with nengo.Network() as network:
         node, target = nengo.Node(size_in=2), nengo.Node(size_in=3)
         learnt = nengo.Connection(node, target, transform=np.ones((3, 2)))

@@ -79,7 +79,7 @@ def test_a_long_run_takes_no_more_memory_than_a_short_one(network, kept_steps):
         long = run(100 * KEPT)
     finally:
         tracemalloc.stop()
-    counts = 8 * len(PER_STEP) * image.n_cores * 100 * KEPT  # if all were kept
+    counts = 8 * len(PER_STEP) * image.n_cores * 100 * KEPT  # if every step were kept
     assert long - short < counts / 2  # NumPy keeps small blocks for later
 
 

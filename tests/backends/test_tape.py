@@ -1,4 +1,4 @@
-"""Nengo's operators, flattened: what runs as one, and the same numbers, bit for bit."""
+"""Nengo's operators, flattened into a tape that computes the same numbers, bit for bit."""
 
 from collections.abc import Callable
 
@@ -18,7 +18,7 @@ Step = Callable[[], None]
 
 
 def simulators(network: nengo.Network) -> tuple[nengo.Simulator, nengo.Simulator, Step]:
-    """Return Nengo's simulator, one of the same signals in a pool, and its step's function."""
+    """Return Nengo's simulator, one with its signals in a pool, and the step of the latter."""
     model = nengo.builder.Model()
     model.build(network)
     theirs, ours = (nengo.Simulator(None, model=model, progress_bar=False) for _ in range(2))
@@ -38,7 +38,7 @@ def chain() -> nengo.Network:
     return network
 
 
-def test_every_signal_is_nengos_bit_for_bit() -> None:
+def test_every_signal_equals_nengos_bit_for_bit() -> None:
     theirs, ours, step = simulators(chain())
     with theirs, ours:
         for _ in range(100):
@@ -52,7 +52,7 @@ def test_every_signal_is_nengos_bit_for_bit() -> None:
 
 
 class EveryFifth(Skippable):
-    """A plant with steps of 5 ms: it counts them, and what it was last commanded."""
+    """A plant with steps of 5 ms, which returns its count of steps and its last command."""
 
     def __init__(self) -> None:
         self.step, self.called, self.value = 0, 0, np.zeros(2)
@@ -70,7 +70,7 @@ class EveryFifth(Skippable):
         return skipped
 
 
-def test_functions_that_need_no_call_are_not_called_and_have_nengos_values() -> None:
+def test_functions_that_may_be_skipped_are_not_called_and_have_nengos_values() -> None:
     plant, by_nengo = EveryFifth(), EveryFifth()
     with nengo.Network(seed=2) as network:
         source = nengo.Node(lambda t: [np.sin(300 * t)], label="source")
@@ -83,7 +83,7 @@ def test_functions_that_need_no_call_are_not_called_and_have_nengos_values() -> 
         nengo.Connection(held, product, synapse=None, transform=[[1, 2], [0.1, 0.3], [-1, 0.7]])
         nengo.Connection(product, closed, synapse=None)
     _, ours, step = simulators(network)
-    plant.step = plant.called = 0  # Nengo tried it when the node was made
+    plant.step = plant.called = 0  # Nengo called the plant when its node was made
     with ours:
         for n in range(1, 23):
             node_value = by_nengo(0.0, np.array([np.sin(300 * n * 0.001)]))
@@ -97,7 +97,7 @@ def test_functions_that_need_no_call_are_not_called_and_have_nengos_values() -> 
 
 
 @pytest.mark.parametrize("changed", [0.0, np.nan])
-def test_a_product_is_made_anew_where_a_bit_of_its_vector_changes(changed: float) -> None:
+def test_a_product_is_computed_again_only_if_a_bit_of_its_vector_changes(changed: float) -> None:
     matrix, memory = np.array([[1.0, 2.0]]), np.array([-0.0, 1.0, 0.0])
     tape = Tape(memory)
     products: list[int] = []
@@ -131,7 +131,7 @@ def test_an_affine_value_that_is_not_finite_is_refused_in_nengos_words() -> None
     assert raised.value.__notes__ == ["in <Node 'gates'>"]
 
 
-def test_the_tape_stops_for_what_is_not_simple_alone() -> None:
+def test_the_tape_stops_only_for_user_functions_and_a_few_operators() -> None:
     theirs, ours, _ = simulators(chain())
     with theirs, ours:
         flattener = Flattener(ours, PooledSignals(ours.model), {})
@@ -155,7 +155,7 @@ def test_signals_of_the_pool_lie_in_one_array() -> None:
         assert signals.place(np.zeros(3, dtype=np.float32)) is None
 
 
-def test_memory_is_given_out_once() -> None:
+def test_memory_of_the_pool_is_allocated_once() -> None:
     with nengo.Simulator(chain(), progress_bar=False) as simulator:
         signals = PooledSignals(simulator.model, extra=5)
         extra = signals.allocate(5)

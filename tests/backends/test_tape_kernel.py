@@ -1,4 +1,4 @@
-"""Operations of a tape on one array of floats, by hand."""
+"""Operations of a tape on one array of floats, against results by hand."""
 
 import numpy as np
 import pytest
@@ -36,7 +36,7 @@ def after(
             [1, 2, -3, 10 - 6, 20 + 4, 30],
         ),
         (after(kernel.GAIN, 2, 4, 1, 0, 1, 0, 0, a=0.5), [1, 2, -3, 10, 0.5, 1]),
-        # state 10 is kept by 0.1, the input counts twice
+        # the state 10 is multiplied by 0.1, the input by 2
         (after(kernel.LOWPASS, 1, 5, 1, 1, 1, 0, 3, a=0.1, b=2.0), [1, 2, -3, 5, 20, 5]),
         (after(kernel.LOWPASS_ADD, 1, 5, 1, 1, 1, 0, 3, a=0.1, b=2.0), [1, 2, -3, 5, 20, 35]),
         # voltage 10 + 2 * 0.25 = 10.5: ten spikes of 100 each
@@ -54,7 +54,9 @@ def after(
         (after(kernel.RELU, 1, 5, 1, 2, 1, 0, 0, a=100.0, b=0.25), [0, 2, -3, 10, 20, 100]),
     ],
 )
-def test_an_operation_computes_what_it_is_called(found: list[float], expected: list[float]) -> None:
+def test_an_operation_computes_what_its_name_says(
+    found: list[float], expected: list[float]
+) -> None:
     assert found == expected
 
 
@@ -85,7 +87,7 @@ def test_a_tape_stops_where_python_is_needed(
     assert found == [0 if one else 2 for one in stops]
 
 
-def test_a_tape_goes_on_behind_a_stop() -> None:
+def test_a_tape_goes_on_after_a_stop() -> None:
     memory, call = np.array(MEMORY), [kernel.CALL, 0, 0, 0, 0, 0, 0, 0]
     code = np.array([call, [kernel.FILL, 1, 5, 1, 5, 1, 0, 0]])
     assert run_tape(memory, code, np.full((2, 2), 4.0), np.zeros(0), 1) == 2

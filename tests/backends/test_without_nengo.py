@@ -1,4 +1,4 @@
-"""An image is loaded, checked and run where no Nengo is."""
+"""Loading, checking and running an image without Nengo."""
 
 import json
 import subprocess
