@@ -26,7 +26,7 @@ from tests.helpers.sweeps import VARIED, finish
 
 
 class Run(NamedTuple):
-    """A finished run: its folder, what it returned, and what it wrote."""
+    """A finished run: its folder, its outcome, and the content of ``result.json``."""
 
     folder: Path
     outcome: Outcome
@@ -43,7 +43,7 @@ def run_reach(folder: Path, seconds: float, **options: Any) -> Run:
 
 @pytest.fixture
 def run(tmp_path: Path) -> Callable[..., Run]:
-    """Run the experiment into an empty folder."""
+    """Return a function that runs the experiment into an empty folder."""
     return lambda seconds, **options: run_reach(tmp_path, seconds, **options)
 
 
@@ -56,7 +56,7 @@ def loihi(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 @pytest.fixture
 def sweep_of() -> Callable[..., Sweep]:
-    """Return a sweep of the walk, with the arguments in place of its own."""
+    """Return a function that makes a sweep of the walk; its arguments replace the defaults."""
 
     def make(**replaced: Any) -> Sweep:
         asked = {
@@ -76,7 +76,7 @@ def sweep_of() -> Callable[..., Sweep]:
 
 @pytest.fixture
 def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let walks be prepared in little time: ranges and calibrations from seconds of gait."""
+    """Shorten the gaits from which the ranges and calibrations of walks are made."""
 
     def short(policy, perturbations=(NONE,)):
         return record_gait(policy, perturbations, seconds=1.0)
@@ -95,7 +95,7 @@ def law() -> OperationalSpaceLaw:
 def spikeport(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> Callable[..., tuple[int, str, str]]:
-    """Run a command in this process: exit code, output, errors."""
+    """Return a function that runs a command in this process: exit code, output, errors."""
 
     def command(*arguments: object) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["spikeport", *map(str, arguments)])
@@ -111,7 +111,7 @@ def spikeport(
 def finished(
     sweep_of: Callable[..., Sweep], tmp_path: Path
 ) -> tuple[Sweep, SweepFolder, xr.Dataset]:
-    """Return a sweep of which one point of eight failed, its folder and its table."""
+    """Return a sweep in which one point of eight failed, its folder and its table."""
     sweep = sweep_of(varied=VARIED, seeds=(3, 4))
     folder = SweepFolder(tmp_path)
     for point in sweep.points()[:-1]:

@@ -1,4 +1,4 @@
-"""Experiments on a board's stub: native's figures, and damping where the board is gone."""
+"""Experiments on a board's stub: the figures of native, and damping when the board is lost."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ def reach(folder: Path, seconds: float, backend: str, link: LinkOptions) -> dict
 
 
 @pytest.mark.slow
-def test_a_reach_on_the_stub_is_native(tmp_path: Path) -> None:
+def test_a_reach_on_the_stub_equals_one_on_the_native_backend(tmp_path: Path) -> None:
     found = {
         backend: reach(tmp_path / backend, 0.3, backend, LinkOptions())
         for backend in ("native", "board")
@@ -36,7 +36,7 @@ def test_a_reach_on_the_stub_is_native(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_board_that_is_gone_leaves_the_robot_in_damping(tmp_path: Path) -> None:
+def test_a_lost_board_leaves_the_robot_in_damping(tmp_path: Path) -> None:
     folder = tmp_path / "run"
     with pytest.raises(BoardLostError, match="the robot went into damping, its last states are in"):
         reach(folder, 0.5, "board", LinkOptions(faults=("cut@300",)))
@@ -47,7 +47,7 @@ def test_a_board_that_is_gone_leaves_the_robot_in_damping(tmp_path: Path) -> Non
     assert arm_rad_s[-1] < 0.5 * arm_rad_s[:lost].max()
 
 
-def test_figures_say_how_the_link_was() -> None:
+def test_a_line_sums_up_the_figures_of_the_boards_link() -> None:
     trips = {"median": 182.7, "p99": 5089.5, "worst": None}
     link = {
         "runs": "native",

@@ -26,7 +26,7 @@ def refusal(path, **other):
     return str(caught.value).removesuffix(CURE).removeprefix(f"calibrated={path}: ")
 
 
-def test_a_file_gives_what_was_saved_and_nothing_else_is_left(path):
+def test_a_saved_calibration_is_read_back_and_leaves_no_other_file(path):
     found = load(path, MADE_FOR)
     assert (found.made_for, found.image_digest) == (MADE_FOR, "abc")
     assert list(found.decoders) == ["M1 x", "bias"]
@@ -34,7 +34,7 @@ def test_a_file_gives_what_was_saved_and_nothing_else_is_left(path):
     assert [file.name for file in path.parent.iterdir()] == ["c.npz"]
 
 
-def test_decoders_of_another_network_are_refused_and_all_differences_named(path):
+def test_decoders_for_another_network_are_refused_with_every_difference_named(path):
     assert refusal(path, m1=50, passes="compact") == (
         "made for m1=40, passes=by default, but the run has m1=50, passes=compact"
     )
@@ -47,7 +47,7 @@ def test_numbers_that_are_not_finite_are_refused(path):
     assert refusal(path) == "NaN or infinity in it, or no numbers"
 
 
-def test_a_file_of_anything_else_is_refused(path):
+def test_a_file_that_is_not_a_calibration_is_refused(path):
     path.write_text("text", encoding="utf-8")
     assert refusal(path) == "expected a whole zip archive, found one without a list of members"
     np.savez(path, weights=np.ones(3))
@@ -57,7 +57,7 @@ def test_a_file_of_anything_else_is_refused(path):
 def test_a_calibration_of_an_earlier_image_schema_is_refused(path):
     with np.load(path) as file:
         members = dict(file)
-    del members["image_schema"]  # as it was with schema 1
+    del members["image_schema"]  # files of schema 1 lack this member
     np.savez(path, **members)
     assert refusal(path) == "made for image schema 1, this spikeport has 2"
 
@@ -75,7 +75,7 @@ def test_a_calibration_of_an_earlier_image_schema_is_refused(path):
         ({"decoders/arm": np.array([np.nan])}, "NaN or infinity in it, or no numbers"),
     ],
 )
-def test_a_calibration_with_another_content_is_refused(path, change, complaint):
+def test_a_calibration_with_malformed_content_is_refused(path, change, complaint):
     with np.load(path) as file:
         np.savez(path, **{**file, **change})
     assert refusal(path) == complaint
@@ -99,7 +99,7 @@ def test_a_plain_array_is_refused(path):
     assert refusal(path) == "expected an archive of arrays (.npz), found a single array (.npy)"
 
 
-def test_values_are_held_and_the_last_one_stays():
+def test_played_values_are_held_for_their_steps_and_the_last_one_stays():
     with nengo.Network() as network:
         node = nengo.Node(size_in=1)
         play_in(node, np.array([[1.0], [2.0]]), steps=3, dt_s=0.001)
@@ -120,7 +120,7 @@ def test_backends_with_a_chip_share_calibrations_and_float_has_its_own():
     assert substrate(backend="reference", pipeline="compact") == {"chip": "none", "passes": "none"}
 
 
-def test_a_chip_of_a_file_is_known_by_what_the_file_holds(tmp_path, monkeypatch):
+def test_a_chip_from_a_file_is_identified_by_its_content_and_not_by_its_path(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     file = chip_file(tmp_path / "my.toml", cores=100)
     mine = substrate(chip="my.toml")
@@ -129,10 +129,10 @@ def test_a_chip_of_a_file_is_known_by_what_the_file_holds(tmp_path, monkeypatch)
     assert substrate(chip="my.toml") != mine
 
 
-def test_no_passes_are_not_those_of_the_chip():
+def test_a_run_without_passes_differs_from_one_with_the_default_passes():
     assert substrate(pipeline="") != substrate()
 
 
-def test_a_file_that_does_not_say_its_method_is_of_the_first(path):
+def test_a_file_without_a_method_counts_as_made_by_method_1(path):
     load(path, {**MADE_FOR, "method": 1})
     assert refusal(path, method=2) == "made for method=1, but the run has method=2"

@@ -1,4 +1,4 @@
-"""Energy by unit of what a robot did."""
+"""The energy of a run per unit of the robot's work."""
 
 import nengo
 import pytest
@@ -18,7 +18,7 @@ def activity():
         return sim.activity
 
 
-def test_the_energy_of_all_steps_is_shared_by_what_was_done(activity):
+def test_the_energy_of_a_run_is_divided_by_the_amount_of_each_unit(activity):
     loihi = chips.get("loihi")
     found = by_unit(activity, loihi, {"second": 0.05, "reach": 4, "metre": 0.0}, 50)
     assert list(found) == ["second", "reach"]  # nobody walked
@@ -31,7 +31,7 @@ def test_the_energy_of_all_steps_is_shared_by_what_was_done(activity):
         ]
 
 
-def test_a_chip_that_did_not_step_draws_its_static_power_all_the_same(activity):
+def test_steps_that_a_board_missed_cost_static_power_but_no_dynamic_energy(activity):
     loihi = chips.get("loihi")
     all_steps, held = (by_unit(activity, loihi, {"run": 1}, n)["run"] for n in (50, 60))
     for name, found in held.items():
@@ -40,6 +40,6 @@ def test_a_chip_that_did_not_step_draws_its_static_power_all_the_same(activity):
         assert found["static"]["value"] == pytest.approx(static * 60 / 50)
 
 
-def test_what_is_not_public_has_no_energy(activity):
+def test_an_energy_without_a_public_figure_is_none(activity):
     found = by_unit(activity, chips.get("loihi2"), {"second": 0.05}, 50)
     assert found["second"]["intel-relative"]["dynamic"] is None

@@ -10,7 +10,7 @@ from spikeport.experiments.loop import Loop, Port, Recording
 
 
 class Counter:
-    """A plant whose state is the sum of what it was pushed by."""
+    """A plant whose state is the sum of its pushes."""
 
     dt_s = 0.004
 
@@ -24,7 +24,7 @@ class Counter:
 
 
 class Pusher(Port):
-    """Two values in, one out; it notes what it is asked, in a list that ports share."""
+    """A port with two values in and one out, which logs its calls in a list that ports share."""
 
     size_in, size_out = 2, 1
 
@@ -67,7 +67,7 @@ def made():
     return loop, ports, gate, journal
 
 
-def test_values_lie_in_the_order_of_the_ports_and_the_gates_last(made):
+def test_values_follow_the_order_of_the_ports_and_the_gates_values_come_last(made):
     loop, (left, right), gate, _ = made
     values = np.arange(5.0)
     assert loop.step(values).tolist() == [0, 0, 7, 8, 9]
@@ -87,7 +87,7 @@ def test_the_gate_is_served_before_the_ports(made):
     assert journal == [f"{name} {does}" for does in ("drives", "observes") for name in in_turn]
 
 
-def test_what_is_driven_is_the_value_at_the_plants_step_and_no_later_one(made):
+def test_ports_drive_the_plant_with_the_values_of_the_step_in_which_it_moves(made):
     loop, (left, _), _, _ = made
     values = np.zeros(5)
     for values[0] in range(4):
@@ -95,7 +95,7 @@ def test_what_is_driven_is_the_value_at_the_plants_step_and_no_later_one(made):
     assert left.driven == [[1, 0], [3, 0]]
 
 
-def test_a_loop_is_over_when_a_port_is_and_begins_anew(made):
+def test_a_loop_is_over_once_a_port_is_over_and_can_begin_again(made):
     loop, (left, _), _, _ = made
     for _ in range(2):
         assert not loop.over
@@ -107,7 +107,7 @@ def test_a_loop_is_over_when_a_port_is_and_begins_anew(made):
     assert left.driven == []
 
 
-def test_a_controller_takes_and_returns_the_values_of_its_nodes(made):
+def test_connected_nodes_receive_the_observations_and_send_the_values_of_the_ports(made):
     loop, (left, right), gate, _ = made
     with nengo.Network() as network:
         here, there = nengo.Node(size_in=2), nengo.Node(size_in=3)
@@ -127,7 +127,7 @@ def refusal(function, *arguments):
     return str(caught.value)
 
 
-def test_nodes_of_another_size_are_refused(made):
+def test_nodes_of_another_total_size_than_the_ports_are_refused(made):
     loop, *_ = made
     with nengo.Network():
         node = nengo.Node(size_in=3, label="speed")
@@ -139,7 +139,7 @@ def test_nodes_of_another_size_are_refused(made):
         assert refusal(loop.connect, [five], [node]).startswith("the controller's outputs are 3 ")
 
 
-def test_a_port_that_observes_more_than_it_says_is_refused():
+def test_a_port_that_observes_fewer_values_than_its_size_out_is_refused():
     class Wide(Pusher):
         size_out = 4
 
@@ -163,7 +163,7 @@ class Sensor(Pusher):
 
 
 class Odd(Pusher):
-    """A port of two values that observes something else from the plant's second step on."""
+    """A port that observes two ones, and ``found`` from the plant's second step on."""
 
     size_out, found = 2, None
 
@@ -197,11 +197,11 @@ def odd():
     ],
 )
 @pytest.mark.parametrize("ports", [1, 2])
-def test_an_observation_that_fits_no_longer_is_refused_by_the_ports_name(
+def test_an_observation_that_no_longer_fits_is_refused_and_its_port_named(
     odd, monkeypatch, found, named, ports
 ):
     monkeypatch.setattr(Odd, "found", found)
-    if ports == 1:  # nothing to be joined with: other shapes than with two ports are joined
+    if ports == 1:  # alone, it may return shapes that np.concatenate refuses beside others
         odd = Loop(odd.plant, [Odd("odd", odd.plant, [])], dt_s=0.004)
         odd.begin()
     assert refusal(odd.step, np.zeros(odd.size_in)) == (
@@ -211,7 +211,7 @@ def test_an_observation_that_fits_no_longer_is_refused_by_the_ports_name(
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_an_observation_that_is_not_finite_is_refused_by_the_ports_name(odd, monkeypatch, value):
+def test_an_observation_that_is_not_finite_is_refused_and_its_port_named(odd, monkeypatch, value):
     monkeypatch.setattr(Odd, "found", np.array([1.0, value]))
     with pytest.raises(DivergedError) as caught:
         odd.step(np.zeros(4))
@@ -221,13 +221,13 @@ def test_an_observation_that_is_not_finite_is_refused_by_the_ports_name(odd, mon
     )
 
 
-def test_numbers_whose_squares_overflow_are_observed(odd, monkeypatch):
+def test_finite_numbers_whose_squares_overflow_are_accepted(odd, monkeypatch):
     monkeypatch.setattr(Odd, "found", np.array([1e200, -1e300]))
     assert odd.step(np.zeros(4)).tolist() == [1e200, -1e300, 0]
 
 
 @pytest.mark.parametrize("backend", ["native", "reference"])
-def test_a_port_that_observes_nan_is_named_by_a_simulator(odd, monkeypatch, backend):
+def test_the_error_of_a_simulator_names_the_port_that_observes_nan(odd, monkeypatch, backend):
     monkeypatch.setattr(Odd, "found", np.full(2, np.nan))
     with Simulator(connected(odd), backend=backend, dt=0.004) as sim:
         odd.plant.time_s = 0.0
@@ -249,7 +249,7 @@ def connected(loop):
 
 
 def counting(dt_s, plant_s=0.004):
-    """Return a loop around a plant that counts its steps, of ``plant_s``."""
+    """Return a loop around a `Counter` with steps of ``plant_s``."""
     plant = Counter()
     plant.dt_s = plant_s
     return Loop(plant, [Pusher("one", plant, [])], dt_s)
@@ -275,7 +275,7 @@ def test_a_simulator_with_another_time_step_is_refused_before_a_second_step(back
 
 @BACKENDS
 @pytest.mark.parametrize(("dt_s", "plant_s"), [(0.001, 0.004), (0.002, 0.004), (0.002, 0.002)])
-def test_runs_begin_at_any_time_of_a_simulator_and_after_its_reset(backend, dt_s, plant_s):
+def test_a_run_can_begin_at_any_time_of_a_simulator_and_after_its_reset(backend, dt_s, plant_s):
     loop = counting(dt_s, plant_s)
     with Simulator(connected(loop), backend=backend, dt=dt_s) as sim:
         for steps in (1, 8, 25, 40):
@@ -291,7 +291,7 @@ def test_runs_begin_at_any_time_of_a_simulator_and_after_its_reset(backend, dt_s
 
 
 @BACKENDS
-def test_a_run_that_goes_back_in_time_is_refused(backend):
+def test_a_simulator_time_that_goes_back_within_a_run_is_refused(backend):
     """A second simulator would step the plant twice as often."""
     loop = counting(0.001)
     network = connected(loop)
@@ -306,7 +306,7 @@ def test_a_run_that_goes_back_in_time_is_refused(backend):
         assert "within a run: it was reset" in refusal(sim.run_steps, 8)
 
 
-def test_a_robot_with_sensors_alone_is_observed():
+def test_a_port_without_commands_is_observed():
     loop = Loop(plant := Counter(), [Sensor("sensor", plant, [])], 0.004)
     with nengo.Network() as network:
         inputs = nengo.Node(size_in=1)
@@ -319,7 +319,7 @@ def test_a_robot_with_sensors_alone_is_observed():
 
 
 @pytest.mark.parametrize("dt_s", [0.003, 0.01])
-def test_time_steps_that_do_not_fit_are_refused(dt_s):
+def test_plant_steps_that_are_no_multiple_of_the_controllers_are_refused(dt_s):
     assert refusal(Loop, Counter(), [], dt_s) == (
         f"the plant steps every 4 ms, which is no multiple of the controller's {1000 * dt_s:g} ms; "
         "cure: another time step of either"
@@ -327,7 +327,7 @@ def test_time_steps_that_do_not_fit_are_refused(dt_s):
 
 
 @pytest.mark.parametrize("dt_s", [0, -0.001, np.nan, np.inf])
-def test_time_steps_that_are_none_are_refused(dt_s):
+def test_time_steps_that_are_not_positive_and_finite_are_refused(dt_s):
     cure = "limit above 0 and finite; cure: the length of a step in s"
     assert refusal(Loop, Counter(), [], dt_s) == f"dt_s is {dt_s:g} s, {cure}"
     plant = Counter()
@@ -355,7 +355,7 @@ def test_a_second_controller_is_refused(made):
 
 
 @pytest.mark.parametrize("backend", ["native", "reference"])
-def test_a_step_of_a_run_that_was_not_begun_is_refused(backend):
+def test_a_step_before_begin_is_refused(backend):
     loop = counting(0.001)
     message = refusal(loop.step, np.zeros(2))
     assert message.startswith("the loop has begun no run, so ")
@@ -375,7 +375,7 @@ def test_a_step_of_a_run_that_was_not_begun_is_refused(backend):
 
 
 @pytest.mark.parametrize("ports", [1, 2])
-def test_complex_observations_are_refused_and_bools_taken_for_numbers(odd, monkeypatch, ports):
+def test_complex_observations_are_refused_and_bools_accepted_as_numbers(odd, monkeypatch, ports):
     if ports == 1:
         odd = Loop(odd.plant, [Odd("odd", odd.plant, [])], dt_s=0.004)
         odd.begin()
@@ -388,7 +388,7 @@ def test_complex_observations_are_refused_and_bools_taken_for_numbers(odd, monke
     )
 
 
-def test_recordings_are_columns_that_can_be_chosen_from_and_joined():
+def test_rows_of_a_recording_can_be_selected_and_recordings_joined():
     recording = Recording.of([(0.0,), (0.1,), (0.2,)])
     assert recording.time_s.tolist() == [0.0, 0.1, 0.2]
     late = recording.where(recording.time_s > 0.05)

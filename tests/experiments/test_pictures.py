@@ -1,4 +1,4 @@
-"""Texts in pictures."""
+"""Captions of pictures, and films of poses."""
 
 import numpy as np
 

@@ -1,7 +1,6 @@
-"""Experiments on a robot behind its interface: in one process, in two, and with a board in three.
+"""Experiments on a robot behind a link: in one process, in two, and with a board in three.
 
-They are compared in everything: the robot's motion (float64), all time series of the run, and the
-counts of all cores.
+The runs must agree in the robot's motion (float64), the time series and the counts of every core.
 """
 
 import hashlib
@@ -32,7 +31,7 @@ def run(
     faults: tuple[str, ...] = (),
     estimator: str | None = None,
 ) -> dict[str, object]:
-    """Return motion, digest of the time series and counts of a run, and how its link was."""
+    """Return a run's motion, the digest of its time series, its counts and its link's figures."""
     experiment = registry.get(name)
     with tempfile.TemporaryDirectory() as made:
         out = Path(folder or made)
@@ -101,7 +100,7 @@ def test_a_reach_on_the_chip_is_the_same_with_board_and_robot_in_processes_of_th
 
 
 @pytest.mark.slow
-def test_faults_are_the_same_wherever_the_robot_is() -> None:
+def test_a_walk_with_faulty_commands_is_the_same_in_one_process_and_in_two() -> None:
     faults = ["loss:0.2", "jitter=5:1"]
     inline = run("walk", "analytic", "inline", 0.5, "", tuple(faults))
     assert in_namespace(run, "walk", "analytic", "stub", 0.5, "", faults) == inline
@@ -111,7 +110,7 @@ def test_faults_are_the_same_wherever_the_robot_is() -> None:
 @pytest.mark.parametrize(
     ("fault", "words"), [("stop@30", "sent no state after"), ("restart@30", "began anew")]
 )
-def test_a_robot_that_is_lost_leaves_its_last_states(
+def test_the_last_states_of_a_lost_robot_are_written(
     fault: str, words: str, tmp_path: Path
 ) -> None:
     with pytest.raises(RobotLostError, match=f"{words}.*its last states are in"):
@@ -120,7 +119,7 @@ def test_a_robot_that_is_lost_leaves_its_last_states(
         assert states["time_s"][-1] == pytest.approx(0.145)
 
 
-def test_a_robot_that_never_came_leaves_no_states(monkeypatch, tmp_path: Path) -> None:
+def test_a_robot_that_never_sent_a_state_leaves_no_file(monkeypatch, tmp_path: Path) -> None:
     def first(_robot: InlineRobot) -> None:
         raise RobotLostError("no robot to begin with")
 
@@ -130,7 +129,7 @@ def test_a_robot_that_never_came_leaves_no_states(monkeypatch, tmp_path: Path) -
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_robot_that_lies_on_the_floor_as_its_run_begins_ends_it_in_words(
+def test_a_robot_that_lies_on_the_floor_at_the_start_ends_the_run_with_a_cure(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr(port, "fallen", lambda height_m, upright: True)
@@ -138,10 +137,10 @@ def test_a_robot_that_lies_on_the_floor_as_its_run_begins_ends_it_in_words(
         run("walk", "analytic", "inline", 1.0, str(tmp_path))
 
 
-def test_a_board_that_is_lost_is_named_though_its_robot_left_the_run(
+def test_the_error_of_a_lost_board_is_kept_if_the_robot_is_lost_in_damping(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A controller that is led by hand leaves its run where no state came for long."""
+    """The controller of a robot that is started by hand gives up if no state comes for long."""
 
     def fail(_trial: object, ready: Ready, _watched: object) -> None:
         ready.closed.rig.plant.step()
@@ -158,10 +157,10 @@ def test_a_board_that_is_lost_is_named_though_its_robot_left_the_run(
 
 
 @pytest.mark.parametrize("error", [DivergedError, SimulationError, RobotLostError])
-def test_a_robot_is_left_before_its_last_states_are_written(
+def test_a_robot_is_closed_before_its_last_states_are_written(
     error: type[Exception], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """Leaving a robot damps it; what clears and writes a folder takes long."""
+    """Closing damps the robot, and must not wait until the folder is cleared and written."""
     order: list[str] = []
     leave = InlineRobot.close
 
@@ -185,7 +184,7 @@ def test_a_robot_is_left_before_its_last_states_are_written(
     assert order == ["left", "2 states"]
 
 
-def test_figures_say_how_the_robot_was() -> None:
+def test_a_line_sums_up_the_figures_of_the_robots_link() -> None:
     truth = {"name": "truth", "velocity_error_m_s": None, "place_deviation_m": 0.0}
     figures = {"states": 4000, "held": 3, "damaged": 0, "overruns": 12, "estimator": truth}
     assert robot_line(figures) == (
@@ -204,6 +203,6 @@ def test_figures_say_how_the_robot_was() -> None:
     )
 
 
-def test_a_walking_robot_is_not_held_by_its_pelvis() -> None:
+def test_an_anchor_is_refused_for_a_robot_behind_a_link() -> None:
     with pytest.raises(UsageError, match="anchor=true: holds the walking robot by its pelvis"):
         run("switch", "analytic", "inline", 26.0)

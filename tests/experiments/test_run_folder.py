@@ -47,7 +47,7 @@ def test_a_folder_is_made_with_its_parents(tmp_path):
         assert folder.is_dir()
 
 
-def test_a_folder_of_its_own_is_never_shared(tmp_path, monkeypatch):
+def test_two_runs_of_the_same_second_never_share_a_default_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with run_folder.opened(None, "reach") as first:
         (first / "result.json").touch()
@@ -68,8 +68,8 @@ def test_a_folder_of_its_own_is_never_shared(tmp_path, monkeypatch):
     assert str(caught.value) == f"{first}: cannot be made (File exists); choose another --out"
 
 
-def test_a_folder_that_cannot_be_written_to_is_said_to_be_so(tmp_path, monkeypatch):
-    """On a file system for reading alone, removing what is not there fails, too."""
+def test_a_folder_that_cannot_be_written_to_is_refused(tmp_path, monkeypatch):
+    """On a read-only file system, even removing an absent file fails."""
     (tmp_path / "result.json").write_text("{}")
 
     def read_only(path, *_, **__):
@@ -102,7 +102,7 @@ def test_other_files_are_never_overwritten(tmp_path):
     assert str(caught.value) == f"{tmp_path}: holds more than a run; choose another --out"
 
 
-def test_clear_removes_a_run_its_result_first(tmp_path, monkeypatch):
+def test_clear_removes_a_run_and_its_result_first(tmp_path, monkeypatch):
     removed = []
     unlink = Path.unlink
 
@@ -125,21 +125,21 @@ def interrupt(folder, writes):
         raise KeyboardInterrupt
 
 
-def test_an_empty_folder_is_taken_away_and_a_full_one_stays(tmp_path):
+def test_an_interrupted_run_removes_its_folder_only_if_it_is_empty(tmp_path):
     for name in ("empty", "full"):
         with pytest.raises(KeyboardInterrupt):
             interrupt(tmp_path / name, writes=name == "full")
     assert names(tmp_path) == ["full"]
 
 
-def test_a_folder_that_was_there_stays_and_hides_no_interrupt(tmp_path, monkeypatch):
+def test_an_interrupt_in_an_existing_folder_is_raised_and_the_folder_stays(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(KeyboardInterrupt):
         interrupt(Path("."), writes=False)
     assert tmp_path.is_dir()
 
 
-def test_what_cannot_be_removed_hides_no_interrupt(tmp_path, monkeypatch):
+def test_a_folder_that_cannot_be_removed_hides_no_interrupt(tmp_path, monkeypatch):
     def busy(path, *_, **__):
         raise OSError(errno.EBUSY, os.strerror(errno.EBUSY), str(path))
 
@@ -173,7 +173,7 @@ def test_the_last_states_replace_an_earlier_run(tmp_path):
         assert {name: file[name].shape for name in file.files} == {"time_s": (3,), "qpos": (3, 26)}
 
 
-def test_last_states_alone_are_no_run(tmp_path):
+def test_a_folder_with_nothing_but_last_states_does_not_hold_a_run(tmp_path):
     run_folder.add_last_states(tmp_path, {})
     with run_folder.opened(tmp_path, "reach"):
         run_folder.write_result(tmp_path, {})
@@ -195,7 +195,7 @@ except OSError as error:
 """
 
 
-def test_a_full_disk_is_an_error_and_not_the_end_of_the_process(tmp_path):
+def test_a_full_disk_raises_an_error_instead_of_ending_the_process(tmp_path):
     command = [sys.executable, "-c", FULL, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert (done.returncode, done.stdout) == (0, "refused: File too large\n")
@@ -203,7 +203,7 @@ def test_a_full_disk_is_an_error_and_not_the_end_of_the_process(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["session.record", "result.json", "counts/x"])
-def test_a_file_of_another_kind_is_kept_out_of_the_folder(tmp_path, name):
+def test_a_file_of_another_option_is_refused_inside_the_folder_of_the_run(tmp_path, name):
     with pytest.raises(UsageError, match=r"^--record .*: lies in .*, the folder of the run"):
         run_folder.check_outside(tmp_path, "--record", tmp_path / name)
     run_folder.check_outside(tmp_path / "run", "--record", tmp_path / name)

@@ -17,5 +17,5 @@ def test_every_spike_has_its_time_and_neuron_by_population():
     assert found.sizes["quiet_spike"] == 0
 
 
-def test_nothing_that_spikes_gives_nothing():
+def test_a_run_without_populations_has_no_series_of_spikes():
     assert ragged({}) == {}

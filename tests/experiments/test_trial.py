@@ -8,7 +8,7 @@ from spikeport.robot.plant import Plant
 
 
 class Push(Port):
-    """Port that sends one value to the robot, and remembers it."""
+    """Port that remembers the values it drives the robot with."""
 
     size_in, size_out = 1, 1
 
@@ -22,7 +22,7 @@ class Push(Port):
         self.driven.append(values.tolist())
 
 
-def test_a_rig_films_what_its_ports_do():
+def test_a_rig_films_every_step_that_its_ports_drive():
     plant, push = Plant(), Push()
     rig = Rig(plant, [push], 0.005)
     rig.loop.begin()

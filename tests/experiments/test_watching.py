@@ -1,4 +1,4 @@
-"""A run answers its viewers, and leaves none of their files."""
+"""The answers of a run to its viewers, whose files it removes."""
 
 import errno
 import threading
@@ -42,7 +42,9 @@ def test_a_viewer_gets_the_series_so_far_while_a_run_goes_on(tmp_path):
 
 
 @pytest.mark.parametrize("error", [OSError(errno.ENOSPC, "full"), UsageError("read-only")])
-def test_a_viewer_whose_answer_cannot_be_written_ends_no_run(tmp_path, monkeypatch, error):
+def test_an_answer_that_cannot_be_written_warns_and_does_not_end_the_run(
+    tmp_path, monkeypatch, error
+):
     def unwritten(_path, _found):
         raise error
 
@@ -53,13 +55,15 @@ def test_a_viewer_whose_answer_cannot_be_written_ends_no_run(tmp_path, monkeypat
     assert not any(tmp_path.iterdir())
 
 
-def test_a_run_that_took_its_folder_away_is_over(tmp_path):
+def test_a_run_whose_folder_is_gone_is_over(tmp_path):
     assert not watching.ask(tmp_path / "run", wait_s=60)
     assert not watching.is_running(tmp_path / "run")
 
 
 @pytest.mark.parametrize(("link", "answers"), [(OWN_STUB, 1), (LinkOptions(real_time=True), 0)])
-def test_a_trial_answers_unless_it_keeps_to_a_clock(run, tmp_path, monkeypatch, link, answers):
+def test_a_trial_answers_viewers_unless_it_runs_in_real_time(
+    run, tmp_path, monkeypatch, link, answers
+):
     ends_s = []
     monkeypatch.setattr(
         watching, "write_dataset", lambda _path, found: ends_s.append(float(found.time[-1]))
