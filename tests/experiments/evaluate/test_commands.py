@@ -6,14 +6,14 @@ from spikeport.experiments.evaluate.commands import HELD_S, RandomCommands
 from spikeport.experiments.walk.gait import COMMANDS
 
 
-def test_a_seed_draws_the_same_commands():
+def test_the_same_seed_draws_the_same_commands():
     one, same, other = (RandomCommands(60.0, seed) for seed in (3, 3, 4))
     times_s = np.arange(0, 60, 0.5)
     np.testing.assert_array_equal([one.at(t) for t in times_s], [same.at(t) for t in times_s])
     assert any((one.at(t) != other.at(t)).any() for t in times_s)
 
 
-def test_commands_are_held_and_within_what_policies_are_trained_for():
+def test_commands_are_held_and_within_the_range_that_policies_are_trained_for():
     commands = RandomCommands(2000.0, 0)
     times_s = np.arange(0, 2000, 0.1)
     drawn = np.array([commands.at(t) for t in times_s])

@@ -1,4 +1,4 @@
-"""Figures of an episode, of the exact policy and of recordings that are made up."""
+"""Figures of episodes: of the exact policy, and of a made-up recording."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ def walker():
     return ExactWalker(load_policy())
 
 
-def test_the_exact_policy_walks_as_it_was_measured(walker):
+def test_the_exact_policys_figures_are_within_their_usual_bounds(walker):
     figures = measure(walker.walk(NONE, 6.0, 4))
     assert (figures["falls"], figures["fallen_at_s"]) == (0, None)
     assert set(MEASURES) < set(figures)
@@ -35,7 +35,7 @@ def test_the_shortest_episode_that_is_accepted_has_figures(walker):
     assert figures["speed_error_m_s"] < 0.2
 
 
-def test_nothing_but_the_fall_is_counted_of_an_early_one(walker):
+def test_an_episode_with_an_early_fall_has_no_other_figures(walker):
     figures = measure(walker.walk(Perturbation(strength=0.2), 6.0, 4))
     assert figures["falls"] == 1
     assert figures["fallen_at_s"] < 4
@@ -43,7 +43,7 @@ def test_nothing_but_the_fall_is_counted_of_an_early_one(walker):
 
 
 class MadeUp:
-    """A witness of a recording that was made up."""
+    """A witness that returns a made-up recording."""
 
     def __init__(self, recording):
         self._recording = recording
@@ -52,8 +52,8 @@ class MadeUp:
         return self._recording
 
 
-def test_figures_of_a_gait_that_is_known():
-    """A robot that glides at 0.5 m/s and lifts each foot by 8 cm for half of every second."""
+def test_a_known_gait_has_the_expected_figures():
+    """A robot that glides at 0.5 m/s and lifts each foot by 8 cm for 0.4 s of every second."""
     stage, n = Stage(NONE, 6.0, 0, None, OBSERVATION_DT_S, DT_S), 1200
     time_s = DT_S * np.arange(n)
     qpos = np.tile(stage.plant.data.qpos, (n, 1))

@@ -1,4 +1,4 @@
-"""Rows of the table, by default and as asked for."""
+"""Rows of the robustness table: the default ones, and a user's."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from spikeport.experiments.evaluate.rows import MENAGERIE, ROWS, find_rows, name
 from spikeport.robot.perturbation import Perturbation
 
 
-def test_the_rows_of_the_table_are_perturbations(monkeypatch):
+def test_the_default_rows_are_distinct_perturbations(monkeypatch):
     monkeypatch.delenv("MENAGERIE_ROOT", raising=False)
     assert find_rows([]) == ROWS
     assert len(ROWS) == 41  # as docs/walk.md says
@@ -38,7 +38,7 @@ def test_rows_that_are_asked_for_follow_the_nominal_one():
         (["terrain=hills"], "terrain=hills: unknown terrain"),
     ],
 )
-def test_what_is_no_row_is_refused(texts, message):
+def test_rows_that_are_malformed_or_repeated_are_refused(texts, message):
     with pytest.raises(UsageError) as caught:
         find_rows(texts)
     assert str(caught.value).startswith(message)

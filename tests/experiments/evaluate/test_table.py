@@ -1,4 +1,4 @@
-"""The robustness table, from episodes that are kept."""
+"""The robustness table of finished episodes."""
 
 from pathlib import Path
 
@@ -57,7 +57,7 @@ def test_rows_without_an_episode_are_not_left_out(rows):
     assert table(Asked(), Kept({})) == []
 
 
-def test_an_interval_stands_behind_each_mean(rows):
+def test_each_estimate_is_followed_by_its_interval(rows):
     nominal, pushed, _, _, *definitions = markdown(rows).splitlines()[2:]
     assert nominal.startswith("| nominal | 0 of 2 | 0-66 % | - |")
     assert "| 0.110 ± 0.127 |" in nominal  # t of one degree of freedom: 12.7 times 0.01
@@ -86,6 +86,6 @@ ALTERED = [
 
 
 @pytest.mark.parametrize("metrics", ALTERED, ids=str)
-def test_an_episode_that_was_altered_is_named(metrics):
+def test_the_error_of_an_altered_episode_names_its_file(metrics):
     with pytest.raises(UsageError, match=r"^1\.json: holds no figures of an episode; remove it"):
         table(Asked(), Kept({(0,): walked(0), (1,): metrics}))

@@ -31,7 +31,7 @@ def test_rows_and_seeds_share_a_walker():
     assert find_walker(pushed, dataclasses.replace(OPTIONS, seed=3)) is made
 
 
-def test_a_policy_that_changed_in_its_file_makes_another_walker(tmp_path):
+def test_a_policy_file_that_changed_gets_another_walker(tmp_path):
     file, shipped = tmp_path / "policy.npz", walking_policy.load()
     shipped.save(file)
     made = find_walker(WalkSettings(policy=str(file)), OPTIONS)
@@ -57,7 +57,7 @@ def test_an_episode_depends_on_its_seed_and_perturbation():
 
 
 @pytest.mark.slow
-def test_spikes_walk_episode_after_episode_bit_for_bit(monkeypatch):
+def test_a_spiking_walker_repeats_an_episode_bit_for_bit_after_another(monkeypatch):
     monkeypatch.setattr(walk_trial, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
     settings = WalkSettings(n_neurons=2, calibrated=False)
     trial = WalkTrial(settings, Options(1.0, backend="native", pipeline="compact"))
@@ -71,7 +71,7 @@ def test_spikes_walk_episode_after_episode_bit_for_bit(monkeypatch):
 
 @pytest.fixture
 def store(sweep_of, monkeypatch, tmp_path):
-    """Return the store that an episode's walker is made with, in a worker of a folder."""
+    """Return a function that runs an episode, and returns the store of its walker."""
     asked = []
 
     def find_walker(_settings, options):
@@ -90,16 +90,18 @@ def store(sweep_of, monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("keeps", [True, False])
-def test_workers_share_what_a_walker_needs(store, monkeypatch, tmp_path, keeps):
-    """It is made once: a store lets one of them make it while the others wait."""
+def test_workers_share_the_store_that_their_walkers_use(store, monkeypatch, tmp_path, keeps):
+    """A store lets one worker make a result while the others wait for it."""
     monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))
     found = store(EpisodeRun("ab12", keeps))
     assert isinstance(found, Store)
     assert found.folder == tmp_path / ("cache" if keeps else "scratch/store-ab12")
 
 
-def test_without_a_cache_none_is_used_on_a_cluster_either(store, monkeypatch, tmp_path):
+def test_a_cache_that_is_off_for_the_user_is_not_used_on_a_cluster_either(
+    store, monkeypatch, tmp_path
+):
     monkeypatch.setenv(cache.FOLDER, cache.OFF)
     sent = pickle.dumps(EpisodeRun.new())
-    monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))  # that of the cluster's machine
+    monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))  # the cluster's cache
     assert store(pickle.loads(sent)).folder.parent == tmp_path / "scratch"

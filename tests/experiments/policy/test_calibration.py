@@ -1,4 +1,4 @@
-"""A small policy, calibrated on the native chip."""
+"""The calibration of a small policy on the native backend."""
 
 import dataclasses
 import functools
@@ -77,7 +77,7 @@ def refitted(layers, ranges, compact):
 
 
 def action_error(layers, ranges, calibrated):
-    """Measure on observations that the refit did not use, on the chip."""
+    """Measure the action's error on the chip, on observations that the refit did not use."""
     shown = walk(200, 1)
     with nengo.Network(seed=1) as network:
         net = policy(layers, ranges, OPTIONS, calibrated=calibrated)
@@ -96,7 +96,7 @@ def test_the_refitted_readout_is_nearer_to_the_exact_action(layers, ranges, refi
     assert action_error(layers, ranges, Calibrated(**refitted.decoders)) < 0.8 * nominal
 
 
-def test_a_robot_walks_by_what_was_refitted_first_and_straight_by_what_is_kept(
+def test_a_robot_walks_on_the_first_refit_and_its_trim_is_found_on_the_kept_one(
     layers, ranges, compact, monkeypatch
 ):
     halves, found = [], {}
@@ -131,20 +131,20 @@ def test_a_robot_walks_by_what_was_refitted_first_and_straight_by_what_is_kept(
     assert (decoders["trim"] == TRIM).all()
 
 
-def test_what_the_robot_observes_is_refitted_on_too(layers, ranges, compact, refitted):
+def test_the_refit_also_uses_the_observations_of_the_robots_walk(layers, ranges, compact, refitted):
     other = calibrated_policy(layers, ranges, OPTIONS, walk(400, 0), walks(3), compact)
     assert other.image_digest == refitted.image_digest
     assert (other.decoders["weights"] != refitted.decoders["weights"]).any()
 
 
-def test_a_refit_depends_on_what_it_is_given_alone(layers, ranges, compact, refitted):
+def test_a_refit_with_the_same_arguments_gives_the_same_decoders(layers, ranges, compact, refitted):
     again = calibrated_policy(layers, ranges, OPTIONS, walk(400, 0), walks(2), compact)
     assert again.image_digest == refitted.image_digest
     assert (again.decoders["weights"] == refitted.decoders["weights"]).all()
     assert (again.decoders["bias"] == refitted.decoders["bias"]).all()
 
 
-def test_what_lasts_is_kept_and_what_swings_is_lessened():
+def test_the_filter_keeps_constant_values_and_lessens_fast_swings():
     t = np.arange(20 * STRIDE)[:, np.newaxis]
     swings = np.sin(2 * np.pi * t / 20)
     np.testing.assert_allclose(emphasise_slow(np.full_like(swings, 5.0)), 5.0)
@@ -153,11 +153,11 @@ def test_what_lasts_is_kept_and_what_swings_is_lessened():
     )
 
 
-def test_where_a_readout_must_choose_it_is_right_about_what_lasts():
+def test_a_refit_prefers_slow_values_to_fast_ones():
     t = np.arange(2000)[:, np.newaxis]
     slow, fast = np.sin(2 * np.pi * t / 1000), np.sin(2 * np.pi * t / 20)
     readout = refit_lagged(Readout(np.zeros((1, 1)), np.zeros(1)), Played(slow + fast, slow))
-    # a half would be the least sum of squares, were both alike
+    # 0.5 would be the least sum of squares if both counted the same
     assert readout.weights[0, 0] > 0.98
 
 
@@ -181,7 +181,7 @@ def test_no_simulation_outlives_its_calibration(layers, ranges, compact):
     assert simulation() is None
 
 
-def test_halves_are_those_at_the_end_of_a_hold(layers, ranges, compact):
+def test_halves_are_read_in_the_last_step_of_each_held_observation(layers, ranges, compact):
     build, shown = functools.partial(policy, layers, ranges, OPTIONS), walk(12, 1)
     with closing(SpikingHalves(build, 20, compact)) as spiking:
         found = spiking.play(shown)
@@ -194,7 +194,7 @@ def test_halves_are_those_at_the_end_of_a_hold(layers, ranges, compact):
     np.testing.assert_array_equal(found, sim.data[probe][HOLD - 1 :: HOLD])
 
 
-def test_halves_are_those_of_the_activation(layers, ranges):
+def test_halves_are_the_positive_and_the_negative_part_of_the_activation(layers, ranges):
     build = functools.partial(policy, layers, ranges, OPTIONS)
     run = Options(1.0, backend="reference")
     shown = np.tile(walk(1, 2), (60, 1))

@@ -1,4 +1,4 @@
-"""A small perceptron in spikes: what each layer costs."""
+"""The conversion of a small perceptron into spikes: figures of each layer, and hints."""
 
 import numpy as np
 import pytest
@@ -41,8 +41,7 @@ def test_a_perceptron_is_measured_layer_by_layer(observations):
     assert converted.compilation.report.digest == converted.compilation.image.digest
 
 
-def test_rates_are_those_of_the_layers_neurons():
-    """A unit that is held at the end of its range fires at its largest rate."""
+def test_a_unit_at_the_end_of_its_range_is_measured_at_its_largest_rate():
     weights = np.array([[1.0]])
     layers = (Layer(weights, np.zeros(1)), Layer(weights, np.zeros(1)))
     options = PolicyOptions(n_neurons=20, max_rates=(200.0, 200.0001), activation="relu")
@@ -77,9 +76,9 @@ def lint(spread=2.6, spikes=3.0, delay_s=0.009):
         ),
     ],
 )
-def test_what_is_worth_a_change_is_said(found, hint):
+def test_a_wide_range_a_low_rate_or_a_long_filter_gives_a_hint(found, hint):
     assert list(found.hints()) == [hint]
 
 
-def test_nothing_is_said_of_a_good_conversion():
+def test_a_good_conversion_gives_no_hint():
     assert list(lint().hints()) == []

@@ -1,4 +1,4 @@
-"""Hints on a conversion, with what to change."""
+"""Hints on a conversion, each with a cure."""
 
 from dataclasses import replace
 
@@ -13,7 +13,7 @@ def hints(*layers, delay_s=ACTION_S):
     return list(ConversionLint(layers, 0.1, 0.1, delay_s).hints())
 
 
-def test_what_is_at_its_bound_is_no_hint():
+def test_figures_at_their_bounds_give_no_hint():
     assert hints(FINE) == []
 
 
@@ -27,18 +27,18 @@ def test_what_is_at_its_bound_is_no_hint():
         ),
     ],
 )
-def test_a_layer_that_loses_much_is_named_with_a_cure(change, hint):
+def test_a_layer_with_a_wide_range_or_a_low_rate_is_named_with_a_cure(change, hint):
     (found,) = hints(replace(FINE, **change))
     assert found.startswith(hint)
 
 
-def test_layers_with_the_same_trouble_share_a_hint():
+def test_layers_with_the_same_problem_share_a_hint():
     wide = replace(FINE, spread=10.0)
     (found,) = hints(wide, FINE, replace(wide, name="layer 2"))
     assert found.startswith("range too wide: layer 0 (10.0 x rms), layer 2 (10.0 x rms); cure: ")
 
 
-def test_filters_must_be_shorter_than_an_action():
+def test_filters_longer_than_an_action_give_a_hint():
     (found,) = hints(FINE, delay_s=0.025)
     assert found == (
         "tau too long: 25 ms in total, but an action lasts 20 ms; cure: a smaller --tau-fwd"

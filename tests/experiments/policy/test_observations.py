@@ -21,7 +21,7 @@ def path(tmp_path):
         {"observations": np.ones((4, 3), dtype=np.float32), "other": np.ones(2)},
     ],
 )
-def test_the_array_is_read(path, arrays):
+def test_the_array_named_observations_or_the_only_array_is_read(path, arrays):
     np.savez(path, **arrays)
     found = read_observations(path, 3)
     np.testing.assert_array_equal(found.values, np.ones((4, 3)))
@@ -42,14 +42,14 @@ OTHERS = "NaN, infinity or values that are not real numbers"
         ({}, "expected an array 'observations', found no array"),
     ],
 )
-def test_others_are_refused(path, arrays, complaint):
+def test_other_arrays_are_refused(path, arrays, complaint):
     np.savez(path, **arrays)
     with pytest.raises(UsageError) as error:
         read_observations(path, 3)
     assert str(error.value) == f"observations '{path}': {complaint}{CURE}"
 
 
-def test_a_text_is_refused(path):
+def test_a_text_file_is_refused(path):
     path.write_text("1 2 3")
     with pytest.raises(UsageError) as error:
         read_observations(path, 3)

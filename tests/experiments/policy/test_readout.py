@@ -1,4 +1,4 @@
-"""The choice of a trial's calibration: none, found, or from a file."""
+"""The choice of a trial's calibration: none, refitted, or from a file."""
 
 from types import SimpleNamespace
 
@@ -20,7 +20,7 @@ WALKS = Walks(lambda _policy: GAIT, lambda _policy: np.zeros(69))
 
 @pytest.fixture(autouse=True)
 def found(monkeypatch):
-    """Return the decoders that a calibration finds."""
+    """Replace the calibration by one that finds fixed decoders, and return these."""
     decoders = {"weights": np.ones((2, 4)), "bias": np.zeros(2), "trim": np.ones(69)}
     monkeypatch.setattr(module, "calibrated_policy", lambda *_: Refitted(decoders, ""))
     return decoders
@@ -48,7 +48,7 @@ def asked(given, backend="native"):
         ("native", False, False),
     ],
 )
-def test_auto_calibrates_on_a_chip_alone(backend, given, fits):
+def test_auto_calibrates_only_on_backends_with_a_chip(backend, given, fits):
     assert (asked(given, backend) is not None) is fits
 
 
@@ -74,7 +74,9 @@ def test_the_exact_policy_is_not_calibrated():
     )
 
 
-def test_a_file_gives_what_was_found_unless_by_another_method(tmp_path, monkeypatch, found):
+def test_a_file_gives_the_saved_decoders_unless_another_method_made_them(
+    tmp_path, monkeypatch, found
+):
     file = tmp_path / "c.npz"
     refitted(trial(True), LAYERS, [], GAIT, WALKS).save(file)
     kept = asked(str(file))
@@ -86,7 +88,9 @@ def test_a_file_gives_what_was_found_unless_by_another_method(tmp_path, monkeypa
 
 
 @pytest.mark.parametrize("changed", ["nothing", "policy", "gait", "network_seed"])
-def test_what_is_kept_is_found_again_for_equal_inputs_alone(tmp_path, monkeypatch, found, changed):
+def test_a_cached_calibration_is_used_again_only_for_equal_inputs(
+    tmp_path, monkeypatch, found, changed
+):
     kept = trial(True, cache=Cache(tmp_path / "cache"))
     first = refitted(kept, LAYERS, [], GAIT, WALKS)
     monkeypatch.setattr(module, "calibrated_policy", lambda *_: Refitted({"weights": GAIT}, "new"))

@@ -43,7 +43,7 @@ def test_a_wrong_setting_says_what_is_allowed(wrong, message):
     assert str(caught.value) == message
 
 
-def test_the_conversion_is_that_of_the_policys_options():
+def test_settings_of_the_conversion_become_the_policys_options():
     settings = PolicySettings(n_neurons=4, tau_out=0.01)
     assert tuple(settings.conversion) == CONVERSION
     assert settings.policy_options == PolicyOptions(n_neurons=4, tau_out=0.01)
@@ -58,7 +58,7 @@ def test_a_policy_is_the_shipped_one_or_that_of_a_file(tmp_path):
     assert (mine.weights[0] == shipped.weights[0]).all()
 
 
-def test_a_policy_is_loaded_by_its_description(tmp_path, monkeypatch):
+def test_a_policy_file_is_loaded_with_its_description(tmp_path, monkeypatch):
     (mine := tmp_path / "mine.npz").touch()
     monkeypatch.setattr(module, "load_policy", lambda *given, **_options: given)
     settings = PolicySettings(policy=str(mine), description="env.yaml")

@@ -1,4 +1,4 @@
-"""Turning first, and standing still, where the paper's law circles."""
+"""The law that turns first and stands still, where the paper's law circles the reference."""
 
 import numpy as np
 import pytest
@@ -16,13 +16,13 @@ LAW = np.array([0.8, 0.3])
 
 
 @pytest.mark.parametrize(("bearing_rad", "share"), [(0.9, 1), (-1.3, 0.5), (1.7, 0), (3.1, 0)])
-def test_it_slows_down_as_it_turns(bearing_rad, share):
+def test_the_forward_speed_falls_as_the_bearing_of_the_reference_grows(bearing_rad, share):
     place = np.array([np.cos(bearing_rad), np.sin(bearing_rad), 0.5, 0.0])
     limited = TurnFirst().limited(LAW, place, STATE)
     assert limited == pytest.approx([0.8 * share, 0.3])
 
 
-def test_it_stands_near_a_reference_that_stands_until_it_is_far_from_it():
+def test_a_robot_stands_near_a_reference_at_rest_until_it_is_far_from_it():
     approach = TurnFirst()
     distances = [0.3, 0.19, 0.3, 0.41, 0.3]
     speeds = [approach.limited(LAW, np.array([x, 0, 0, 0]), STATE)[0] for x in distances]
@@ -31,7 +31,7 @@ def test_it_stands_near_a_reference_that_stands_until_it_is_far_from_it():
 
 
 def walked(path, seconds, approach):
-    """Let the exact controllers follow a path; returns (n, 2) reference minus place, in m."""
+    """Let the exact controllers follow a path, and return reference minus place (n, 2) in m."""
     plant, policy = Plant(), load_policy()
     rig = WalkRig(plant, None, CONTROL_DT_S, plant.dt_s, approach)
     rig.begin(0, path)
@@ -58,18 +58,18 @@ BEHIND = path_of((0, -0.4, 0), (60, -24.4, 0))
 
 
 @pytest.mark.parametrize("path", [STOPS, STANDS], ids=["stops", "stands"])
-def test_a_reference_that_stands_is_not_circled(path):
+def test_a_robot_does_not_circle_a_reference_at_rest(path):
     off = walked(path, 14.0, TurnFirst())[-400:]
     assert np.linalg.norm(off, axis=1).max() < 0.4
     assert np.ptp(off, axis=0).max() < 0.1
 
 
 @pytest.mark.parametrize("path", [TURNS_BACK, BEHIND], ids=["turns back", "behind"])
-def test_a_reference_that_runs_back_is_followed(path):
+def test_a_robot_follows_a_reference_that_runs_back(path):
     off = walked(path, 14.0, TurnFirst())[-400:]
     assert np.linalg.norm(off, axis=1).max() < 0.6
 
 
-def test_the_papers_law_circles_a_reference_that_stands():
+def test_the_papers_law_circles_a_reference_at_rest():
     off = walked(STOPS, 14.0, None)[-1000:]
     assert np.ptp(off, axis=0).max() > 1.0

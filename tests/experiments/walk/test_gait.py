@@ -1,4 +1,4 @@
-"""The trim of a policy by its gait."""
+"""Recorded gaits: the trim of a policy, and the ranges of its observations."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ from spikeport.robot.walk_interface import PARTS
 PUSHED_M_S = 0.05
 
 
-def test_a_trim_takes_the_drift_away():
+def test_the_trim_removes_the_drift_of_a_policy():
     exact = WalkSettings().walking_policy()
 
     def drifting(observation):
@@ -34,23 +34,23 @@ def test_a_trim_takes_the_drift_away():
     assert abs(left[SIDEWAYS]) < 0.1 * PUSHED_M_S
 
 
-def test_a_rough_gait_has_velocities_and_tilts_that_a_calm_one_has_not():
+def test_a_rough_gait_has_wider_ranges_of_velocity_and_tilt_than_a_calm_one():
     exact = WalkSettings().walking_policy()
     calm, rough = (encoding(record_gait(exact, GAITS[name], 8.0)) for name in ("calm", "rough"))
     for place in (SIDEWAYS, PARTS["gravity"].start):
         assert rough.half[place] > 2 * calm.half[place]
 
 
-def test_a_gait_goes_on_under_each_perturbation():
+def test_a_gait_is_recorded_under_each_perturbation_in_turn():
     exact = WalkSettings().walking_policy()
     pushed, sloping = (record_gait(exact, (one,), 1.0)[:200] for one in GAITS["rough"])
     both = record_gait(exact, GAITS["rough"], 1.0)
     assert both.shape == (800, 69)
     np.testing.assert_array_equal(both[:200], pushed)
-    assert not np.array_equal(both[200:400], sloping)  # its commands are drawn behind the others
+    assert not np.array_equal(both[200:400], sloping)  # its commands are drawn after the others
 
 
-def test_values_are_out_of_range_on_either_side():
+def test_values_beyond_either_end_of_the_range_count_as_clipped():
     observations = np.zeros((4, 69))
     observations[:2, PARTS["gravity"]] = [[1.1], [-1.1]]
     shares = clipped_shares(observations, Box(np.zeros(69), np.ones(69)))

@@ -37,14 +37,14 @@ def walked(seconds, fallen_at_s):
     return WalkRun(path, seconds, recording, fallen_at_s, None, sim, wall_s=1.0)
 
 
-def test_a_robot_that_walks_to_the_end_is_measured_as_it_walked():
+def test_a_walk_without_a_fall_has_its_distances_from_reference_and_path():
     figures = metrics(walked(4.0, None))
     assert figures["falls"] == 0
     assert figures["path_mse_m2"] == pytest.approx(0.01)
     assert figures["cross_track_rms_m"] == pytest.approx(0.1, abs=1e-4)
 
 
-def test_errors_of_commands_are_of_the_speed_along_the_heading_and_the_yaw_rate():
+def test_command_errors_compare_the_speed_along_the_heading_and_the_yaw_rate():
     run = walked(4.0, None)
     n = len(run.recording.time_s)
     state, ones = run.recording.state.copy(), np.ones(n)
@@ -63,7 +63,7 @@ def test_errors_of_commands_are_of_the_speed_along_the_heading_and_the_yaw_rate(
     assert (figures["spikes_per_second"], figures["real_time_factor"]) == (20, 2)
 
 
-def test_a_robot_that_fell_lies_there_while_its_reference_goes_on():
+def test_the_path_error_grows_after_a_fall_while_the_reference_moves_on():
     figures = metrics(walked(4.0, 2.0))
     ahead_m = np.concatenate((np.zeros(400), SPEED_M_S * DT_S * np.arange(1, 401)))
     assert (figures["falls"], figures["fallen_at_s"]) == (1, 2.0)
@@ -71,6 +71,6 @@ def test_a_robot_that_fell_lies_there_while_its_reference_goes_on():
     assert figures["cross_track_rms_m"] == pytest.approx(0.1, abs=1e-4)
 
 
-def test_the_earlier_a_fall_the_worse():
+def test_an_earlier_fall_has_a_larger_path_error():
     errors = [metrics(walked(4.0, at))["path_mse_m2"] for at in (3.0, 2.0, 0.5)]
     assert errors == sorted(errors)

@@ -1,4 +1,4 @@
-"""Paths of a user's own, from a file."""
+"""Paths from a user's own file."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from spikeport.experiments.walk.paths import find_path
 
 @pytest.fixture
 def written(tmp_path):
-    """Write a file of a path, and read it for ten seconds."""
+    """Return a function that writes the file of a path, and reads it for ten seconds."""
     file = tmp_path / "mine.csv"
 
     def read(*rows, header="t_s,x_m,y_m"):
@@ -22,7 +22,7 @@ def written(tmp_path):
     return read
 
 
-def test_a_file_has_its_own_times(written):
+def test_the_times_of_a_file_count_from_its_first_row(written):
     path = written("5,0.2,0", "7,1.2,0", "20,1.2,6.5", header="t_s, x_m, y_m")
     assert path.at(1.0) == pytest.approx([0.7, 0, 0.5, 0])
     assert path.at(4.0) == pytest.approx([1.2, 1, 0, 0.5])
@@ -34,7 +34,7 @@ def test_a_path_may_stop_and_turn_back(written):
     assert path.at(14.0)[2] < 0
 
 
-def test_turns_to_both_sides_add_up_to_no_less_than_one(written):
+def test_a_turn_to_the_other_side_does_not_cancel_a_turn_that_is_too_fast(written):
     """A circle of 0.3 m to the left, and one to the right, each in 2 s: 6 rad, and back."""
     turn = np.linspace(0, 2 * np.pi, 64)
     left = 0.3 * np.stack((np.sin(turn), 1 - np.cos(turn)), axis=1)
@@ -46,7 +46,7 @@ def test_turns_to_both_sides_add_up_to_no_less_than_one(written):
 
 
 @given(st.lists(st.integers(0, 9), min_size=1, max_size=40), st.randoms(use_true_random=False))
-def test_extremes_are_those_of_each_stretch(values, random):
+def test_extremes_are_the_maxima_of_each_stretch_of_values(values, random):
     values = np.array(values, dtype=float)
     end = np.array([random.randint(i + 1, len(values)) for i in range(len(values))])
     stretches = [values[i : end[i]] for i in range(len(values))]
@@ -123,7 +123,7 @@ def test_a_file_with_other_columns_is_refused(written, tmp_path):
     )
 
 
-def test_of_a_long_line_the_begin_is_shown(written):
+def test_the_error_of_a_long_line_is_short(written):
     with pytest.raises(UsageError) as caught:
         written(header="x," * 10**6)
     assert len(str(caught.value)) < 1000

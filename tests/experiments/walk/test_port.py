@@ -33,17 +33,17 @@ def observed_actions(every_s, action=lambda step: step):
     return 1e3 * rig.walk.recording().observation[:, PARTS["last action"]][:, 0]
 
 
-def test_the_last_action_is_that_of_20_ms_before():
+def test_the_observed_last_action_is_that_of_20_ms_before():
     assert observed_actions(0.005)[7:] == pytest.approx([3, 4, 5, 6, 7])
 
 
-def test_actions_between_those_20_ms_apart_are_observed_too():
+def test_the_observed_last_action_is_a_mean_and_not_a_sample_every_20_ms():
     swapping = observed_actions(0.005, lambda step: 7 if step % 4 else -7)
     assert np.abs(swapping[7:] - 3.5).max() < 1.6
 
 
-def test_the_last_actions_are_averaged_to_the_bits_of_numpy():
-    """So that runs stay as they were when their mean was NumPy's."""
+def test_the_mean_of_the_last_actions_equals_numpys_bit_for_bit():
+    """Runs then equal earlier ones, which took NumPy's mean."""
     actions = np.random.RandomState(0).uniform(-1, 1, (40, 19))
     rig = begun()
     for action in actions:
@@ -65,7 +65,7 @@ def test_physics_runs_at_200_hz():
     assert len(rig.film.poses) == 2
 
 
-def test_the_reference_is_ahead_and_the_state_is_the_robots():
+def test_the_reference_runs_ahead_by_its_lead_and_the_state_is_the_robots():
     rig = begun()
     rig.loop.step(REST)
     _, reference, state = rig.walk.inputs
@@ -91,7 +91,7 @@ def test_commands_change_no_faster_than_in_training(every_s):
         assert shown[PARTS["command"]] == pytest.approx(observed)
 
 
-def test_what_is_out_of_range_is_clipped_and_counted():
+def test_values_out_of_range_are_clipped_and_counted():
     box = Box(np.zeros(69), np.full(69, 1e-4))
     rig = begun(box)
     shown = rig.loop.step(np.concatenate((np.zeros(19), (0.4, -0.3))))
@@ -121,7 +121,7 @@ def test_a_loop_is_over_when_the_robot_fell():
     assert fallen(rig.plant.data.qpos[2], rig.plant.data.xmat[1][8])
 
 
-def test_a_controller_is_connected_to_its_parts():
+def test_the_nodes_of_a_controller_are_connected_to_the_port():
     with nengo.Network() as network:
         observation, reference, state = (nengo.Node(size_in=size) for size in (69, 4, 5))
         action, command = nengo.Node(np.full(19, 0.1)), nengo.Node([0.4, -0.3])
@@ -150,7 +150,7 @@ def test_a_recorded_gait_lies_in_its_encoding():
 
 
 def recorded(speeds, yaw_rates, commands):
-    """Return a robot that moves along y, its heading, upright."""
+    """Return the record of an upright robot that moves along y, its heading."""
     n = len(speeds)
     upright, turning = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), np.zeros((n, 3))
     turning[:, 2] = yaw_rates
@@ -187,7 +187,7 @@ def shaken(**asked):
     return rig.walk.recording()
 
 
-def test_the_yaw_rate_of_a_badly_sensed_robot_is_the_true_one():
+def test_the_recorded_yaw_rate_is_free_of_sensor_noise():
     bad, good = (
         shaken(plant=plant) for plant in (PerturbedPlant(Perturbation(sensor_noise=1.0)), Plant())
     )
@@ -199,8 +199,8 @@ def test_the_yaw_rate_of_a_badly_sensed_robot_is_the_true_one():
 
 
 @pytest.mark.parametrize("every_s", [0.005, 0.02])
-def test_the_yaw_rate_of_a_well_sensed_robot_is_that_of_its_observation(every_s):
-    """Bit for bit, so that figures of runs stay as they were when it was computed from these."""
+def test_the_recorded_yaw_rate_equals_the_observed_one_without_sensor_noise(every_s):
+    """They agree bit for bit: figures equal those of earlier runs, made of the observed one."""
     recording = shaken(every_s=every_s)
     down, omega = (recording.observation[:, PARTS[k]] for k in ("gravity", "angular velocity"))
     assert recording.yaw_rate_rad_s.tolist() == (-np.einsum("nd,nd->n", down, omega)).tolist()

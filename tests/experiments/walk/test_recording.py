@@ -1,4 +1,4 @@
-"""The record of a walk: what follows from its series."""
+"""The record of a walk, and the values computed from its series."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ SIZES |= {"quaternion": 4, "turning_rad_s": 3}
 
 
 def recorded(**given):
-    """Return a robot that stands still, but for the arguments."""
+    """Return the record of a robot that stands still; arguments replace its series."""
     series = {name: np.zeros((N, size)) for name, size in SIZES.items()}
     series |= {"height_m": np.ones(N), "on_floor": np.ones((N, 2), dtype=bool)}
     return WalkRecording(0.005 * np.arange(N), **{**series, **given})
@@ -36,10 +36,10 @@ def test_speed_is_that_along_the_heading():
 
 
 @pytest.mark.parametrize(("n", "way_m"), [(301, 0.45), (281, 0.42), (51, 0.075)])
-def test_the_way_is_that_from_half_second_to_half_second_and_to_the_end(n, way_m):
+def test_the_walked_way_is_measured_every_half_second_and_at_the_end(n, way_m):
     state = np.zeros((n, 5))
     state[:, 1] = 0.3 * 0.005 * np.arange(n)
-    state[:, 2] = 0.1 * (np.arange(n) % 100 == 40)  # sway between
+    state[:, 2] = 0.1 * (np.arange(n) % 100 == 40)  # sway between half seconds
     series = {name: np.zeros((n, size)) for name, size in SIZES.items()}
     walked = WalkRecording(
         0.005 * np.arange(n),

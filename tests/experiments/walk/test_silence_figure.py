@@ -25,7 +25,7 @@ from spikeport.robot.walk_interface import gravity
         ({"silence_at": float("nan")}, "silence_at=nan: a time must be from 0 on and finite"),
     ],
 )
-def test_a_silence_that_makes_no_sense_is_refused(setting, message):
+def test_a_silenced_share_or_a_time_out_of_range_is_refused(setting, message):
     with pytest.raises(UsageError) as caught:
         WalkSettings(**setting)
     assert str(caught.value) == message
@@ -45,7 +45,7 @@ def test_the_exact_policy_cannot_be_silenced(backend, policy):
     [("pitch", (0, 1, 0), 20), ("pitch", (0, 1, 0), -5), ("roll", (1, 0, 0), 20)],
 )
 def test_tilts_are_positive_forwards_and_to_the_right(tilt, axis, degrees):
-    """The x axis of a robot points ahead, its y axis to the left, and right is down by a roll."""
+    """The x axis of a robot points ahead, its y axis to the left; a roll lowers the right side."""
     half = np.radians(degrees) / 2
     down = gravity([np.cos(half), *np.sin(half) * np.array(axis)])
     run = SimpleNamespace(

@@ -24,7 +24,7 @@ def test_the_figure_shows_means_over_the_seeds(finished):
     drawn.savefig(folder.path / "figure.png")
 
 
-def test_errors_are_those_of_runs_that_walked(finished):
+def test_runs_in_which_the_robot_fell_have_no_errors_in_the_figure(finished):
     _, _, made = finished
     shown = walk_sweep_figure.of_walks(made.assign(falls=made["falls"] * 0 + 1))
     assert shown["cross_track_rms_m"].isnull().all()

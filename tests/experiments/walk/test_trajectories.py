@@ -56,7 +56,7 @@ def _altered(state, dimensions=("time", "turned"), name="state"):
         (_altered(np.array([["a", "b"]])), "could not convert string to float"),
     ],
 )
-def test_time_series_that_were_altered_are_named(sweep_of, tmp_path, content, reason):
+def test_the_error_of_altered_time_series_names_their_file(sweep_of, tmp_path, content, reason):
     sweep = sweep_of(varied={"policy": ("mlp",)}, seeds=(0,), probes=True)
     folder, (point,) = SweepFolder(tmp_path / "sweep"), sweep.points()
     if isinstance(content, xr.Dataset):
@@ -72,7 +72,7 @@ def test_time_series_that_were_altered_are_named(sweep_of, tmp_path, content, re
 
 
 def _probes(folder, point):
-    """Return two steps ahead, as the recording of a walk has them."""
+    """Return the file of a walk of two steps, the second one 1 m ahead."""
     state = ("time", "turned"), [[0.0, 0.0], [1.0, point.place["seed"]]]
     probes = xr.Dataset({"state": state}, {"turned": ["x", "y"]})
     probes.to_netcdf(folder / "probes.nc", engine="h5netcdf")

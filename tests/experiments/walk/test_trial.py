@@ -46,7 +46,7 @@ def exact(tmp_path_factory):
     return folder, walked(folder, 3.0, path="line")
 
 
-# how well it walks
+# quality of the walk
 
 
 def test_the_exact_controller_walks_ahead(exact):
@@ -67,7 +67,7 @@ def test_the_exact_controller_follows_every_path(tmp_path, path):
 
 
 @pytest.mark.slow
-def test_spikes_follow_a_path_on_the_chip(tmp_path):
+def test_a_spiking_policy_follows_a_path_on_the_chip(tmp_path):
     result = walked(tmp_path, 10.0, backend="native", path="s-curve")
     assert result["metrics"]["falls"] == 0
     assert result["metrics"]["cross_track_max_m"] < 0.3
@@ -101,7 +101,7 @@ def test_a_calibration_is_made_once_and_used_again(tmp_path):
 @pytest.mark.slow
 @pytest.mark.usefixtures("short_gait")
 @pytest.mark.parametrize("variant", [{"units": "if"}, {"solve": "layer"}])
-def test_a_conversion_can_be_another(tmp_path, variant):
+def test_settings_of_the_conversion_change_the_image(tmp_path, variant):
     small = {"n_neurons": 2, "backend": "native", "calibrated": False}
     papers, other = (
         walked(tmp_path / str(i), 0.1, **small, **chosen) for i, chosen in enumerate(({}, variant))
@@ -131,7 +131,7 @@ def test_a_board_does_what_the_native_backend_does(tmp_path):
     assert (board["link"]["steps"], board["link"]["held"]) == (200, 0)
 
 
-# what it writes
+# files of a run
 
 
 def test_the_result_has_every_field(exact):
@@ -193,18 +193,18 @@ def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
     assert a == b
 
 
-# how it ends
+# ends of a run
 
 
 def acting(values):
-    """Return a policy that gives the same action at all times, after 50 ms."""
+    """Return a builder of a policy that gives the same action from 50 ms on."""
 
     def build(_weights):
         with PolicyNetwork(label="acting") as net:
             net.observation = nengo.Node(size_in=69)
             net.action = nengo.Node(size_in=19)
             sent = nengo.Node(lambda t: values * (t > 0.05))
-            for _ in range(2):  # Nengo refuses what is not finite; a sum may be
+            for _ in range(2):  # Nengo refuses an infinite output, but not an infinite sum
                 nengo.Connection(sent, net.action, synapse=None)
         return net
 
@@ -239,7 +239,7 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
     assert names(out) == ["last_states.npz"]
 
 
-# what it refuses
+# refusals
 
 
 @pytest.mark.parametrize(
@@ -273,7 +273,7 @@ def test_a_wrong_setting_says_what_is_allowed(wrong, message):
     assert str(caught.value) == message
 
 
-def test_a_calibration_of_something_else_is_refused_before_the_run(tmp_path):
+def test_a_calibration_of_another_experiment_is_refused_before_the_run(tmp_path):
     file = tmp_path / "calibration.npz"
     DecoderCalibration({"experiment": "reach"}, "", {}).save(file)
     with pytest.raises(UsageError, match=r"made for experiment=reach, .*the run has experiment=wa"):
@@ -321,7 +321,9 @@ def test_a_video_follows_the_robot(tmp_path, monkeypatch):
     assert len(scenes.marks(20)) == len(scenes.marks(1)) + 1
 
 
-def test_the_experiments_pipeline_is_used_where_none_is_asked_for(tmp_path, spikeport, monkeypatch):
+def test_the_experiments_pipeline_is_used_unless_the_command_names_passes(
+    tmp_path, spikeport, monkeypatch
+):
     asked = []
 
     def prepare(trial):
