@@ -1,4 +1,4 @@
-"""Advice on rewriting a network that is refused: what was tried, and only that."""
+"""Advice at the end of a refusal: on other passes, or on a move of ensembles to the host."""
 
 import re
 import warnings
@@ -34,14 +34,14 @@ def sparse() -> nengo.Network:
     return network
 
 
-def test_what_compiles_rewritten_is_said_with_its_cores() -> None:
+def test_advice_names_the_passes_that_compile_the_network_and_the_cores() -> None:
     error = refusal(sparse())
     assert error.advice == "more: it compiles with -p compact, on 1 core"
     assert str(error).endswith("add_params(net)\nmore: it compiles with -p compact, on 1 core")
     assert compile_network(sparse(), pipeline="compact").image.n_cores == 1
 
 
-def test_what_does_not_is_said_too() -> None:
+def test_advice_says_if_the_compact_passes_fail_too() -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(20, 1, neuron_type=nengo.LIF(tau_rc=8.3))
         nengo.Connection(a, a)
@@ -57,7 +57,7 @@ def test_what_does_not_is_said_too() -> None:
     assert compile_network(network, offload=True).image.n_cores == 1
 
 
-def test_a_synapse_that_the_chip_has_not_is_offloaded_from_a_rewritten_network() -> None:
+def test_offloading_helps_a_rewritten_network_with_a_synapse_the_chip_lacks() -> None:
     with nengo.Network(seed=1) as network:
         node = nengo.Node([0.5])
         a, b = nengo.Ensemble(20, 1, label="a"), nengo.Ensemble(30, 1, label="b")
@@ -69,7 +69,7 @@ def test_a_synapse_that_the_chip_has_not_is_offloaded_from_a_rewritten_network()
     assert compile_network(network, pipeline="compact", offload=True).image.n_cores == 1
 
 
-def test_what_no_pass_mends_is_not_tried() -> None:
+def test_problems_that_no_pass_can_mend_are_not_tried() -> None:
     with sparse() as network:
         nengo.Ensemble(5, 1, neuron_type=nengo.Tanh())
     error = refusal(network)
@@ -85,7 +85,7 @@ def test_what_no_pass_mends_is_not_tried() -> None:
 @pytest.mark.parametrize(
     "ensemble", [{"encoders": [[0.0], [1.0]]}, {"gain": [1, 1]}, {"max_rates": [1000, 1000]}]
 )
-def test_what_the_host_refuses_as_well_is_not_sent_there(
+def test_a_refusal_does_not_advise_the_host_if_the_host_refuses_the_ensemble_too(
     ensemble: dict[str, list[int]], on_chip: bool | None
 ) -> None:
     with nengo.Network(seed=1) as network:
@@ -98,7 +98,7 @@ def test_what_the_host_refuses_as_well_is_not_sent_there(
         assert not re.search("host|offload|compact", str(raised.value))
 
 
-def test_numbers_that_are_not_finite_as_the_network_is_built_have_no_way_out() -> None:
+def test_a_refusal_of_nan_or_infinity_during_the_build_gets_no_advice() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Connection(nengo.Ensemble(20, 1), nengo.Ensemble(20, 1), function=np.log)
     error = refusal(network)
@@ -106,7 +106,7 @@ def test_numbers_that_are_not_finite_as_the_network_is_built_have_no_way_out() -
     assert error.advice == ""
 
 
-def test_what_learns_on_several_cores_is_no_better_rewritten() -> None:
+def test_learning_across_several_cores_is_not_tried_with_other_passes() -> None:
     with nengo.Network(seed=1) as network:
         pre, post = nengo.Ensemble(4100, 1, n_eval_points=500), nengo.Node(size_in=1)
         learned = nengo.Connection(
@@ -119,7 +119,9 @@ def test_what_learns_on_several_cores_is_no_better_rewritten() -> None:
     assert error.advice == advice(network, error, pytest.fail, None) == OFFLOAD
 
 
-def test_what_is_too_large_for_the_chip_has_no_ensemble_to_be_moved(tmp_path: Path) -> None:
+def test_a_network_too_large_for_the_chip_gets_no_advice_and_is_not_offloaded(
+    tmp_path: Path,
+) -> None:
     chip = chip_file(tmp_path / "small.toml", cores=1, compartments=30)
     with nengo.Network(seed=1) as network:
         for _ in range(4):
@@ -132,14 +134,14 @@ def test_what_is_too_large_for_the_chip_has_no_ensemble_to_be_moved(tmp_path: Pa
             compile_network(network, chip, pipeline=passes, offload=True)
 
 
-def test_a_pass_that_refuses_the_settings_of_the_build_is_no_advice() -> None:
+def test_passes_that_refuse_the_build_settings_are_not_advised() -> None:
     settings = BuildSettings(decode_tau=0.01)
     assert refusal(sparse(), settings=settings).advice == OFFLOAD
     with pytest.raises(ArgumentError, match="decode_tau"):
         compile_network(sparse(), pipeline=COMPACT, settings=settings)
 
 
-def test_what_compiles_as_it_is_written_alone_is_said_too(tmp_path: Path) -> None:
+def test_advice_names_as_written_if_only_these_passes_compile_the_network(tmp_path: Path) -> None:
     chip = chip_file(tmp_path / "few.toml", in_axons=200)
     with nengo.Network(seed=1) as network:
         b = nengo.Ensemble(60, 2)
@@ -151,14 +153,14 @@ def test_what_compiles_as_it_is_written_alone_is_said_too(tmp_path: Path) -> Non
     assert error.advice == f"more: it compiles with -p as_written, on {n_cores} cores"
 
 
-def test_a_trial_warns_of_nothing() -> None:
+def test_a_trial_compile_issues_no_warnings() -> None:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         assert refusal(sparse()).advice == "more: it compiles with -p compact, on 1 core"
     assert caught == []
 
 
-def test_a_large_network_that_is_refused_for_no_limit_is_sent_to_the_host(
+def test_a_large_network_that_the_builder_refuses_is_advised_to_offload(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("spikeport.compile.check.advice.MOST_NEURONS", 10)
@@ -170,7 +172,7 @@ def test_a_large_network_that_is_refused_for_no_limit_is_sent_to_the_host(
     assert compile_network(network, offload=True).image.n_cores == 1
 
 
-def test_a_large_network_is_refused_before_it_is_built_and_not_tried() -> None:
+def test_a_large_network_is_refused_by_its_size_and_compact_is_only_advised() -> None:
     with nengo.Network(seed=1) as network:
         node, n = nengo.Node(size_in=400), 400
         for i in range(n):

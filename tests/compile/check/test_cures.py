@@ -1,4 +1,4 @@
-"""Networks that nengo-loihi refuses, with the cure that the message names: each is carried out."""
+"""Cures of networks that nengo-loihi refuses, each carried out as the message names it."""
 
 from collections.abc import Callable
 from functools import partial
@@ -24,7 +24,7 @@ RELAY = partial(nengo.Node, lambda t, x: x)
 
 
 class Case(NamedTuple):
-    """A network that is refused, by its words in `CURES`, and what its cure makes of it."""
+    """A network that is refused, the words of its refusal in `CURES`, and the cured network."""
 
     words: str
     refused: Callable[[], object]
@@ -40,7 +40,7 @@ def learned(from_neurons: bool = False, synapse: nengo.synapses.Synapse | float 
 
 
 def ends_of_learning(on_chip: str) -> None:
-    """Return a connection that learns into an ensemble, or from the error of one."""
+    """Add a connection that learns into an ensemble, from the error of another."""
     pre, target, error = (nengo.Ensemble(10, 1) for _ in range(3))
     connection = nengo.Connection(pre, target, learning_rule_type=nengo.PES())
     nengo.Connection(error, connection.learning_rule)
@@ -75,7 +75,7 @@ def convolved(transform: nengo.Convolution = PLANE, **target: object) -> None:
 
 
 def grouped(groups: int) -> None:
-    """Return a convolution of two groups, or the same by a kernel with zeros between them."""
+    """Connect by a convolution of two groups, or of one whose kernel has zeros between them."""
     kernel = np.full((3, 3, 2 // groups, 2), 0.01)
     if groups == 1:
         kernel *= np.eye(2)
@@ -225,7 +225,7 @@ def test_every_cure_has_a_case() -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.words[:30])
-def test_a_cure_helps(case: Case) -> None:
+def test_a_refusal_names_its_cure_and_the_cured_network_compiles(case: Case) -> None:
     with pytest.raises(RefusedError) as raised:
         compile_network(network_of(case.refused), pipeline="")
     words = next(words for words in CURES if words.startswith(case.words))
@@ -234,11 +234,11 @@ def test_a_cure_helps(case: Case) -> None:
     compile_network(network_of(case.cured), pipeline="")
 
 
-def test_the_cure_of_a_convolved_node_names_what_is_refused_next() -> None:
+def test_the_cure_of_a_convolved_node_includes_the_cure_of_the_next_refusal() -> None:
     assert CURES["Conv2D transforms not supported for off-chip"].endswith(
         CURES["must have the same gain"]
     )
 
 
-def test_other_refusals_name_no_cure_of_their_own() -> None:
+def test_an_unknown_refusal_gets_the_general_cure() -> None:
     assert cure_of(ValueError("something else")) == ANY

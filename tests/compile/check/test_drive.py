@@ -80,7 +80,9 @@ def test_read_outs_are_neither_copies_nor_silenced() -> None:
     assert silenced(image).tolist() == [False, False, True, True]
 
 
-def test_routes_are_not_each_counted_for_all_neurons(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_cost_of_counting_a_route_grows_with_its_synapses_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     n = 100
     groups = [Group([[64]], block=block) for block in range(1, n)]
     routes = [Route([0], group=group, block=0) for group in range(n - 1)]

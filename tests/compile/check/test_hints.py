@@ -18,14 +18,14 @@ def hints(image: ChipImage, *errors: BlockError) -> list[str]:
     return [str(hint) for hint in image_hints(image, errors)]
 
 
-def test_weights_of_zero_are_found() -> None:
+def test_a_block_whose_weights_are_all_zero_gets_a_hint() -> None:
     assert "post: SP402 zero weights: all of its weights are 0; cure: remove the connection" in (
         "\n".join(hints(wired([[0, 0]], [2.0])))
     )
     assert "SP402" not in "\n".join(hints(wired([[0, 1]], [2.0])))
 
 
-def test_weights_that_learn_from_zero_are_not_found() -> None:
+def test_weights_of_zero_that_learn_get_no_hint() -> None:
     with nengo.Network(seed=1) as network:
         a, out = nengo.Ensemble(20, 1), nengo.Node(size_in=1)
         zero = {"function": lambda x: 0}
@@ -38,20 +38,20 @@ def test_weights_that_learn_from_zero_are_not_found() -> None:
 
 
 @pytest.mark.parametrize(("copies", "n_hints"), [(1, 0), (2, 0), (3, 1)])
-def test_copies_are_worth_a_hint_above_a_tenth(copies: int, n_hints: int) -> None:
+def test_copies_get_a_hint_above_a_tenth_of_the_neurons(copies: int, n_hints: int) -> None:
     bias = [0.1 * max(n, copies) for n in range(20)]
     found = [one for one in hints(wired([[1, 1]] * 20, bias)) if "SP404" in one]
     assert len(found) == n_hints
 
 
-def test_lost_weights_are_worth_a_hint_above_a_tenth() -> None:
+def test_lost_weights_get_a_hint_above_a_tenth_of_the_weights() -> None:
     image = wired([[1, 1]], [1.0])
     few, many = BlockError("few", 0, 0, 0.1), BlockError("many", 0, 0, 0.25)
     assert hints(image, few, many)[0].startswith("many: SP403 weights lost: 25 % of them; cure: ")
 
 
 @pytest.mark.parametrize("label", ["a", "left -> right"])
-def test_a_connection_of_which_nothing_is_left_beside_another_is_found(label: str) -> None:
+def test_a_connection_rounded_to_zero_beside_another_gets_a_hint(label: str) -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(20, 1, label=label), nengo.Ensemble(20, 1, label="b")
         for weight in (1e-2, 1e-9):
@@ -62,7 +62,7 @@ def test_a_connection_of_which_nothing_is_left_beside_another_is_found(label: st
 
 
 @pytest.mark.parametrize("synapse", [None, 0.005])
-def test_a_loop_without_a_synapse_is_one_that_nengo_refuses(synapse: float | None) -> None:
+def test_a_loop_on_the_chip_gets_a_hint_exactly_if_nengo_refuses_it(synapse: float | None) -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(4, 1, label="b")
         through = nengo.Node(size_in=1)
@@ -76,7 +76,7 @@ def test_a_loop_without_a_synapse_is_one_that_nengo_refuses(synapse: float | Non
         nengo.Simulator(network, progress_bar=False).close()
 
 
-def test_a_dead_end_is_found() -> None:
+def test_a_passthrough_node_that_leads_nowhere_gets_a_hint() -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(4, 1, label="a")
         end = nengo.Node(size_in=1, label="end")
@@ -93,7 +93,7 @@ def test_a_dead_end_is_found() -> None:
 
 
 def passage(source: str, target: str, own_ms: float, *filters_ms: float) -> Passage:
-    """Return a connection over a relay of the first filter, or none, to a target of the last."""
+    """Return a passage with the filters of its relay, if it has one, and of its target."""
     *relay_s, target_s = (ms / 1000 for ms in filters_ms)
     name = f"{source} -> {target}"
     return Passage(name, source, target, own_ms / 1000, *(relay_s or [None]), target_s)
@@ -103,7 +103,7 @@ def filters(*passages: Passage) -> list[tuple[str, str, str]]:
     return [(h.id, h.object, h.used) for h in filter_hints(passages, 0.001)]
 
 
-def test_filters_that_share_compartments_are_found() -> None:
+def test_different_filters_of_one_ensemble_get_a_hint() -> None:
     alike = passage("", "a", 5, 5), passage("b", "a", 8, 8, 5)
     assert filters(*alike) == []
     assert filters(*alike, passage("b", "a", 100, 100)) == [
@@ -111,7 +111,7 @@ def test_filters_that_share_compartments_are_found() -> None:
     ]
 
 
-def test_loops_that_relays_slow_down_are_found() -> None:
+def test_loops_that_relays_slow_down_get_a_hint() -> None:
     there, back = passage("a", "b", 100, 94, 5), passage("b", "a", 5, 5, 5)
     assert filters(there, back) == [("SP410", "b -> a", "5 ms became 11 ms")]
     assert filters(there, passage("b", "c", 5, 5, 5)) == []
@@ -120,7 +120,7 @@ def test_loops_that_relays_slow_down_are_found() -> None:
     assert filters() == []
 
 
-def test_who_has_rewritten_a_network_is_not_sent_to_rewrite_it() -> None:
+def test_a_hint_on_a_rewritten_network_does_not_advise_to_rewrite_it() -> None:
     slow = passage("a", "a", 5, 5, 5)
     cures = [next(filter_hints([slow], 0.001, rewritten)).cure for rewritten in (False, True)]
     assert cures[0].startswith("compile with `-p compact`")
@@ -139,13 +139,13 @@ def inhibited(synapse: float) -> nengo.Network:
     return network
 
 
-def test_one_synapse_cures_a_shared_filter() -> None:
+def test_a_synapse_of_5_ms_to_neurons_cures_a_shared_filter() -> None:
     assert "SP409" in found(inhibited(0.02))
     assert "SP409" not in found(inhibited(0.005))
 
 
 @pytest.mark.parametrize("tau", [0.1, 0.005])
-def test_compact_cures_a_slower_loop(tau: float) -> None:
+def test_the_compact_pipeline_cures_a_slower_loop(tau: float) -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(20, 1)
         nengo.Connection(nengo.Node([1]), a)
@@ -154,7 +154,7 @@ def test_compact_cures_a_slower_loop(tau: float) -> None:
     assert "SP410" not in found(network, "compact")
 
 
-def test_outputs_of_an_ensemble_array_that_nobody_reads_are_no_dead_ends() -> None:
+def test_unread_outputs_of_an_ensemble_array_are_not_reported_as_dead_ends() -> None:
     with nengo.Network(seed=1) as network:
         array = nengo.networks.EnsembleArray(4, 2)
         squares = array.add_output("squares", np.square)
@@ -162,8 +162,8 @@ def test_outputs_of_an_ensemble_array_that_nobody_reads_are_no_dead_ends() -> No
     assert list(network_hints(network, Names(network))) == []
 
 
-def test_an_ensemble_with_an_arrow_in_its_label_is_no_relay() -> None:
-    """A label is for people: the kind of a block is data."""
+def test_an_ensemble_with_an_arrow_in_its_label_is_not_taken_for_a_relay() -> None:
+    """The kind of a block is a field of its own, not read from its label."""
     with nengo.Network(seed=1) as network:
         encoders = np.ones((10, 1))
         one = {"gain": np.ones(10), "bias": np.ones(10), "encoders": encoders}

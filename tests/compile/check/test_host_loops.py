@@ -1,4 +1,4 @@
-"""Loops between chip and host: which are named, with how much delay."""
+"""Hints on loops between chip and host: the path that is named, and its delay."""
 
 import itertools
 from typing import Any
@@ -35,7 +35,7 @@ def test_a_loop_is_named_once_with_its_delay() -> None:
     ]
 
 
-def test_loops_that_are_slow_or_on_one_side_have_no_hint() -> None:
+def test_slow_loops_and_loops_within_chip_or_host_get_no_hint() -> None:
     assert hints(loop(there=0.1, back=0.1)) == []
     with nengo.Network() as network:
         a = nengo.Ensemble(20, 1)
@@ -49,7 +49,7 @@ def test_loops_that_are_slow_or_on_one_side_have_no_hint() -> None:
     assert hints(network) == []
 
 
-def test_the_fastest_of_several_ways_is_named() -> None:
+def test_the_fastest_of_several_paths_around_a_loop_is_named() -> None:
     network = loop(there=0.1)
     a, robot = network.ensembles[0], network.nodes[0]
     with network:
@@ -69,7 +69,7 @@ def test_the_fastest_of_several_loops_is_named() -> None:
     assert hints(network) == [("robot -> b -> robot", "10 ms became about 18 ms")]
 
 
-def test_of_long_loops_the_ends_are_named() -> None:
+def test_a_long_loop_is_named_by_its_first_and_last_objects() -> None:
     network = loop(there=None)
     (a,), robot = network.ensembles, network.nodes[0]
     network.connections[:] = network.connections[1:]
@@ -80,7 +80,7 @@ def test_of_long_loops_the_ends_are_named() -> None:
     assert hints(network)[0][0] == "robot -> a -> 0 -> 3 more -> 4 -> 5 -> robot"
 
 
-def test_an_error_that_corrects_decoders_is_no_loop() -> None:
+def test_an_error_connection_to_a_learning_rule_closes_no_loop() -> None:
     with nengo.Network() as network:
         a, error = nengo.Ensemble(20, 1), nengo.Node(lambda t, x: x, size_in=1)
         learned = nengo.Connection(a, error, learning_rule_type=nengo.PES())

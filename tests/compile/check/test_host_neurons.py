@@ -1,4 +1,4 @@
-"""Neurons on the host that spike several times in a step, by type, rate and time step."""
+"""Hints on neurons on the host that spike several times in a step."""
 
 import nengo
 import numpy as np
@@ -41,7 +41,7 @@ def hints(network: nengo.Network, dt_s: float = 0.001) -> list[tuple[str, str, s
     ],
     ids=repr,
 )
-def test_rates_above_the_limit_of_a_type_have_a_hint(
+def test_rates_above_the_limit_of_a_neuron_type_get_a_hint(
     kind: nengo.neurons.NeuronType, limit_hz: float, by_bias: bool
 ) -> None:
     assert hints(fed(kind, limit_hz, by_bias)) == []
@@ -50,11 +50,11 @@ def test_rates_above_the_limit_of_a_type_have_a_hint(
     assert hints(more, dt_s=0.0005) == []
 
 
-def test_neurons_that_spike_once_in_a_step_have_none() -> None:
+def test_neurons_that_spike_at_most_once_in_a_step_get_no_hint() -> None:
     assert hints(fed(nengo.LIF(tau_ref=0), 5000)) == []
 
 
-def test_what_a_hint_is_about_is_lost_on_the_chip() -> None:
+def test_spikes_are_lost_on_the_chip_where_a_hint_warns_of_it() -> None:
     sums = {}
     for rate_hz in (900, 2500):
         network = fed(nengo.SpikingRectifiedLinear(), rate_hz)

@@ -59,7 +59,7 @@ RLS, RECTIFIED = nengo.RLS(), nengo.RectifiedLinear()
 
 
 class Eavesdropper(nengo.LIF):
-    """A subclass, which nengo-loihi would build as plain LIF."""
+    """A subclass of LIF, which nengo-loihi would build as plain LIF."""
 
 
 def no_ensemble() -> None:
@@ -150,7 +150,7 @@ def decoders_of_another_shape() -> None:
 
 
 class LiveCamera(nengo_loihi.dvs.DVSFileChipProcess):
-    """A process of the board's own."""
+    """A process on the board that reads a camera, not a file."""
 
 
 def process_on_the_board(camera: type = LiveCamera) -> nengo.Node:
@@ -308,12 +308,14 @@ CASES: list[tuple[Callable[[], None], str]] = [
     [
         (nengo.Alpha(0.02), "0.04"),
         (nengo.LinearFilter([-0.01, 1], [0.02, 1]), "0.03"),
-        (nengo.LinearFilter([1, 0], [0.02, 1]), "tau"),  # it lets nothing slow through
+        (nengo.LinearFilter([1, 0], [0.02, 1]), "tau"),  # a high-pass filter
         (nengo.LinearFilter([1], [1, 0]), "tau"),  # an integrator
         (nengo.Triangle(0.03), "0.01"),
     ],
 )
-def test_a_synapse_is_replaced_by_one_of_its_group_delay(synapse: Any, tau_s: str) -> None:
+def test_the_cure_for_a_synapse_is_a_lowpass_of_the_same_group_delay(
+    synapse: Any, tau_s: str
+) -> None:
     def make() -> None:
         nengo.Connection(nengo.Ensemble(5, 1), nengo.Ensemble(5, 1), synapse=synapse)
 
@@ -321,7 +323,7 @@ def test_a_synapse_is_replaced_by_one_of_its_group_delay(synapse: Any, tau_s: st
     assert violation.cure == f"use nengo.Lowpass({tau_s}) with the same group delay, {OVER_HOST}"
 
 
-def test_spikes_are_not_sent_over_the_host() -> None:
+def test_the_cure_for_a_synapse_between_neurons_does_not_suggest_the_host() -> None:
     def make() -> None:
         ends = (nengo.Ensemble(5, 1).neurons, nengo.Ensemble(5, 1).neurons)
         nengo.Connection(*ends, synapse=nengo.Triangle(0.03))
@@ -351,7 +353,7 @@ def test_every_rule_is_broken_by_a_case() -> None:
     assert broken == set(RULES)
 
 
-def test_all_breaches_are_reported_at_once() -> None:
+def test_all_violations_are_reported_at_once() -> None:
     def make() -> None:
         foreign_neuron_type()
         noise()
@@ -364,7 +366,7 @@ def test_all_breaches_are_reported_at_once() -> None:
     ]
 
 
-def test_the_error_lists_all_breaches_row_by_row() -> None:
+def test_the_error_lists_each_violation_in_a_row() -> None:
     with nengo.Network(seed=1) as network:
         noise()
         probed_connection()
@@ -419,7 +421,7 @@ def test_ensembles_kept_on_the_host_are_exempt() -> None:
     assert lint(network, Names(network)) == []
 
 
-def test_what_learning_keeps_on_the_host_is_exempt() -> None:
+def test_targets_and_error_sources_of_learning_are_exempt() -> None:
     with nengo.Network(seed=1) as network:
         pre = nengo.Ensemble(10, 1)
         target, error = (nengo.Ensemble(10, 2, neuron_type=nengo.LIFRate()) for _ in range(2))
@@ -432,7 +434,7 @@ def test_what_learning_keeps_on_the_host_is_exempt() -> None:
     assert compile_network(network).image.groups.learning[:, 0].sum() == 1
 
 
-def test_a_host_filter_may_be_of_any_kind() -> None:
+def test_synapses_to_and_from_the_host_may_be_of_any_kind() -> None:
     with nengo.Network(seed=1) as network:
         u, out = nengo.Node(0.0), nengo.Node(size_in=1)
         a = nengo.Ensemble(4, 1)
@@ -441,7 +443,7 @@ def test_a_host_filter_may_be_of_any_kind() -> None:
     assert lint(network, Names(network)) == []
 
 
-def test_a_weight_solver_may_reach_part_of_a_target() -> None:
+def test_a_connection_with_full_weights_may_reach_part_of_an_ensemble() -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 2)
         nengo.Connection(a, b[0], solver=nengo.solvers.LstsqL2(weights=True))
@@ -449,7 +451,7 @@ def test_a_weight_solver_may_reach_part_of_a_target() -> None:
     assert compile_network(network).image.n_blocks == 2
 
 
-def test_a_network_with_all_on_the_host_says_why() -> None:
+def test_a_network_with_all_ensembles_on_the_host_is_reported_with_reasons() -> None:
     def make() -> None:
         nengo_loihi.add_params(network := nengo.Network.context[-1])
         target, error, marked = (nengo.Ensemble(4, 1) for _ in range(3))
@@ -472,12 +474,12 @@ def test_a_network_with_all_on_the_host_says_why() -> None:
     [
         (slice(0, 1), None, False),
         (slice(1, 2), None, True),
-        ([0], None, True),  # Nengo takes a list for all entries
-        (slice(0, 4, 3), None, True),  # and a step for all between
+        ([0], None, True),  # Nengo treats a list as all entries
+        (slice(0, 4, 3), None, True),  # and a step as all entries between
         (slice(0, 1), lambda t, x: x, True),
     ],
 )
-def test_loops_on_the_host_are_those_that_nengo_refuses(
+def test_a_loop_on_the_host_is_reported_exactly_if_nengo_refuses_it(
     read: slice | list[int], function: Callable[[float, Any], Any] | None, through: bool
 ) -> None:
     def make() -> None:
@@ -495,7 +497,7 @@ def test_loops_on_the_host_are_those_that_nengo_refuses(
         nengo.Simulator(network, progress_bar=False).close()
 
 
-def test_on_chip_of_all_ensembles_of_an_inner_network_is_refused() -> None:
+def test_on_chip_set_for_all_ensembles_of_an_inner_network_is_reported() -> None:
     def make() -> None:
         with nengo.Network(label="inner") as inner:
             nengo_loihi.add_params(inner)

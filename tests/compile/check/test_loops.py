@@ -1,4 +1,4 @@
-"""Loops in which errors last: their gain, and the ensemble that is named."""
+"""Hints on loops in which errors last: their gain, and the ensemble that is named."""
 
 from collections.abc import Callable
 from functools import partial
@@ -26,7 +26,7 @@ def fed_back(ensemble: nengo.Ensemble, **options: object) -> None:
     nengo.Connection(ensemble, ensemble, synapse=0.1, **options)
 
 
-def test_ends_in_one_loop_have_one_number() -> None:
+def test_objects_of_one_loop_have_the_same_component() -> None:
     number = components([("a", "b"), ("b", "a"), ("b", "c"), ("d", "d")])
     assert number["a"] == number["b"]
     assert len({number[one] for one in "acd"}) == 3
@@ -48,18 +48,20 @@ def test_ends_in_one_loop_have_one_number() -> None:
         ({"transform": nengo.dists.Uniform(2, 3)}, None),
     ],
 )
-def test_the_gain_is_that_of_the_linear_part(options: dict[str, object], gain: str | None) -> None:
+def test_the_gain_of_a_loop_is_the_gain_of_its_linear_part(
+    options: dict[str, object], gain: str | None
+) -> None:
     assert named(partial(fed_back, **options)) == ([("a", gain)] if gain else [])
 
 
-def test_oscillators_keep_errors_and_inhibition_does_not() -> None:
+def test_growing_oscillators_get_a_hint_but_decaying_loops_and_inhibition_do_not() -> None:
     turned = partial(fed_back, transform=[[1.05, 2], [-2, 1.05]])
     assert named(turned, dimensions=2) == [("a", "gain 1.1")]
     assert named(partial(fed_back, transform=[[0, 1], [-1, 0]]), dimensions=2) == []
     assert named(partial(fed_back, transform=-3)) == []
 
 
-def test_a_slice_keeps_its_values_alone() -> None:
+def test_the_gain_of_a_loop_counts_only_the_values_of_its_slices() -> None:
     def half(a: nengo.Ensemble) -> None:
         nengo.Connection(a[1], a[0])
 
@@ -71,7 +73,7 @@ def test_a_slice_keeps_its_values_alone() -> None:
     assert named(swap, dimensions=2) == [("a", "gain 1.4")]
 
 
-def test_nodes_that_pass_values_on_are_no_stages() -> None:
+def test_a_loop_through_passthrough_nodes_names_the_ensemble_of_the_largest_gain() -> None:
     with nengo.Network(seed=1) as network:
         array = nengo.networks.EnsembleArray(10, MOST_DENSE + 2, label="memory")
         gains = np.full(MOST_DENSE + 2, 0.9)
@@ -80,7 +82,7 @@ def test_nodes_that_pass_values_on_are_no_stages() -> None:
     assert hints(network) == [("memory.memory_3", "gain 0.96")]
 
 
-def test_a_node_that_feeds_itself_ends_the_search() -> None:
+def test_a_passthrough_node_that_feeds_itself_does_not_change_the_gain() -> None:
     with nengo.Network(seed=1) as network:
         a, node = nengo.Ensemble(10, 1, label="a"), nengo.Node(size_in=1)
         nengo.Connection(node, node, transform=0.5)
@@ -89,7 +91,7 @@ def test_a_node_that_feeds_itself_ends_the_search() -> None:
     assert hints(network) == [("a", "gain 0.97")]
 
 
-def test_what_is_not_on_the_chip_or_not_fixed_is_left_out() -> None:
+def test_loops_of_host_ensembles_learning_or_neurons_get_no_hint() -> None:
     with nengo.Network(seed=1) as network:
         nengo_loihi.add_params(network)
         host, learning = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
@@ -104,7 +106,7 @@ def test_what_is_not_on_the_chip_or_not_fixed_is_left_out() -> None:
     assert hints(network) == []
 
 
-def test_functions_that_draw_leave_the_random_numbers_of_a_run() -> None:
+def test_functions_that_draw_random_numbers_leave_numpys_random_state_unchanged() -> None:
     def noisy(x: np.ndarray) -> np.ndarray:
         return x + np.random.normal(0, 0.01)
 

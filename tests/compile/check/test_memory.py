@@ -1,4 +1,4 @@
-"""Estimates of memory; how near they are is measured by `benchmarks/growth.py`."""
+"""Estimates of the memory of a compile; `benchmarks/growth.py` measures their accuracy."""
 
 import itertools
 import math
@@ -31,7 +31,7 @@ def wired(transform: object, n: int = 300) -> nengo.Network:
     return network
 
 
-def test_the_estimate_is_in_proportion_to_a_chain() -> None:
+def test_the_estimate_grows_linearly_with_the_length_of_a_chain() -> None:
     first, second, third = (estimate(chain(n)) for n in (100, 200, 300))
     assert third - second == pytest.approx(second - first, rel=1e-3)
     assert 50_000 * 100 < second - first < 120_000 * 100
@@ -42,7 +42,7 @@ def test_weights_take_150_bytes_each() -> None:
     assert estimate(wired(np.ones((300, 300)))) - each == 150 * (300 * 300 - 300)
 
 
-def test_weights_of_sparse_matrices_are_counted() -> None:
+def test_weights_of_sparse_matrices_take_700_bytes_each() -> None:
     def of(places: list[tuple[int, int]], init: object) -> int:
         return estimate(wired(nengo.Sparse((300, 300), indices=places, init=init)))
 
@@ -52,7 +52,7 @@ def test_weights_of_sparse_matrices_are_counted() -> None:
     assert estimate(wired(nengo.Sparse((300, 300), init=scipy.sparse.eye(300)))) - one == 700 * 299
 
 
-def test_probes_are_counted() -> None:
+def test_probes_take_20_000_bytes_each() -> None:
     network = chain(2)
     without = estimate(network)
     with network:
@@ -61,7 +61,7 @@ def test_probes_are_counted() -> None:
     assert estimate(network) - without == 2 * 20_000
 
 
-def test_many_inputs_of_a_large_ensemble_take_little_each() -> None:
+def test_many_inputs_of_a_large_ensemble_take_little_memory_each() -> None:
     def with_inputs(n: int) -> int:
         with nengo.Network() as network:
             ensemble = nengo.Ensemble(2000, 1)
@@ -72,7 +72,7 @@ def test_many_inputs_of_a_large_ensemble_take_little_each() -> None:
     assert with_inputs(500) - with_inputs(0) == pytest.approx(45e6, rel=0.5)  # the growth observed
 
 
-def test_a_convolution_has_copies_of_its_kernel() -> None:
+def test_copies_of_a_convolutions_kernel_are_counted() -> None:
     def of_size(side: int) -> int:
         transform = nengo.Convolution(4, (side, side, 1), kernel_size=(3, 3))
         with nengo.Network() as network:
@@ -85,7 +85,7 @@ def test_a_convolution_has_copies_of_its_kernel() -> None:
     assert of_size(40) - of_size(20) == pytest.approx(more, abs=2)
 
 
-def test_decoders_of_a_large_ensemble_take_the_square_of_its_neurons() -> None:
+def test_memory_to_solve_decoders_grows_with_the_square_of_the_neurons() -> None:
     sizes = [estimate(chain(2, n)) for n in (4000, 8000)]
     assert sizes[1] / sizes[0] == pytest.approx(4, rel=0.05)
     assert sizes[1] == pytest.approx(4.7e9, rel=0.1)  # observed: 4.7 GB
@@ -96,7 +96,7 @@ def test_decoders_of_a_large_ensemble_take_the_square_of_its_neurons() -> None:
     assert estimate(network) < 0.06 * sizes[1]
 
 
-def test_decoders_of_probes_are_solved_too() -> None:
+def test_memory_to_solve_the_decoders_of_a_probe_is_counted() -> None:
     with nengo.Network() as network:
         ensemble = nengo.Ensemble(1500, 1)
         nengo.Probe(ensemble.neurons)
@@ -106,7 +106,7 @@ def test_decoders_of_probes_are_solved_too() -> None:
     assert estimate(network) - before == pytest.approx(85e6, rel=1)  # the growth observed
 
 
-def test_a_connection_may_have_evaluation_points_of_its_own() -> None:
+def test_evaluation_points_of_a_connection_itself_are_counted() -> None:
     with nengo.Network() as network:
         pre, post = nengo.Ensemble(100, 1), nengo.Ensemble(5, 1)
         own = nengo.Connection(pre, post, eval_points=np.zeros((60_000, 1)))
@@ -117,7 +117,9 @@ def test_a_connection_may_have_evaluation_points_of_its_own() -> None:
     assert estimate(network) == drawn
 
 
-def test_what_takes_more_than_there_is_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_network_that_takes_more_memory_than_available_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     network = chain(100)
     monkeypatch.setenv(VARIABLE, str(1.01 * estimate(network) / 1e9))
     assert over_memory(network) == []
@@ -133,7 +135,9 @@ def test_what_takes_more_than_there_is_is_refused(monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("text", ["much", "0", "-1", "nan", "inf"])
-def test_a_limit_is_a_number_of_gigabytes(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_memory_limit_that_is_not_a_positive_number_is_refused(
+    text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv(VARIABLE, text)
     with pytest.raises(UsageError) as raised:
         available()
@@ -142,7 +146,7 @@ def test_a_limit_is_a_number_of_gigabytes(text: str, monkeypatch: pytest.MonkeyP
     )
 
 
-def test_a_container_may_leave_less_than_the_machine(
+def test_a_containers_limit_lowers_the_available_memory(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
@@ -158,7 +162,9 @@ def test_a_container_may_leave_less_than_the_machine(
     assert available() == pytest.approx(machine, rel=0.5)
 
 
-def test_without_figures_there_is_no_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_memory_is_unlimited_if_the_system_gives_no_figures(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
     monkeypatch.setattr(memory, "_text", lambda path: "")
     assert available() == math.inf

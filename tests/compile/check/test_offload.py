@@ -1,4 +1,4 @@
-"""Objects that are moved to the host, why, and that everything else stays where it was."""
+"""Ensembles that are moved to the host, the reasons, and the settings that are restored."""
 
 from pathlib import Path
 
@@ -37,7 +37,7 @@ def mixed() -> nengo.Network:
 
 
 @pytest.mark.parametrize("passes", ["as_written", "compact"])
-def test_exactly_what_breaks_a_rule_is_moved_fewest_neurons_first(passes: str) -> None:
+def test_ensembles_that_break_rules_are_moved_fewest_neurons_first(passes: str) -> None:
     assert moved(mixed(), passes) == [
         ("10", "SP003", "10", 10),
         ("30", "SP002", "30", 2),
@@ -58,7 +58,7 @@ def test_members_of_a_fused_ensemble_can_be_moved(tmp_path: Path) -> None:
     assert [one.object for one in report.offloaded] == ["array.array_0", "array.array_1"]
 
 
-def test_the_simulator_runs_what_is_left_and_the_network_is_as_it_was() -> None:
+def test_the_simulator_runs_an_offloaded_network_and_leaves_it_unchanged() -> None:
     network = mixed()
     with Simulator(network, offload=True) as sim, Simulator(network, backend="reference") as ref:
         for one in (sim, ref):
@@ -70,7 +70,7 @@ def test_the_simulator_runs_what_is_left_and_the_network_is_as_it_was() -> None:
         compile_network(network)
 
 
-def test_of_the_ends_of_a_connection_the_one_that_helps_is_moved() -> None:
+def test_the_end_of_a_connection_whose_move_solves_the_problem_is_moved() -> None:
     with nengo.Network(seed=1) as network:
         small, large = nengo.Ensemble(5, 1, label="small"), nengo.Ensemble(50, 2, label="large")
         nengo.Connection(small, large, transform=[[1], [0]], synapse=nengo.Alpha(0.01))
@@ -83,7 +83,7 @@ def test_of_the_ends_of_a_connection_the_one_that_helps_is_moved() -> None:
     ]
 
 
-def test_spikes_of_an_ensemble_are_counted_where_its_values_enter_the_chip() -> None:
+def test_host_spikes_are_counted_for_each_connection_that_enters_the_chip() -> None:
     with nengo.Network(seed=1) as network:
         rate = nengo.Ensemble(9, 2, label="rate", neuron_type=nengo.LIFRate())
         through = nengo.Node(size_in=2)
@@ -93,7 +93,7 @@ def test_spikes_of_an_ensemble_are_counted_where_its_values_enter_the_chip() -> 
     assert moved(network) == [("rate", "SP002", "rate", 2 * 2 * 2)]
 
 
-def test_an_error_of_learning_is_fed_back_on_the_host() -> None:
+def test_an_ensemble_that_is_moved_to_the_host_still_learns() -> None:
     with nengo.Network(seed=1) as network:
         pre = nengo.Ensemble(60, 1, label="pre", noise=nengo.processes.WhiteNoise(seed=1))
         chip = nengo.Ensemble(50, 1)
@@ -112,7 +112,7 @@ def test_an_error_of_learning_is_fed_back_on_the_host() -> None:
     assert sim.data[network.p][-200:].mean() == pytest.approx(0.6, abs=0.1)
 
 
-def test_a_core_that_is_too_full_names_the_ensembles_on_it() -> None:
+def test_an_ensemble_that_exceeds_a_limit_of_a_core_is_moved() -> None:
     with nengo.Network(seed=1) as network:
         with nengo.Network() as network.inner:
             big = nengo.Ensemble(5000, 1, n_eval_points=50, label="big")
@@ -122,7 +122,7 @@ def test_a_core_that_is_too_full_names_the_ensembles_on_it() -> None:
     assert [one[:2] for one in found] == [("networks[0].big", "SP102")]
 
 
-def test_where_nothing_is_left_the_error_has_what_was_moved() -> None:
+def test_the_error_for_an_empty_chip_lists_the_moved_ensembles() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, label="a", neuron_type=nengo.Izhikevich())
     with pytest.raises(NothingOnChipError) as raised:
@@ -135,7 +135,7 @@ def test_where_nothing_is_left_the_error_has_what_was_moved() -> None:
     assert len(raised.value.offloaded) == 1
 
 
-def test_what_names_no_ensemble_is_refused_as_without() -> None:
+def test_a_refusal_that_names_no_ensemble_is_raised_unchanged() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1)
     refusal = DoesNotFitError("loihi", [Violation("SP201", "cores", "loihi", "130", "128", "")])
@@ -148,7 +148,7 @@ def test_what_names_no_ensemble_is_refused_as_without() -> None:
     assert raised.value is refusal
 
 
-def test_a_move_that_does_not_help_is_taken_back() -> None:
+def test_a_move_that_does_not_solve_its_problem_is_undone() -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(5, 1, label="a"), nengo.Ensemble(6, 1, label="b")
         nengo.Connection(a, b)
@@ -163,7 +163,7 @@ def test_a_move_that_does_not_help_is_taken_back() -> None:
     assert [move.ensemble for move in search.moves] == [b]
 
 
-def test_where_no_single_move_helps_all_that_a_problem_names_is_moved() -> None:
+def test_all_ensembles_of_a_problem_are_moved_if_no_single_move_solves_it() -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(9, 1, label="a"), nengo.Ensemble(5, 1, label="b")
         nengo.Connection(a, b)
@@ -178,7 +178,7 @@ def test_where_no_single_move_helps_all_that_a_problem_names_is_moved() -> None:
     assert [move.ensemble for move in search.moves] == [a, b]
 
 
-def test_settings_are_put_back_also_after_an_error() -> None:
+def test_settings_are_restored_after_an_error() -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(5, 1), nengo.Ensemble(5, 1)
     nengo_loihi.add_params(network)
@@ -195,7 +195,7 @@ def test_settings_are_put_back_also_after_an_error() -> None:
     assert "on_chip" not in network.config[b]
 
 
-def test_a_network_with_such_settings_is_as_before_once_it_is_compiled() -> None:
+def test_offloading_leaves_the_identity_of_a_network_with_settings_unchanged() -> None:
     network = mixed()
     nengo_loihi.add_params(network)
     before = identity(network)
@@ -203,7 +203,7 @@ def test_a_network_with_such_settings_is_as_before_once_it_is_compiled() -> None
     assert identity(network) == before
 
 
-def test_a_network_without_such_settings_has_none_afterwards() -> None:
+def test_keeping_an_ensemble_on_the_host_leaves_no_settings_in_the_network() -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(5, 1)
     before = identity(network)
@@ -217,7 +217,7 @@ def test_a_refusal_without_a_rule_is_one_problem() -> None:
     assert problems(refusal) == [("", "refusal by nengo-loihi", "a -> b", ("a -> b", "a"))]
 
 
-def test_violations_are_a_problem_each() -> None:
+def test_each_violation_is_a_problem() -> None:
     assert [one.object for one in problems(_refusal(mixed()))] == ["30", "10", "50 -> 40"]
 
 
@@ -227,8 +227,8 @@ def _refusal(network: nengo.Network) -> RefusedError:
     return raised.value
 
 
-def test_what_has_no_alternative_is_moved_at_once() -> None:
-    """One attempt for all: each checks all rules, and a network may break one in every ensemble."""
+def test_ensembles_whose_move_has_no_alternative_are_moved_in_one_attempt() -> None:
+    """Each attempt checks all rules, and a network may break a rule in every ensemble."""
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, label="stays")
         for i in range(9):
@@ -245,7 +245,7 @@ def test_what_has_no_alternative_is_moved_at_once() -> None:
     assert [move.ensemble.n_neurons for move in search.moves] == [*range(12, 21)]
 
 
-def test_what_the_host_refuses_as_well_stays_though_it_breaks_another_rule() -> None:
+def test_an_ensemble_that_the_host_refuses_too_is_not_moved_for_another_rule() -> None:
     with nengo.Network(seed=1) as network:
         stuck, moved = nengo.Ensemble(5, 1, gain=np.ones(5)), nengo.Ensemble(6, 1)
         for ensemble in (stuck, moved):
@@ -254,7 +254,7 @@ def test_what_the_host_refuses_as_well_stays_though_it_breaks_another_rule() -> 
         compile_network(network, offload=True)
 
 
-def test_rate_neurons_that_feed_neurons_take_these_along() -> None:
+def test_neurons_that_moved_rate_neurons_feed_are_moved_too() -> None:
     alike = {"gain": np.ones(2), "bias": [80.0, 60.0], "encoders": np.ones((2, 1))}
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(2, 1, label="a", neuron_type=nengo.RectifiedLinear(), **alike)

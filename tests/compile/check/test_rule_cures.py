@@ -1,4 +1,4 @@
-"""Every cure of every rule is carried out: what broke the rule does not break it any more."""
+"""The cures of all rules, each carried out on a network that breaks the rule."""
 
 import pytest
 
@@ -18,7 +18,7 @@ def test_every_cure_of_every_rule_has_a_case() -> None:
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: f"{case.rule}-{case.cure[:20]}")
-def test_a_cure_helps(case: Case) -> None:
+def test_a_cured_network_no_longer_breaks_the_rule(case: Case) -> None:
     assert case.rule in case.broken()
     for cured in case.cured:
         assert case.rule not in cured()

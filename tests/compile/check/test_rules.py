@@ -9,13 +9,13 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.limits import CoreUse, usages
 
 
-def test_ids_are_unique_sorted_and_of_a_known_group() -> None:
+def test_rule_ids_are_sorted_and_of_a_known_group() -> None:
     ids = list(rules.RULES)
     assert ids == sorted(ids)
     assert all(re.fullmatch(r"SP\d{3}", one) and one[:3] in rules.GROUPS for one in ids)
 
 
-def test_names_are_unique() -> None:
+def test_rule_names_are_unique() -> None:
     names = [rule.name for rule in rules.RULES.values()]
     assert len(set(names)) == len(names)
 
@@ -29,7 +29,7 @@ def test_every_limit_of_a_chip_has_a_rule() -> None:
 
 def test_every_rule_of_networks_is_checked() -> None:
     of_networks = {one for one in rules.RULES if one.startswith("SP0")}
-    of_networks -= {"SP012"}  # it is checked in what nengo-loihi built
+    of_networks -= {"SP012"}  # checked on the blocks that nengo-loihi built
     assert len(lint.RULES) == len(of_networks)
 
 
@@ -38,13 +38,13 @@ def test_a_rule_is_found_by_its_id_in_either_case() -> None:
     assert rules.get("SP101").name == "out-axons"
 
 
-def test_an_unknown_id_lists_all() -> None:
+def test_the_error_for_an_unknown_id_lists_all_rules() -> None:
     with pytest.raises(UsageError) as raised:
         rules.get("SP999")
     assert str(raised.value) == f"unknown rule 'SP999'; choose from: {', '.join(rules.RULES)}"
 
 
-def test_numbers_fill_in_the_cure() -> None:
+def test_the_numbers_of_a_violation_are_filled_into_its_cure() -> None:
     assert rules.get("SP102").broken("a", "8,193", "4,096", parts=3) == Violation(
         "SP102",
         "in-axons",
@@ -57,7 +57,7 @@ def test_numbers_fill_in_the_cure() -> None:
     )
 
 
-def test_cures_of_a_rule_itself_have_letters_for_numbers() -> None:
+def test_cures_listed_for_a_rule_have_letters_in_place_of_numbers() -> None:
     assert not any("{" in cure for rule in rules.RULES.values() for cure in rule.cures)
     assert rules.get("SP501").cures[0].startswith("compile it on a machine with n GB to spare")
 

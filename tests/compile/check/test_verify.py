@@ -14,19 +14,18 @@ from tests.helpers.images import Group, Parts
 
 
 def refusal(network: nengo.Network, passes: str = "") -> DoesNotFitError:
-    """Return the refusal of a network, by default with one block a core."""
+    """Return the refusal of a network, by default with one block on each core."""
     with pytest.raises(DoesNotFitError) as raised:
         compile_network(network, pipeline=passes)
     return raised.value
 
 
 def host_node() -> nengo.Node:
-    # With a function: without one it would be a passthrough node, which is removed as it leads
-    # nowhere.
+    # A passthrough node, without a function, would be removed, as it leads nowhere.
     return nengo.Node(lambda _t, x: x, size_in=1)
 
 
-def test_eight_thousand_decoded_neurons_do_not_fit() -> None:
+def test_a_readout_of_8_000_neurons_exceeds_the_in_axons_of_a_core() -> None:
     with nengo.Network(seed=1) as network:
         big = nengo.Ensemble(8000, 1, n_eval_points=100, label="big")
         out = host_node()
@@ -52,7 +51,7 @@ def test_eight_thousand_decoded_neurons_do_not_fit() -> None:
     assert isinstance(error, CompileError)
 
 
-def test_the_cure_for_in_axons_helps() -> None:
+def test_splitting_the_source_cures_too_many_in_axons() -> None:
     with nengo.Network(seed=1) as network:
         out = host_node()
         for _ in range(2):
@@ -120,7 +119,7 @@ def test_several_violations_of_a_network_are_reported_at_once() -> None:
     assert found == {("cores", "134"), ("in-axons", "8,000"), ("out-axons", "6,000")}
 
 
-def test_without_passes_blocks_take_a_core_each_in_the_order_they_were_built() -> None:
+def test_without_passes_each_block_gets_a_core_of_its_own_in_build_order() -> None:
     with nengo.Network(seed=1) as network:
         for label in "abc":
             nengo.Ensemble(2, 1, label=label)
@@ -129,7 +128,7 @@ def test_without_passes_blocks_take_a_core_each_in_the_order_they_were_built() -
     assert image.cores == ("a", "b", "c")
 
 
-def test_blocks_of_a_core_share_its_bounds_of_the_voltage() -> None:
+def test_blocks_of_different_voltage_bounds_on_one_core_are_reported() -> None:
     with nengo.Network(seed=1) as network:
         for label in "ab":
             nengo.Ensemble(2, 1, label=label)
@@ -144,7 +143,7 @@ def test_blocks_of_a_core_share_its_bounds_of_the_voltage() -> None:
     assert verify_settings(image, chip) == []
 
 
-def test_a_network_with_more_compartments_than_the_chip_has_is_refused_unbuilt() -> None:
+def test_more_compartments_than_the_whole_chip_has_are_reported() -> None:
     chip = chips.get("loihi")
     assert verify_size(128 * 1024, chip) == []
     (violation,) = verify_size(128 * 1024 + 1, chip)
@@ -152,7 +151,7 @@ def test_a_network_with_more_compartments_than_the_chip_has_is_refused_unbuilt()
     assert "or 2 times the chips" in violation.cure
 
 
-def test_a_chip_without_learning_refuses_what_learns() -> None:
+def test_a_chip_without_learning_refuses_synapses_that_learn() -> None:
     learning = Parts(groups=[Group([[64]], learning=(1,) * 7), Group([[64]])]).image()
     assert verify_learning(learning, chips.get("loihi")) == []
     assert [str(one) for one in verify_learning(learning, chips.get("softcore-ecp5-85f"))] == [

@@ -12,12 +12,12 @@ FULL = Violation("SP101", "out-axons", "core 3", "5000", "4096", "split it")
 FREE = Violation("SP404", "duplicated neurons", "a", "1 of 4", "", "draw them")
 
 
-def test_a_limit_is_named_where_there_is_one() -> None:
+def test_the_text_of_a_violation_has_a_limit_only_if_there_is_one() -> None:
     assert str(FULL) == "core 3: SP101 out-axons: 5000, limit 4096; cure: split it"
     assert str(FREE) == "a: SP404 duplicated neurons: 1 of 4; cure: draw them"
 
 
-def test_an_error_has_a_row_for_each_violation_and_where_to_learn_more() -> None:
+def test_an_error_has_a_row_for_each_violation_and_the_explain_command() -> None:
     error = DoesNotFitError("loihi", iter([FULL, FREE]))
     assert (error.chip, error.violations) == ("loihi", (FULL, FREE))
     assert str(error).splitlines() == [
@@ -33,7 +33,7 @@ def test_an_error_has_a_row_for_each_violation_and_where_to_learn_more() -> None
     ]
 
 
-def test_what_differs_in_its_object_alone_is_one_row_sorted_by_rule_and_name() -> None:
+def test_violations_that_differ_only_in_object_share_a_row_in_natural_order() -> None:
     numbers = (2, 10, 1, 7, 9, 4, 3, 11, 8)
     pieces = [FULL._replace(object=f"conv[{i}/11]") for i in numbers]
     other = FULL._replace(object="conv[5/11]", used="4,100")
