@@ -16,7 +16,7 @@ def ends() -> tuple[nengo.Node, nengo.Ensemble, nengo.Ensemble]:
     network.__exit__(None, None, None)
 
 
-def test_values_ask_for_the_filter_behind_decode_neurons(ends) -> None:
+def test_connections_that_send_values_ask_for_nengo_loihis_filter_of_5_ms(ends) -> None:
     node, a, b = ends
     for pre, on_chip in ((node, False), (a, True), (a, False), (a.neurons, True)):
         transform = [[1] * pre.size_out]
@@ -24,7 +24,7 @@ def test_values_ask_for_the_filter_behind_decode_neurons(ends) -> None:
         assert asked_filter_s(connection, on_chip) == 0.005
 
 
-def test_spikes_to_neurons_ask_for_their_own(ends) -> None:
+def test_connections_that_send_spikes_ask_for_the_filter_of_their_own_synapse(ends) -> None:
     node, a, b = ends
     assert asked_filter_s(nengo.Connection(a.neurons, b.neurons, synapse=0.1), True) == 0.1
     assert asked_filter_s(nengo.Connection(a.neurons, b.neurons, synapse=None), False) == 0
@@ -34,6 +34,6 @@ def test_spikes_to_neurons_ask_for_their_own(ends) -> None:
     assert asked_filter_s(into, False) == 0.005
 
 
-def test_no_filter_has_no_time_constant(ends) -> None:
+def test_a_connection_without_a_synapse_has_a_time_constant_of_0(ends) -> None:
     _, a, b = ends
     assert time_constant_s(nengo.Connection(a, b, synapse=None)) == 0

@@ -1,4 +1,4 @@
-"""Networks have the same identity where they are compiled to the same, whatever nodes call."""
+"""The identity of networks: equal if they compile to the same image, whatever nodes call."""
 
 import nengo
 import numpy as np
@@ -34,7 +34,7 @@ def made(
     called=np.sin,
     configurable=True,
 ):
-    """Return a network; ``change`` is called with it."""
+    """Return a network, after a call of ``change`` with it."""
     with nengo.Network(seed=1, label="net") as net:
         if configurable:
             spikeport.add_params(net)
@@ -52,13 +52,13 @@ def made(
     return net
 
 
-def test_equal_networks_have_the_same():
+def test_equal_networks_have_the_same_identity():
     assert digest(made()) == digest(made())
     assert digest(made(called=np.cos)) == digest(made())
 
 
-def test_functions_that_are_shared_count_as_such():
-    """An entry refers to them by object, and would give another object's for a shared one."""
+def test_objects_that_share_a_function_change_the_identity():
+    """A cached compile refers to functions by object, so it must know which objects share one."""
 
     def calling(first, second, third):
         def change(net):
@@ -74,7 +74,7 @@ def test_functions_that_are_shared_count_as_such():
     assert calling(np.sin, np.sin, f) == calling(g, g, h)
 
 
-def test_slices_by_lists_count():
+def test_the_entries_and_order_of_a_slice_change_the_identity():
     def sliced(part):
         return digest(made(lambda net: nengo.Connection(net.a[part], net.b.neurons[:2])))
 
@@ -84,14 +84,14 @@ def test_slices_by_lists_count():
 
 @pytest.mark.parametrize("make", [made, plain])
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
-def test_a_compile_changes_nothing(pipeline, make):
+def test_a_compile_leaves_the_identity_of_a_network_unchanged(pipeline, make):
     network = make()
     before = digest(network)
     spikeport.compile_network(network, pipeline=pipeline)
     assert digest(network) == before
 
 
-def test_a_default_of_a_user_counts_also_where_a_compile_has_one():
+def test_a_users_default_for_a_setting_of_the_compiler_changes_the_identity():
     def off_chip(net):
         net.config[nengo.Ensemble].on_chip = False
 
@@ -106,7 +106,7 @@ def test_a_default_of_a_user_counts_also_where_a_compile_has_one():
 
 
 def setting(path, value):
-    """Return a change: an attribute of a part, dots between them, gets a value."""
+    """Return a change that sets an attribute, given by its dotted path, to a value."""
     *parts, name = path.split(".")
 
     def change(net):
@@ -154,32 +154,32 @@ CHANGES = [
 
 
 @pytest.mark.parametrize("change", CHANGES)
-def test_any_change_is_another(change):
+def test_any_change_of_a_network_changes_its_identity(change):
     assert digest(made(change)) != digest(made())
 
 
-def test_all_changes_differ_from_each_other():
+def test_different_changes_give_different_identities():
     assert len({digest(made(change)) for change in CHANGES}) == len(CHANGES)
 
 
-def test_values_that_functions_close_over_count():
+def test_values_that_functions_close_over_change_the_identity():
     assert digest(made(power=3)) != digest(made())
 
 
 @settings(max_examples=20)
 @given(arrays(float, (1, 2), elements=st.floats(-1e3, 1e3)), st.integers(0, 1))
-def test_any_bit_of_a_weight_counts(weights, at):
+def test_the_last_bit_of_a_weight_changes_the_identity(weights, at):
     changed = weights.copy()
     changed[0, at] = np.nextafter(changed[0, at], np.inf)
     assert digest(made(weights=weights)) != digest(made(weights=changed))
 
 
 class Scaled(np.ndarray):
-    """An array with a product of its own."""
+    """An array of a user's class, which may multiply in its own way."""
 
 
 class Halved(np.float64):
-    """A number with a product of its own."""
+    """A number of a user's class, which may multiply in its own way."""
 
 
 def reaching(value):
@@ -192,7 +192,7 @@ def reaching(value):
 
 
 @pytest.mark.filterwarnings("ignore::PendingDeprecationWarning")
-def test_an_array_counts_with_its_class_and_the_names_of_its_fields():
+def test_class_and_field_names_of_an_array_count_and_unknown_classes_are_refused():
     weights = np.ones(2)
     one, other = (np.zeros(2, [(a, float), (b, float)]) for a, b in ("ab", "ba"))
     arrays = [weights, weights.view(np.matrix), one, other, one.view(np.recarray), one[0]]
@@ -203,7 +203,7 @@ def test_an_array_counts_with_its_class_and_the_names_of_its_fields():
             reaching(refused)
 
 
-def test_a_part_without_one_is_named():
+def test_the_error_names_the_part_of_a_network_without_identity():
     class Mine:
         factor = 2
 

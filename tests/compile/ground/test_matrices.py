@@ -1,4 +1,4 @@
-"""Transforms as matrices, and their places in those of whole objects."""
+"""Transforms as matrices, and their places in the matrices of whole objects."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,9 @@ DENSE = np.array([[1.0, 2.0], [0.0, 3.0]])
         (sparse.csr_array(DENSE), DENSE),
     ],
 )
-def test_a_transform_is_a_matrix(transform: Matrix, matrix: np.ndarray) -> None:
+def test_every_kind_of_transform_becomes_a_dense_matrix(
+    transform: Matrix, matrix: np.ndarray
+) -> None:
     np.testing.assert_array_equal(full(transform, 2), matrix)
 
 
@@ -28,6 +30,6 @@ def test_factors_leave_a_sparse_matrix_sparse() -> None:
     np.testing.assert_array_equal(scaled.toarray(), [[2, 4], [0, 9]])
 
 
-def test_rows_at_one_place_add_up() -> None:
+def test_rows_with_the_same_place_add_up() -> None:
     found = placed(DENSE, np.array([2, 2]), 3)
     np.testing.assert_array_equal(found, [[0, 0], [0, 0], [1, 5]])

@@ -39,7 +39,7 @@ def test_names_that_occur_again_are_numbered_in_order() -> None:
     assert [names[obj] for obj in connections] == ["a -> a#2", "a -> a#2#2"]
 
 
-def test_a_label_that_looks_numbered_does_not_make_two_objects_one() -> None:
+def test_a_label_that_looks_numbered_does_not_give_two_objects_one_name() -> None:
     with nengo.Network(label="a") as network:
         ensembles = [nengo.Ensemble(2, 1, label=label) for label in ("a", "a#2", "a", "a#3")]
     names = Names(network)
@@ -92,7 +92,7 @@ def test_base_of_a_learning_rule_is_its_connection() -> None:
     assert base(learned.learning_rule) is learned
 
 
-def test_what_the_builder_adds_is_called_read_out_or_by_its_kind() -> None:
+def test_objects_that_the_builder_adds_are_called_read_out_or_by_their_kind() -> None:
     with nengo.Network() as network:
         a = nengo.Ensemble(2, 1, label="a")
         probe = nengo.Probe(a, add_to_container=False)
@@ -117,7 +117,7 @@ def test_no_name_holds_a_memory_address() -> None:
     assert len({names[obj] for obj in objects}) == len(objects)
 
 
-def test_what_cannot_be_printed_of_a_label_is_escaped() -> None:
+def test_characters_of_a_label_that_cannot_be_printed_are_escaped() -> None:
     with nengo.Network() as network:
         bell = nengo.Ensemble(2, 1, label="a\x07b\r\x1b[31m")
         lone = nengo.Ensemble(2, 1, label="half \ud83d")
@@ -130,7 +130,7 @@ def test_what_cannot_be_printed_of_a_label_is_escaped() -> None:
     assert names[connection] == r"a\x07b\r\x1b[31m -> half \ud83d"
 
 
-def test_ends_are_named_with_a_connection() -> None:
+def test_with_ends_returns_a_connections_name_and_the_names_of_its_ends() -> None:
     with nengo.Network() as network:
         a, b = nengo.Ensemble(3, 1, label="a"), nengo.Ensemble(3, 1, label="b")
         learned = nengo.Connection(a.neurons, b[0:1], transform=np.ones((1, 3)))
@@ -141,7 +141,7 @@ def test_ends_are_named_with_a_connection() -> None:
     assert names.with_ends(a) == ("a",)
 
 
-def test_asking_for_a_known_name_gives_none() -> None:
+def test_known_gives_no_new_name_to_an_unnamed_object() -> None:
     with nengo.Network() as network:
         a = nengo.Ensemble(3, 1, label="a")
         other = nengo.Ensemble(3, 1, label="a", add_to_container=False)

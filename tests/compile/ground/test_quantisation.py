@@ -38,7 +38,7 @@ def test_errors_are_relative_to_the_wanted_values() -> None:
     assert relative_rms(wanted, 0 * wanted) == 0
 
 
-def test_the_error_is_the_rms_of_what_rounding_changed() -> None:
+def test_the_error_is_the_relative_rms_change_by_rounding() -> None:
     rng = np.random.RandomState(1)
     weights, bias = rng.uniform(-1, 1, (7, 5)), rng.uniform(0, 2, 5)
     block, error = discretised(weights, bias)
@@ -57,7 +57,7 @@ def test_the_error_is_the_rms_of_what_rounding_changed() -> None:
 
 
 def test_the_largest_weight_loses_one_part_in_255() -> None:
-    # It is scaled to 255, and the chip holds even weights, up to 254, beside signs.
+    # The weight is scaled to 255, but the chip holds only even weights, up to 254, and signs.
     _, error = discretised(np.ones((1, 1)), np.ones(1))
     assert error.weights == pytest.approx(1 / 255)
 
@@ -67,7 +67,7 @@ def test_a_block_without_weights_and_biases_has_no_error() -> None:
     assert error[:4] == BlockError("block", 0.0, 0.0, 0.0)[:4]
 
 
-def test_the_errors_of_neurons_are_those_of_their_integers() -> None:
+def test_errors_of_threshold_and_decays_are_those_of_their_integers() -> None:
     block, error = discretised(np.ones((1, 2)), np.ones(2), tau_s=0.005)
     comp, scale = block.compartment, block.discretize_info["v_scale"]
     wanted = -np.expm1(-0.001 / np.array([0.005, 0.02]))  # of current and voltage
@@ -97,7 +97,7 @@ def test_small_weights_beside_a_large_one_are_lost() -> None:
     assert error.lost_weights == pytest.approx(2 / 3)
 
 
-def test_the_values_of_a_block_are_its_compartments_and_its_rows() -> None:
+def test_block_values_are_the_biases_and_the_rows_of_weights() -> None:
     block = LoihiBlock(2)
     block.compartment.bias[:] = [1, 2]
     synapse = Synapse(1)
@@ -110,7 +110,7 @@ def test_the_values_of_a_block_are_its_compartments_and_its_rows() -> None:
     assert np.concatenate(values.indices).tolist() == [0, 1]
 
 
-def test_every_block_of_a_network_has_its_error(compiled_chain: Compilation) -> None:
+def test_every_block_of_a_network_has_an_error_in_the_report(compiled_chain: Compilation) -> None:
     errors = compiled_chain.report.errors
     assert [error.label for error in errors] == list(compiled_chain.image.cores)
     assert all(0 < error.weights < 0.05 for error in errors)

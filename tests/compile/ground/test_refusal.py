@@ -17,14 +17,14 @@ from spikeport.compile.pipeline import compile_network
 from spikeport.errors import CompileError
 
 
-def test_nengos_code_catches_every_refusal() -> None:
+def test_every_refusal_is_also_an_error_of_nengo() -> None:
     for kind in (RefusedError, InvalidError, DoesNotFitError):
         assert issubclass(kind, CompileError)
         assert issubclass(kind, BuildError)
     assert issubclass(InvalidError, ValidationError)
 
 
-def test_a_parameter_that_is_not_valid_is_nengos_validation_error() -> None:
+def test_an_invalid_parameter_raises_nengos_validation_error() -> None:
     with nengo.Network(seed=1) as network:
         points = nengo.dists.Samples(np.zeros((3, 1)))
         nengo.Ensemble(5, 1, label="a", eval_points=points, n_eval_points=7)
@@ -50,7 +50,7 @@ def test_warnings_are_collected_and_passed_on_with_their_category() -> None:
     assert seen[0].filename == __file__
 
 
-def test_what_the_compiler_passes_on_is_filtered_by_its_name() -> None:
+def test_warnings_that_are_passed_on_can_be_filtered_by_module_spikeport_compile() -> None:
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
         warnings.filterwarnings("ignore", module="spikeport.compile")
@@ -59,7 +59,7 @@ def test_what_the_compiler_passes_on_is_filtered_by_its_name() -> None:
     assert seen == []
 
 
-def test_what_the_builder_warns_of_reaches_the_user_and_the_report() -> None:
+def test_warnings_of_the_builder_reach_the_user_and_the_report() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, n_eval_points=10, eval_points=[[0.1], [0.2]])
     with pytest.warns(UserWarning, match="Number of eval_points doesn't match") as seen:
@@ -67,7 +67,7 @@ def test_what_the_builder_warns_of_reaches_the_user_and_the_report() -> None:
     assert set(report.warnings) == {str(one.message) for one in seen}
 
 
-def test_what_it_warns_of_while_a_network_is_rewritten_is_told_once_and_reported() -> None:
+def test_a_warning_during_a_rewrite_is_issued_once_and_reported() -> None:
     with nengo.Network(seed=1) as network:
         for _ in range(2):
             nengo.Ensemble(5, 1, intercepts=nengo.dists.Choice([0.99]))
@@ -78,7 +78,7 @@ def test_what_it_warns_of_while_a_network_is_rewritten_is_told_once_and_reported
     assert set(report.warnings) == set(texts)
 
 
-def test_a_warning_names_its_objects_and_comes_once() -> None:
+def test_a_warning_names_its_objects_and_is_issued_once() -> None:
     with warnings.catch_warnings(record=True) as seen:
         warnings.simplefilter("always")
         with collected_warnings() as notices:
@@ -94,7 +94,7 @@ def test_a_warning_names_its_objects_and_comes_once() -> None:
     assert isinstance(warnings_about("nothing is collected"), contextlib.nullcontext)
 
 
-def test_of_many_objects_some_are_named() -> None:
+def test_a_warning_about_many_objects_names_the_first_three() -> None:
     with nengo.Network(seed=1) as network:
         for _ in range(5):
             nengo.Ensemble(5, 1)
@@ -106,7 +106,7 @@ def test_of_many_objects_some_are_named() -> None:
 
 
 @pytest.mark.parametrize("passes", ["as_written", "compact"])
-def test_what_nengo_loihi_warns_of_names_its_object_once(passes: str) -> None:
+def test_a_warning_of_nengo_loihi_names_its_object_and_is_issued_once(passes: str) -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(10, 1, label="a")
         nengo.Connection(a, a, synapse=0.1)
@@ -118,7 +118,7 @@ def test_what_nengo_loihi_warns_of_names_its_object_once(passes: str) -> None:
     assert sum("initial values" in text for text in found) == 1
 
 
-def test_what_nengo_refuses_in_place_of_a_passthrough_node_is_not_refused_everywhere() -> None:
+def test_a_refusal_caused_by_removing_a_passthrough_node_is_not_everywhere() -> None:
     with nengo.Network(seed=1) as network:
         a, node = nengo.Ensemble(10, 1), nengo.Node(size_in=2)
         nengo.Connection(a[[0, 0]], node)

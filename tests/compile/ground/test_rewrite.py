@@ -20,7 +20,7 @@ def later(*objects: object) -> nengo.Network:
     return network
 
 
-def test_seeds_are_those_of_a_simulation() -> None:
+def test_seeds_are_those_that_nengo_draws_for_a_simulation() -> None:
     network = make()
     seeds = Rewrite(network, Names(network)).all_seeds()
     model = Model()
@@ -29,7 +29,7 @@ def test_seeds_are_those_of_a_simulation() -> None:
         assert seeds[obj] == model.seeds[obj]
 
 
-def test_a_network_without_a_seed_has_zero() -> None:
+def test_a_network_without_a_seed_counts_as_seeded_with_0() -> None:
     network = make()
     network.seed = None
     rewrite = Rewrite(network, Names(network))
@@ -40,7 +40,7 @@ def test_a_network_without_a_seed_has_zero() -> None:
     assert rewrite.all_seeds()[network.ensembles[0]] == expected[zero.ensembles[0]]
 
 
-def test_seeds_that_are_set_stay() -> None:
+def test_a_seed_that_a_rewrite_sets_is_kept() -> None:
     network = make()
     a, b = network.ensembles
     rewrite = Rewrite(network, Names(network), seeds={a: 42})
@@ -60,7 +60,7 @@ def test_stand_ins_of_stand_ins_stand_in_for_the_users_probes() -> None:
     assert first.then(other, {}, {}, {}).stand_ins == {users: second}
 
 
-def test_names_stay_with_objects_and_go_to_stand_ins() -> None:
+def test_objects_keep_their_names_and_stand_ins_take_the_names_of_probes() -> None:
     network = make()
     a, b = network.ensembles
     (users,) = network.probes
@@ -75,7 +75,7 @@ def test_names_stay_with_objects_and_go_to_stand_ins() -> None:
     assert a not in names
 
 
-def test_what_was_built_adds_up() -> None:
+def test_built_objects_accumulate_over_rewrites_and_seeds_do_not() -> None:
     network = make()
     a, b = network.ensembles
     first = Rewrite(network, Names(network)).then(later(b), {}, {a: "gains"}, {b: 1})
@@ -84,7 +84,7 @@ def test_what_was_built_adds_up() -> None:
     assert (first.seeds, second.seeds) == ({b: 1}, {})
 
 
-def test_pieces_last_as_long_as_their_ensembles() -> None:
+def test_pieces_are_kept_while_their_ensembles_are_in_the_network() -> None:
     network = make()
     a, b = network.ensembles
     pieces = {a: Piece("large", 0, 2), b: Piece("large", 1, 2)}
@@ -94,7 +94,7 @@ def test_pieces_last_as_long_as_their_ensembles() -> None:
     assert first.then(later(a), {}, {}, {}, {a: Piece("a", 0, 3)}).pieces == {a: Piece("a", 0, 3)}
 
 
-def test_members_of_fused_ensembles_are_the_users() -> None:
+def test_members_of_a_fused_ensemble_are_named_as_the_users_ensembles() -> None:
     network = make()
     a, b = network.ensembles
     first = Rewrite(network, Names(network)).then(

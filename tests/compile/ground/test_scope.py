@@ -60,7 +60,7 @@ def test_the_ends_of_learning_stay_on_the_host() -> None:
     assert scope_of(network).ensembles == [pre]
 
 
-def test_ensembles_of_subnetworks_are_there_too() -> None:
+def test_ensembles_of_subnetworks_are_on_the_chip_too() -> None:
     with nengo.Network() as network, nengo.Network():
         inner = nengo.Ensemble(4, 1)
     assert scope_of(network).ensembles == [inner]
@@ -70,7 +70,9 @@ def test_ensembles_of_subnetworks_are_there_too() -> None:
     ("part", "in_order"),
     [(slice(0, 3), True), ([0, 1, 2], True), ([2, 1, 0], False), (1, False), ([-1, 0], False)],
 )
-def test_some_connections_reach_a_part_of_an_ensemble(part: Any, in_order: bool) -> None:
+def test_decoded_connections_to_a_slice_reach_part_of_an_ensemble(
+    part: Any, in_order: bool
+) -> None:
     with nengo.Network() as network:
         a, b = nengo.Ensemble(4, 1), nengo.Ensemble(4, 3)
         node = nengo.Node(size_in=3)
@@ -93,7 +95,7 @@ def _zeros(size: int) -> Callable[[np.ndarray], np.ndarray]:
     return lambda _x: np.zeros(size)
 
 
-def test_subclasses_are_probed_as_their_base() -> None:
+def test_a_subclass_of_ensemble_has_the_probeable_attributes_of_ensemble() -> None:
     class Population(nengo.Ensemble):
         pass
 
@@ -104,7 +106,7 @@ def test_subclasses_are_probed_as_their_base() -> None:
     assert probeable(nengo.PES()) == ()
 
 
-def test_a_solver_of_an_ensemble_may_give_full_weights() -> None:
+def test_only_a_weight_solver_of_an_ensembles_connection_gives_full_weights() -> None:
     with nengo.Network():
         a, b, node = nengo.Ensemble(4, 1), nengo.Ensemble(4, 1), nengo.Node(0.5)
         solver = nengo.solvers.LstsqL2(weights=True)
@@ -127,11 +129,13 @@ def test_a_solver_of_an_ensemble_may_give_full_weights() -> None:
         (nengo.AdaptiveLIF(), False),
     ],
 )
-def test_neurons_that_nengo_loihi_builds(kind: nengo.neurons.NeuronType, plain: bool) -> None:
+def test_is_plain_holds_for_neuron_types_that_nengo_loihi_builds(
+    kind: nengo.neurons.NeuronType, plain: bool
+) -> None:
     assert is_plain(kind) == plain
 
 
-def test_slices_on_the_chip_that_have_a_neuron_twice() -> None:
+def test_a_chip_connection_that_reads_a_neuron_twice_repeats_spikes() -> None:
     with nengo.Network() as network:
         a, b = nengo.Ensemble(4, 2), nengo.Ensemble(2, 2)
         spikes = nengo.Connection(a.neurons[[1, -3]], b.neurons)
@@ -151,7 +155,7 @@ def test_slices_on_the_chip_that_have_a_neuron_twice() -> None:
     [(None, [0, 1, 2, 3]), (slice(1, 3), [1, 2]), ([3, 0], [3, 0]), (np.array([0, 2]), [0, 2])],
     ids=str,
 )
-def test_neurons_that_a_probe_reads(part: Any, read: list[int]) -> None:
+def test_neurons_read_lists_the_neurons_of_a_probes_slice(part: Any, read: list[int]) -> None:
     with nengo.Network():
         neurons = nengo.Ensemble(4, 1).neurons
         probe = nengo.Probe(neurons if part is None else neurons[part])

@@ -1,4 +1,4 @@
-"""NetworkSettings of single objects, in the configs of the networks that hold them."""
+"""Settings of single objects in the configs of networks, and the networks where they are read."""
 
 import nengo
 import nengo_loihi
@@ -16,13 +16,13 @@ def test_the_decode_path_is_automatic_unless_it_is_set() -> None:
     with nengo.Network() as network:
         *_, connection = pair()
         add_params(network)
-        add_params(network)  # twice is once
+        add_params(network)  # a second call changes nothing
     assert network.config[connection].decode_path == "auto"
     network.config[connection].decode_path = "host"
     assert NetworkSettings(network).get(connection, "decode_path") == "host"
 
 
-def test_a_path_that_there_is_not_is_refused() -> None:
+def test_an_unknown_decode_path_is_refused() -> None:
     with nengo.Network() as network:
         *_, connection = pair()
         add_params(network)
@@ -30,14 +30,14 @@ def test_a_path_that_there_is_not_is_refused() -> None:
         network.config[connection].decode_path = "tunnel"
 
 
-def test_without_options_there_are_no_settings() -> None:
+def test_a_network_without_options_has_no_settings() -> None:
     with nengo.Network() as network:
         a, _, connection = pair()
     settings = NetworkSettings(network)
     assert [settings.get(a, "on_chip"), settings.get(connection, "pop_type")] == [None, None]
 
 
-def test_on_chip_is_read_in_the_outermost_network_and_all_else_where_an_object_is() -> None:
+def test_on_chip_is_read_in_the_outermost_network_and_pop_type_in_the_objects_own() -> None:
     with nengo.Network() as network:
         nengo_loihi.add_params(network)
         with nengo.Network() as inner:
@@ -73,7 +73,7 @@ def test_settings_are_copied_to_another_network() -> None:
     assert other.config[connection].decode_path == "direct"
 
 
-def test_our_settings_are_read_around_the_network_that_holds_an_object_too() -> None:
+def test_decode_path_is_read_in_the_objects_network_then_in_those_around_it() -> None:
     with nengo.Network() as network, nengo.Network() as middle, nengo.Network() as inner:
         *_, connection = pair()
     settings = NetworkSettings(network)
@@ -88,7 +88,7 @@ def test_our_settings_are_read_around_the_network_that_holds_an_object_too() -> 
     assert settings.get(connection, "pop_type") == 32  # as nengo-loihi's builder reads it
 
 
-def test_options_that_others_add_are_theirs() -> None:
+def test_options_that_others_add_are_not_listed_as_unread() -> None:
     with nengo.Network() as network, nengo.Network() as inner:
         a, *_ = pair()
     for holder in (network, inner):
