@@ -34,7 +34,7 @@ def test_the_digest_changes_with_every_entry_of_the_manifest(image: ChipImage) -
         assert other.digest != image.digest, key
 
 
-def test_equal_images_are_one_in_a_set(image: ChipImage) -> None:
+def test_equal_images_are_one_element_of_a_set(image: ChipImage) -> None:
     twin = ChipImage.from_arrays(replace(image.manifest), image.arrays)
     other = replace(image, manifest=replace(image.manifest, dt_s=0.002))
     assert len({image, twin, other}) == 2
@@ -47,14 +47,14 @@ def test_arrays_cannot_be_written(image: ChipImage) -> None:
             array[...] = 0
 
 
-def test_an_image_keeps_its_own_copy(image: ChipImage) -> None:
+def test_an_image_keeps_its_own_copy_of_its_arrays(image: ChipImage) -> None:
     bias = image.compartments.bias.copy()
     copied = ChipImage.from_arrays(image.manifest, {**image.arrays, "bias": bias})
     bias[:] = 7
     assert np.array_equal(copied.compartments.bias, image.compartments.bias)
 
 
-def test_missing_and_odd_arrays_are_refused(image: ChipImage) -> None:
+def test_missing_and_unknown_arrays_are_refused(image: ChipImage) -> None:
     arrays = {**image.arrays, "taste": np.zeros(1)}
     del arrays["bias"]
     with pytest.raises(ImageError) as raised:

@@ -1,4 +1,4 @@
-"""The one walk over an image, against a walk by hand."""
+"""The walk over the deliveries of an image, against a walk by hand."""
 
 import numpy as np
 from hypothesis import given
@@ -12,7 +12,7 @@ from tests.helpers.images import images
 
 
 def by_hand(image: ChipImage) -> list[tuple[int, int, int, int, int, int]]:
-    """Return (source, route, group, axon, row, atom) of every way, in loops."""
+    """Return (source, route, group, axon, row, atom) of every delivery, found by loops."""
     found = []
     first_input = image.n_compartments + np.concatenate([[0], np.cumsum(image.inputs.size)])
     for route in range(len(image.routes)):
@@ -30,13 +30,13 @@ def by_hand(image: ChipImage) -> list[tuple[int, int, int, int, int, int]]:
 
 
 @given(images())
-def test_every_way_is_found_once(image: ChipImage) -> None:
+def test_every_delivery_is_found_once(image: ChipImage) -> None:
     ways = deliveries(image)
     assert list(zip(*(array.tolist() for array in ways), strict=True)) == by_hand(image)
 
 
 @given(images())
-def test_counts_follow_from_the_walk(image: ChipImage) -> None:
+def test_fanout_reached_blocks_and_synapses_agree_with_a_walk_by_hand(image: ChipImage) -> None:
     operations = np.zeros((image.n_sources, image.n_cores), dtype=int)
     reached = np.zeros((image.n_sources, image.n_blocks), dtype=int)
     for source, _, group, axon, row, _ in by_hand(image):

@@ -19,7 +19,7 @@ from spikeport.errors import UsageError
 
 @pytest.fixture(scope="module")
 def wired() -> ChipImage:
-    """Return four biased neurons that reach all of six neurons without bias, neuron by neuron."""
+    """Return an image of 4 neurons with bias, each wired to all of 6 neurons without bias."""
     with nengo.Network(seed=5) as network:
         one, none = nengo.dists.Choice([1.0]), nengo.dists.Choice([0.0])
         pre = nengo.Ensemble(4, 1, label="pre", gain=one, bias=one)
@@ -28,7 +28,7 @@ def wired() -> ChipImage:
     return compile_network(network, pipeline="").image
 
 
-def test_counts_by_hand(wired: ChipImage) -> None:
+def test_expected_activity_agrees_with_a_count_by_hand(wired: ChipImage) -> None:
     activity = expected_activity(wired, Rates(100, {"post": 50}))
     pre, post = 4 * 100 * 0.001, 6 * 50 * 0.001
     assert activity.n_steps == 1
@@ -39,14 +39,14 @@ def test_counts_by_hand(wired: ChipImage) -> None:
     assert activity.updates_active.tolist() == [[4, 6]]
 
 
-def test_what_nothing_reaches_and_has_no_bias_is_inactive(wired: ChipImage) -> None:
+def test_neurons_without_bias_that_no_spike_reaches_are_inactive(wired: ChipImage) -> None:
     activity = expected_activity(wired, Rates(0))
     assert activity.updates_active.tolist() == [[4, 0]]
     assert activity.updates_inactive.tolist() == [[0, 6]]
     assert activity.totals()["synaptic_operations"] == 0
 
 
-def test_the_hosts_spikes_are_messages_from_the_host(image: ChipImage) -> None:
+def test_spikes_of_the_host_count_as_messages_from_the_host(image: ChipImage) -> None:
     activity = expected_activity(image, Rates(0, {HOST: 200}))
     per_spike = fanout(image)
     inputs = per_spike.messages[image.n_compartments :].sum(axis=0)
@@ -64,7 +64,7 @@ def test_sources_that_encode_values_spike_as_in_a_run_unless_their_rate_is_state
         run, image = sim.activity, sim.image
     expected = expected_activity(image, Rates(100))
     for name in ("host_spikes", "messages_host"):
-        # The encoded value does not change the sum over pairs that count up and down.
+        # The sum of spikes of a pair of sources, on and off, does not depend on the value.
         in_a_step = getattr(run, name).sum() / run.n_steps
         assert getattr(expected, name).sum() == pytest.approx(in_a_step, rel=0.01)
     half = expected_activity(image, Rates(100, {HOST: 500}))
@@ -116,7 +116,7 @@ def test_readouts_do_not_spike(image: ChipImage) -> None:
     assert expected_activity(image, Rates(1000)).totals()["spikes"] == pytest.approx(spiking)
 
 
-def test_at_the_rates_of_a_run_the_counts_are_those_of_the_run(wired: ChipImage) -> None:
+def test_expected_counts_at_the_rates_of_a_run_are_those_of_the_run(wired: ChipImage) -> None:
     chip, n = NativeChip(wired, seed=0), 1000
     for _ in range(n):
         chip.step(np.array([]), {})
@@ -140,13 +140,15 @@ def test_a_rate_that_no_neuron_can_have_is_refused(wired: ChipImage, rate: float
     )
 
 
-def test_the_name_of_no_ensemble_is_refused(wired: ChipImage) -> None:
+def test_a_rate_for_an_unknown_ensemble_is_refused(wired: ChipImage) -> None:
     with pytest.raises(UsageError) as raised:
         expected_activity(wired, Rates(0, {"prae": 1}))
     assert str(raised.value) == "unknown ensemble 'prae'; choose from: host, post, pre"
 
 
-def test_pieces_go_by_the_name_of_the_whole(convolution: Callable[..., nengo.Network]) -> None:
+def test_a_rate_holds_for_all_pieces_of_the_named_ensemble(
+    convolution: Callable[..., nengo.Network],
+) -> None:
     image = compile_network(convolution(), pipeline="").image
     activity = expected_activity(image, Rates(0, {"maps": 1000}))
     sizes = {block.label: 16 / 2 for block in image.manifest.blocks if block.owner == "maps"}

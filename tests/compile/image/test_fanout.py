@@ -64,7 +64,7 @@ def test_fanout_counted_by_hand(neuron_network: Callable[..., nengo.Network]) ->
     assert found.messages.tolist() == [[0, 0], [0, 1], [0, 1], [0, 1]] + [[0, 0]] * 6
 
 
-def test_two_groups_on_one_core_are_one_message(image: ChipImage) -> None:
+def test_a_spike_to_several_groups_on_one_core_is_one_message(image: ChipImage) -> None:
     apart = fanout(image)
     together = fanout(image.on_cores(np.zeros(image.n_blocks)))
     assert np.array_equal(

@@ -1,4 +1,4 @@
-"""Images in files: whole again when loaded, and refused when altered, truncated or foreign."""
+"""Images in files: equal when loaded again, and refused if altered, truncated or foreign."""
 
 import errno
 import json
@@ -74,7 +74,7 @@ def test_equal_images_give_equal_files(image: ChipImage, tmp_path: Path) -> None
     assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
 
 
-def test_the_layout_lists_exactly_what_is_stored(image: ChipImage, file: Path) -> None:
+def test_the_layout_lists_exactly_the_arrays_of_a_file(image: ChipImage, file: Path) -> None:
     with np.load(file) as stored:
         assert {*stored.files} == {"header", *LAYOUT}
         assert {name: stored[name].dtype.str for name in LAYOUT} == {
@@ -98,7 +98,7 @@ def test_a_truncated_file_is_refused(share: float, file: Path) -> None:
     assert refusal(file) == DAMAGED
 
 
-def test_a_damaged_file_is_refused_or_equal(image: ChipImage, file: Path) -> None:
+def test_a_file_with_a_damaged_byte_is_refused_or_loads_equal(image: ChipImage, file: Path) -> None:
     content = file.read_bytes()
     rng = np.random.RandomState(0)
     refused = 0
@@ -114,8 +114,8 @@ def test_a_damaged_file_is_refused_or_equal(image: ChipImage, file: Path) -> Non
     assert refused > 75  # more than half
 
 
-def test_a_file_that_inflates_out_of_all_proportion_is_refused(file: Path) -> None:
-    """One array of 128 MB, all zeros, in a file of 130 kB."""
+def test_a_file_that_inflates_too_much_is_refused(file: Path) -> None:
+    """The file of 130 kB holds an array of 128 MB of zeros."""
 
     def change(members: dict[str, np.ndarray]) -> None:
         members["weights"] = np.zeros(32 << 20, dtype=np.int32)
@@ -141,8 +141,8 @@ def test_an_array_of_another_type_is_refused(array: np.ndarray, found: str, file
     assert refusal(file) == f"array bias is of type {found}, not <i4; compile it again"
 
 
-def test_an_array_that_claims_more_than_it_holds_is_refused(file: Path) -> None:
-    """NumPy would allocate what the head of an array says, before it reads any of it."""
+def test_an_array_whose_header_claims_more_than_it_holds_is_refused(file: Path) -> None:
+    """NumPy would allocate the size in an array's header before it reads any of the array."""
     with zipfile.ZipFile(file) as archive:
         members = {info.filename: archive.read(info) for info in archive.infolist()}
     head = members["bias.npy"]
@@ -182,7 +182,7 @@ def test_a_manifest_of_another_form_is_refused(
     assert message.endswith("; compile it again")
 
 
-def test_a_manifest_nested_without_end_is_refused(file: Path) -> None:
+def test_a_manifest_that_is_nested_too_deeply_is_refused(file: Path) -> None:
     def change(members: dict[str, np.ndarray]) -> None:
         members["header"] = np.frombuffer(b"[" * 100_000, np.uint8)
 
@@ -191,7 +191,7 @@ def test_a_manifest_nested_without_end_is_refused(file: Path) -> None:
 
 
 def test_a_manifest_that_would_fill_the_memory_is_refused(file: Path) -> None:
-    """Lists take fifty times their text, and it inflates a hundredfold."""
+    """Lists take fifty times the memory of their text, and the text inflates a hundredfold."""
 
     def change(members: dict[str, np.ndarray]) -> None:
         members["header"] = np.frombuffer(b"[1]," * (MOST_PARTS + 1), np.uint8)
@@ -215,13 +215,13 @@ def test_a_single_array_is_refused(tmp_path: Path) -> None:
     assert refusal(path) == DAMAGED
 
 
-def test_arrays_of_someone_else_are_refused(tmp_path: Path) -> None:
+def test_a_file_of_foreign_arrays_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "arrays.npz"
     np.savez(path, weights=np.arange(3))
     assert refusal(path) == DAMAGED
 
 
-def test_an_altered_weight_is_found(file: Path) -> None:
+def test_a_file_with_an_altered_weight_is_refused(file: Path) -> None:
     def change(members: dict[str, np.ndarray]) -> None:
         members["weights"][0] += 64
 
@@ -231,7 +231,7 @@ def test_an_altered_weight_is_found(file: Path) -> None:
     )
 
 
-def test_an_altered_manifest_is_found(file: Path) -> None:
+def test_a_file_with_an_altered_manifest_is_refused(file: Path) -> None:
     def change(members: dict[str, np.ndarray]) -> None:
         header = json.loads(bytes(members["header"]))
         header["manifest"]["dt_s"] = 0.5
@@ -268,7 +268,7 @@ def test_an_unknown_schema_is_refused(header: Any, schema: int | None, tmp_path:
 
 
 @pytest.mark.parametrize("arithmetic", ["loihi-3", None])
-def test_an_image_for_a_chip_that_computes_otherwise_is_refused(
+def test_an_image_for_a_chip_of_another_arithmetic_is_refused(
     image: ChipImage, arithmetic: str | None, tmp_path: Path
 ) -> None:
     manifest = replace(image.manifest, chip="another", arithmetic=arithmetic)

@@ -66,13 +66,13 @@ def test_each_chip_sends_the_number_of_the_step_even_if_nothing_on_it_is_read():
     assert sorted(host_traffic(image, small).words_back) == [1, 1 + 10]
 
 
-def test_what_does_not_talk_to_the_host_sends_nothing():
+def test_a_network_without_inputs_and_outputs_sends_no_words():
     with nengo.Network() as net:
         nengo.Ensemble(10, 1)
     assert host_traffic(compile_network(net).image, LOIHI).words_back == ()
 
 
-def test_errors_of_learning_are_sent_by_dimension():
+def test_one_learning_error_is_sent_for_each_dimension():
     with (net := network(dimensions=2)):
         out = nengo.Node(size_in=2)
         learned = nengo.Connection(net.neurons, out, learning_rule_type=nengo.PES())
@@ -80,7 +80,7 @@ def test_errors_of_learning_are_sent_by_dimension():
     assert host_traffic(compile_network(net).image, LOIHI).errors == 2
 
 
-def test_neurons_on_the_host_have_rates_that_nobody_knows_before_a_run():
+def test_rates_of_neurons_on_the_host_count_as_unknown_before_a_run():
     with nengo.Network(seed=0) as net:
         host, chip = (nengo.Ensemble(5, 1) for _ in range(2))
         nengo.Connection(host.neurons, chip.neurons, transform=np.eye(5))
@@ -99,12 +99,12 @@ def test_neurons_on_the_host_have_rates_that_nobody_knows_before_a_run():
         (500.0, 500.0, 500.0),
         (1000.0, 0.0, 250.0),
         (500.0, 0.0, 125.0),
-        (2000.0, 0.0, 375.0),  # from 0.5 on in every step
+        (2000.0, 0.0, 375.0),  # values from 0.5 on spike in every step
         (0.0, 300.0, 300.0),
         (0.0, 3000.0, 1000.0),
     ],
 )
-def test_rates_are_those_of_values_spread_evenly(gain, bias, mean_hz):
+def test_the_mean_rate_is_that_of_values_spread_evenly_from_minus_1_to_1(gain, bias, mean_hz):
     encoding = Encoding("on_off", gain, bias)
     assert mean_rate_hz(encoding, DT_S) == pytest.approx(mean_hz)
     values = np.linspace(-1, 1, 20001)
@@ -112,8 +112,8 @@ def test_rates_are_those_of_values_spread_evenly(gain, bias, mean_hz):
 
 
 @pytest.mark.parametrize("backend", ["native", "nengo-loihi"])
-def test_what_a_run_counts_is_what_the_relays_send(backend):
-    """Count a spike a dimension in a step, whatever the value."""
+def test_spikes_counted_in_a_run_are_those_that_the_host_sends(backend):
+    """Each dimension sends a spike in a step on average, whatever its value."""
     with Simulator(network(), backend=backend) as sim:
         sim.run_steps(200)
         sent = sim.activity.from_host

@@ -1,4 +1,4 @@
-"""The words of an image: what crosses between host and chip, and what each block is."""
+"""The manifest of an image: its inputs and outputs, and the entries of its blocks."""
 
 from collections.abc import Callable
 
@@ -66,7 +66,7 @@ def test_the_equation_of_an_encoding_gives_the_spikes_of_the_host() -> None:
     np.testing.assert_allclose(counted, rates, atol=1)
 
 
-def test_an_output_has_the_name_and_the_filter_of_what_crosses() -> None:
+def test_an_output_has_the_name_and_filter_of_its_connection_or_probe() -> None:
     outputs = {entry.name: entry for entry in image().manifest.outputs}
     assert set(outputs) == {"on chip -> sink", "spikes"}
     assert outputs["on chip -> sink"].filter == Filter("Alpha", 0.03)
@@ -81,7 +81,9 @@ def test_a_label_is_made_of_owner_and_pieces() -> None:
     assert (piece.label, piece.built) == ("pool[1/2][3/3]", "pool[1/2]")
 
 
-def test_bit_tables_come_with_the_image(convolution: Callable[..., nengo.Network]) -> None:
+def test_the_manifest_lists_the_bits_of_weight_and_index_codes(
+    convolution: Callable[..., nengo.Network],
+) -> None:
     manifest = compile_network(convolution()).image.manifest
     assert manifest.weight_bits == (0, 1, 2, 3, 4, 5, 6, 8)
     assert manifest.index_bits == (0, 6, 7, 8, 9, 10, 11, 12)
@@ -95,7 +97,7 @@ def test_bit_tables_come_with_the_image(convolution: Callable[..., nengo.Network
         (rb'{"schema": "%b"}' % (b"x" * 10**6), f"image schema {'x' * 400}..., this"),
     ],
 )
-def test_a_refusal_does_not_print_what_a_file_likes(manifest: bytes, message: str) -> None:
+def test_a_refusal_escapes_and_shortens_text_from_a_file(manifest: bytes, message: str) -> None:
     with pytest.raises(ImageError) as raised:
         read_header(b'{"manifest": %b}' % manifest)
     assert message in str(raised.value)

@@ -1,4 +1,4 @@
-"""Energy by module: what is of no core's placement adds up to what it is by core."""
+"""Energy by module, whose sum is the energy by core except for terms that depend on places."""
 
 import nengo
 import pytest
@@ -17,7 +17,7 @@ PLACED = {"message", "hop_east_west", "hop_north_south", "message_between_chips"
 
 @pytest.fixture(scope="module")
 def network() -> nengo.Network:
-    """Return an ensemble in two pieces, which the host and another one drive."""
+    """Return a network of a large ensemble in two pieces, between the host and a small one."""
     with nengo.Network(seed=1) as network:
         source = nengo.Node(0.5, label="source")
         large, small = nengo.Ensemble(1200, 1, label="large"), nengo.Ensemble(30, 1, label="small")
@@ -43,18 +43,18 @@ def assert_adds_up(compilation: Compilation, whole: Activity, parts: Activity) -
         assert by_parts * whole.n_steps == pytest.approx(of_no_place)
 
 
-def test_modules_are_ensembles_and_what_relays_them(compilation: Compilation) -> None:
+def test_modules_are_ensembles_relays_and_readouts(compilation: Compilation) -> None:
     assert modules(compilation.image) == ("large", "small", "large -> small", "small -> probes[0]")
     assert by_module(compilation.image).n_cores == 4
 
 
-def test_what_is_expected_of_modules_adds_up(compilation: Compilation) -> None:
+def test_expected_energies_of_modules_add_up(compilation: Compilation) -> None:
     image, rates = compilation.image, Rates(100.0, {"small": 20.0})
     parts = expected_activity(by_module(image), rates)
     assert_adds_up(compilation, expected_activity(image, rates), parts)
 
 
-def test_what_modules_did_in_a_run_adds_up(
+def test_measured_energies_of_modules_add_up(
     network: nengo.Network, compilation: Compilation
 ) -> None:
     measured = measure(network, compilation, 0.05, seed=0, progress=lambda _what, _share: None)

@@ -1,4 +1,4 @@
-"""Rows of a soft core are counted as its writer lays them out, or larger where it shares more."""
+"""The memory of rows in a soft core: counted as the writer lays them out, or more than that."""
 
 import numpy as np
 import pytest
@@ -17,13 +17,13 @@ def by_core(image: ChipImage) -> np.ndarray:
 
 @settings(max_examples=100)
 @given(image=soft_images())
-def test_no_image_takes_more_than_is_counted(image: ChipImage) -> None:
+def test_no_core_takes_more_memory_than_is_counted(image: ChipImage) -> None:
     for counted, core in zip(by_core(image), written(image, unit=0).cores, strict=True):
         assert counted >= WORD_BITS * len(core.rows)
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_the_count_is_at_most_one_percent_above_where_no_rows_are_equal(seed: int) -> None:
+def test_the_count_is_at_most_1_percent_too_high_if_no_rows_are_equal(seed: int) -> None:
     image = wide_image(seed)
     rows = [WORD_BITS * len(core.rows) for core in written(image).cores]
     assert (by_core(image) >= rows).all()
@@ -42,10 +42,10 @@ def counted_words(weights: list[int], indices: list[int] | None = None) -> int:
     return int(soft_row_bits(image).sum()) // WORD_BITS
 
 
-def test_words_by_hand() -> None:
+def test_the_words_of_a_row_agree_with_a_count_by_hand() -> None:
     assert counted_words([64] * 5) == 2 + 3  # two weights a word
     assert counted_words([64, 0, 0, 0, 64]) == 2 + 2  # a word each, with its gap
     assert counted_words([0, 0]) == 0
     assert counted_words([64, 64], [0, 600]) == 2 + 2 + 2  # gaps of up to 255
-    assert counted_words([64 * 128]) == 2 + 1  # a shift is no more bits
-    assert counted_words([64 * 129]) == 2 * (2 + 1)  # 9 bits are two rows
+    assert counted_words([64 * 128]) == 2 + 1  # a shifted weight takes no more bits
+    assert counted_words([64 * 129]) == 2 * (2 + 1)  # a weight of 9 bits takes two rows

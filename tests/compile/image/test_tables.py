@@ -26,12 +26,12 @@ def test_offsets_and_parts_divide_an_array() -> None:
     assert offsets(np.array([], dtype=int)).tolist() == [0]
 
 
-def test_arrays_are_laid_end_to_end() -> None:
+def test_flat_lays_arrays_end_to_end() -> None:
     assert flat([np.array([3, 1]), np.array([2])]).tolist() == [3, 1, 2]
     assert flat([], float).dtype == float
 
 
-def test_ranges_begin_where_asked() -> None:
+def test_ranges_begin_at_their_starts_and_have_their_lengths() -> None:
     assert ranges(np.array([10, 0, 5]), np.array([2, 0, 3])).tolist() == [10, 11, 5, 6, 7]
 
 
@@ -59,18 +59,20 @@ def test_an_array_that_is_frozen_already_is_shared() -> None:
         (["a"], "reads.compartment: values of type <U1 are no numbers"),
     ],
 )
-def test_an_array_that_its_type_cannot_hold_is_refused(array: object, message: str) -> None:
+def test_an_array_that_the_type_of_its_column_cannot_hold_is_refused(
+    array: object, message: str
+) -> None:
     with pytest.raises(ImageError) as caught:
         Reads(compartment=np.array(array))
     assert str(caught.value) == message
 
 
-def test_a_table_that_begins_with_starts_has_one_row_fewer() -> None:
+def test_a_table_of_starts_has_one_row_fewer_than_starts() -> None:
     assert len(Inputs(size=np.zeros(3, dtype=int))) == 3
     assert len(Outputs(start=np.array([0, 2, 5]), weight_start=np.array([0, 0, 0]))) == 2
 
 
-def test_every_array_is_declared_once_and_divides_and_points_at_tables() -> None:
+def test_every_array_is_declared_once_and_refers_to_known_tables() -> None:
     columns = [column for table in TABLES for column in table.columns().values()]
     assert len(LAYOUT) == len(columns)
     known = {table.NAME for table in TABLES}
@@ -80,7 +82,7 @@ def test_every_array_is_declared_once_and_divides_and_points_at_tables() -> None
     }
 
 
-def test_positions_of_numbers() -> None:
+def test_positions_lists_the_places_where_each_number_occurs() -> None:
     found = positions(np.array([2, 0, 2, 4]), 6)
     assert [where.tolist() for where in found] == [[1], [], [0, 2], [], [3], []]
     assert positions(np.zeros(0, dtype=int), 0) == []

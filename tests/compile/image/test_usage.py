@@ -1,5 +1,8 @@
-"""Counts by hand. A list of n weights takes ceil((n * width + 10) / 64) words of 64 bits, where
-width is 8 bits for the weight and, if the targets are not 0, 1, 2 ..., the bits of an index."""
+"""Resources of blocks and cores, counted by hand.
+
+A list of n weights takes ceil((n * width + 10) / 64) words of 64 bits, where width is 8 bits for
+the weight and, if the targets are not 0, 1, 2 ..., the bits of an index.
+"""
 
 from collections.abc import Callable
 
@@ -27,14 +30,14 @@ def uses(network: nengo.Network) -> dict[str, CoreUse]:
     return {core.label: core for core in core_uses(image, LOIHI)}
 
 
-def test_neurons_wired_to_neurons(neuron_network: Make) -> None:
+def test_neurons_wired_to_neurons_take_an_axon_each_at_both_ends(neuron_network: Make) -> None:
     cores = uses(neuron_network(np.ones((6, 4)), 4, 6))
     # pre: 4 neurons with an axon each. post: 4 axons of 6 weights: 6 * 8 + 10 = 58 bits, 1 word.
     assert cores["pre"] == CoreUse("pre", 4, 0, 4, 0, 1, 1, 0)
     assert cores["post"] == CoreUse("post", 6, 4, 0, 4 * 64, 1, 1, 1)
 
 
-def test_only_neurons_with_an_axon_take_one(neuron_network: Make) -> None:
+def test_only_neurons_that_are_connected_take_an_axon(neuron_network: Make) -> None:
     cores = uses(neuron_network(np.ones((6, 3)), 8, 6, slice(2, 8, 2)))
     assert (cores["pre"].out_axons, cores["post"].in_axons) == (3, 3)
 
@@ -68,7 +71,7 @@ def test_scattered_targets_carry_index_bits(neuron_network: Make) -> None:
     assert far["post"].synapse_bits == 128
 
 
-def test_a_decoded_connection_takes_a_core_of_its_own() -> None:
+def test_the_relay_of_a_decoded_connection_takes_a_core_of_its_own() -> None:
     with nengo.Network(seed=1) as network:
         u = nengo.Node(0.5)
         a = nengo.Ensemble(4, 1, label="a")
@@ -85,7 +88,9 @@ def test_a_decoded_connection_takes_a_core_of_its_own() -> None:
 
 
 @pytest.mark.parametrize(("pop_type", "slots"), [(32, 2), (16, 1)])
-def test_a_population_axon_takes_its_slots(pop_type: int, slots: int, convolution: Make) -> None:
+def test_a_population_axon_takes_the_slots_of_its_type(
+    pop_type: int, slots: int, convolution: Make
+) -> None:
     cores = uses(convolution(pop_type=pop_type, split=False))
     # 16 pixels have an axon each; all 16 are reached, as 3 x 3 filters leave no pixel out.
     assert cores["image"].out_axons == 16 * slots
@@ -100,7 +105,9 @@ def test_splitting_the_target_multiplies_axons(convolution: Make) -> None:
     assert cores["image"].out_axons == 2 * (12 + 12)
 
 
-def test_indexed_formats_carry_index_bits(compiled_convolution: Compilation) -> None:
+def test_synapse_bits_of_indexed_formats_are_those_of_nengo_loihi(
+    compiled_convolution: Compilation,
+) -> None:
     image = compiled_convolution.image
     cores = {core.label: core for core in core_uses(image, LOIHI)}
     model = compiled_convolution.model
@@ -134,20 +141,22 @@ def test_synapse_profiles_are_distinct_formats_on_a_core(neuron_network: Make) -
     assert (core.in_axons, core.synapse_profiles) == (12, 2)
 
 
-def test_blocks_that_share_a_core_add_up(image: ChipImage) -> None:
+def test_resources_of_blocks_on_one_core_add_up(image: ChipImage) -> None:
     alone = core_uses(image, LOIHI)
     (together,) = core_uses(image.on_cores(np.zeros(image.n_blocks)), LOIHI)
     for name in ("compartments", "in_axons", "out_axons", "synapse_bits"):
         assert getattr(together, name) == sum(getattr(core, name) for core in alone)
 
 
-def test_an_ensemble_on_its_own_uses_compartments_only() -> None:
+def test_an_unconnected_ensemble_takes_no_axons_and_no_synapses() -> None:
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, label="a")
     assert uses(network) == {"a": CoreUse("a", 5, 0, 0, 0, 1, 1, 0)}
 
 
-def test_without_a_public_layout_bits_of_weights_are_counted(neuron_network: Make) -> None:
+def test_only_bits_of_weights_count_if_the_memory_layout_is_not_public(
+    neuron_network: Make,
+) -> None:
     image = compile_network(neuron_network(np.ones((70, 3)), 3, 70), pipeline="").image
     unknown = LOIHI.model_copy(update={"synapse_memory": None})
     assert core_uses(image, unknown)[1].synapse_bits == 70 * 3 * 8
@@ -179,12 +188,12 @@ def test_each_block_has_axons_of_its_own() -> None:
     assert core_uses(image.on_cores(np.zeros(3)), LOIHI)[0].out_axons == 16
 
 
-def test_a_compartment_with_plain_axons_too_shares_none() -> None:
-    # Channels 1 and 2 of the first pixel share one axon; channel 0 has it again, beside the plain.
+def test_a_compartment_that_also_has_plain_axons_shares_no_axons() -> None:
+    # Channels 1 and 2 of the first pixel share an axon; channel 0 has it again, and a plain one.
     assert out_axons(populations(plain=True)) == [4 * 2 + 2 + 1, 0]
 
 
-def test_compartments_with_the_same_plain_axon_share_none_either() -> None:
+def test_compartments_with_the_same_plain_axon_share_no_axons() -> None:
     groups = [Group([np.full((3, 2), 64)], block=1, pop_type=32), Group([[64]], block=1)]
     routes = [Route([0] * 3, atom=[0, 1, 2], block=0), Route([0] * 3, group=1, block=0)]
     assert out_axons(Parts([Block(3), Block(2)], groups, routes=routes).image()) == [3 * (2 + 1), 0]

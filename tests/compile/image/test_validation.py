@@ -1,4 +1,4 @@
-"""Images made by hand can be wrong, and cannot make the kernels leave their arrays."""
+"""Checks of images made by hand, which keep the kernels within their arrays."""
 
 import os
 import subprocess
@@ -28,7 +28,7 @@ def test_the_good_images_run(make: Callable[[], ChipImage]) -> None:
     run(make())
 
 
-def test_formats_are_those_of_nengo_loihi() -> None:
+def test_synapse_formats_are_those_of_nengo_loihi() -> None:
     assert SynapseConfig.params == FORMAT
     assert (tuple(SynapseConfig.WEIGHT_BITS_MAP), tuple(SynapseConfig.INDEX_BITS_MAP)) == (
         WEIGHT_BITS,
@@ -97,7 +97,7 @@ def put(row: int, value: int) -> Callable[[np.ndarray], None]:
         ),
     ],
 )
-def test_a_number_out_of_bounds_is_named(
+def test_a_refusal_names_the_number_out_of_bounds(
     name: str, change: Callable[[np.ndarray], Any], message: str
 ) -> None:
     assert refusal(with_array(name, change)) == f"{message}; compile it again"
@@ -153,7 +153,7 @@ def test_numbers_that_learning_cannot_compute_with_are_refused(
     assert refusal(learns(**changed)).startswith(message)
 
 
-def test_rows_that_do_not_meet_the_errors_they_learn_from_are_refused() -> None:
+def test_learning_rows_of_another_size_than_their_errors_are_refused() -> None:
     assert refusal(learning(n=3)) == (
         "the size of rows that learn[0] is 3, not 2; compile it again"
     )
@@ -167,13 +167,17 @@ def test_rows_that_do_not_meet_the_errors_they_learn_from_are_refused() -> None:
         ([Block(2), Block(0, core=1)], "the size of blocks[1] is 0, at least 1"),
     ],
 )
-def test_what_has_no_compartments_is_refused(blocks: list[Block], message: str) -> None:
+def test_an_image_or_block_without_compartments_is_refused(
+    blocks: list[Block], message: str
+) -> None:
     assert refusal(Parts(blocks).image()) == f"{message}; compile it again"
 
 
 @pytest.mark.parametrize("segments", [(), (0,), (-1, 1)])
 @pytest.mark.parametrize("size", [-5, 3, 10**18])
-def test_outputs_of_no_compartments_are_refused(segments: tuple[int, ...], size: int) -> None:
+def test_an_output_that_reads_no_compartments_is_refused(
+    segments: tuple[int, ...], size: int
+) -> None:
     image = Parts(outputs=[Output("voltage", [], decoded=True)]).image()
     entry = replace(image.manifest.outputs[0], shape=(0, size), segments=segments)
     odd = replace(image, manifest=replace(image.manifest, outputs=(entry,)))
@@ -183,7 +187,7 @@ def test_outputs_of_no_compartments_are_refused(segments: tuple[int, ...], size:
     )
 
 
-def test_an_output_that_does_not_fit_is_refused() -> None:
+def test_an_output_with_a_wrong_shape_segments_or_order_is_refused() -> None:
     image = good()
     for change, message in (
         ({"shape": (3, 1)}, "manifest.outputs[0].shape is (3, 1), of 2 weights, not (2, 1)"),
@@ -200,7 +204,7 @@ def test_an_output_that_does_not_fit_is_refused() -> None:
         assert refusal(odd) == f"{message}; compile it again"
 
 
-def test_sources_that_no_file_holds_are_refused() -> None:
+def test_too_many_sources_of_inputs_are_refused() -> None:
     image = good()
     routes = image.routes
     entry = replace(image.manifest.inputs[0], size=2**31 - 1)
@@ -210,8 +214,8 @@ def test_sources_that_no_file_holds_are_refused() -> None:
     assert refusal(odd) == "the sum of inputs.size is 2147483650, at most 1048576; compile it again"
 
 
-def test_rows_that_are_shared_out_of_all_proportion_are_refused() -> None:
-    """100,000 axons that each read 1,000 single targets: 10^8 runs from 1 MB."""
+def test_rows_that_too_many_axons_share_are_refused() -> None:
+    """The image of 1 MB has 100,000 axons that each read 1,000 single targets: 10^8 runs."""
     image = good()
     n, k = 100_000, 1_000
     blocks = replace(image.blocks, start=np.array([0, 4, 2 * k + 4]))
@@ -240,14 +244,14 @@ def test_rows_that_are_shared_out_of_all_proportion_are_refused() -> None:
     )
 
 
-def test_a_scalar_is_no_column() -> None:
+def test_a_scalar_in_place_of_a_column_is_refused() -> None:
     with pytest.raises(ImageError) as raised:
         with_array("bias", lambda a: a[0])
     assert str(raised.value) == "compartments.bias is an array of 0 dimensions, not 1"
 
 
 @pytest.mark.parametrize("name", LAYOUT)
-def test_a_table_holds_numbers_only(name: str) -> None:
+def test_a_column_of_text_is_refused(name: str) -> None:
     with pytest.raises(ImageError) as raised:
         with_array(name, lambda a: np.full(a.shape, "x"))
     assert str(raised.value).endswith("values of type <U1 are no numbers")
@@ -261,7 +265,7 @@ def test_forged_images_are_refused_or_run() -> None:
 
 @pytest.mark.slow
 def test_forged_images_stay_within_their_arrays(root: Path, tmp_path: Path) -> None:
-    """Every index is checked by numba here: one out of bounds would be an IndexError."""
+    """Numba checks every index here: an index out of bounds would raise an IndexError."""
     seeds = range(1000, 1000 + N_CHECKED)
     program = f"from tests.helpers.forging import attack; print(attack({seeds}))"
     environment = {**os.environ, "NUMBA_BOUNDSCHECK": "1", "NUMBA_CACHE_DIR": str(tmp_path)}
