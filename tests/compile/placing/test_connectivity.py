@@ -16,7 +16,7 @@ from tests.helpers.two_blocks import two_blocks
 
 
 @given(images())
-def test_what_is_put_together_again_is_the_image(image: ChipImage) -> None:
+def test_an_image_that_is_divided_and_assembled_again_is_unchanged(image: ChipImage) -> None:
     assert assemble(image, division_of(image), groups_of(image), routes_of(image)) == image
 
 
@@ -37,7 +37,7 @@ def test_routes_come_from_blocks_and_from_the_host() -> None:
     assert found == [(False, 0, 0, [0, 1], [0, 0]), (True, 0, 0, [1], [0])]
 
 
-def test_groups_and_routes_can_be_others() -> None:
+def test_an_image_can_be_assembled_with_other_groups_and_routes() -> None:
     image = two_blocks()
     (group,) = groups_of(image)
     rows, atom = group.rows, np.array([1])

@@ -15,7 +15,7 @@ def test_a_block_goes_to_a_core_with_room_or_to_a_new_one() -> None:
     assert cores.loads == [load(6), load(8), load(4)]
 
 
-def test_a_core_that_is_set_has_other_room() -> None:
+def test_setting_the_blocks_of_a_core_changes_its_room() -> None:
     of = problem(6, 5, 4)
     cores = Cores(of, [[0], [1]])
     assert cores.with_room(2).tolist() == [0, 1]
@@ -23,13 +23,13 @@ def test_a_core_that_is_set_has_other_room() -> None:
     assert cores.with_room(2).tolist() == [0]
 
 
-def test_cores_leave_the_packing_they_start_from() -> None:
+def test_cores_do_not_change_the_packing_they_start_from() -> None:
     bins = [[0]]
     Cores(problem(1, 1), bins).put(0, 1)
     assert bins == [[0]]
 
 
-def test_spikes_are_those_with_the_blocks_that_are_on_cores_by_then() -> None:
+def test_spikes_count_only_blocks_that_are_on_cores_already() -> None:
     of = problem(1, 1, 1, traffic={(0, 2): 3}, audiences={(0, 1, 2): 4})
     cores = Cores(of, [[0]])
     both = np.arange(2)

@@ -47,7 +47,7 @@ def test_axons_that_share_a_row_share_its_pieces() -> None:
     assert after.in_axons.row.tolist() == [0, 0, 0, 0]
 
 
-def test_blocks_with_plain_axons_that_do_not_learn_can_be_cut() -> None:
+def test_only_blocks_with_plain_axons_that_do_not_learn_can_be_cut() -> None:
     learning = (1, 0, 0, 2, 8, 1, 1)
     groups = [
         Group([[64]], block=1, pop_type=32),

@@ -1,4 +1,4 @@
-"""Resources of a stretch, reckoned without cutting, against those of the piece that is cut."""
+"""Resources of a stretch, computed without a cut, against those of the piece after the cut."""
 
 import math
 
@@ -42,7 +42,7 @@ def test_a_stretch_takes_the_axons_that_reach_it(
     assert load.amounts == amounts
 
 
-def test_output_axons_are_those_of_the_slots_that_are_given() -> None:
+def test_output_axons_of_a_stretch_are_the_sum_of_its_slots() -> None:
     image = two_blocks()
     load = demand_of(image, 0).load(1, 2, np.array([5, 7, 0, 0, 0]))
     assert load.amounts == (1, 0, 7, 0)
@@ -79,7 +79,7 @@ def test_an_axon_without_a_base_reaches_no_piece() -> None:
 @pytest.mark.parametrize("chip", [LOIHI, SOFT], ids=lambda chip: chip.name)
 @settings(max_examples=60)
 @given(images(), st.randoms(use_true_random=False))
-def test_any_piece_takes_what_was_reckoned(
+def test_any_piece_takes_the_resources_computed_for_its_stretch(
     chip: ChipModel, image: ChipImage, random: object
 ) -> None:
     sizes = np.diff(image.blocks.start)

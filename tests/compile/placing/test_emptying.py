@@ -9,7 +9,7 @@ from tests.helpers.packing_problems import load, problem, problems
 
 
 class AskingAll(Emptying):
-    """Attempts that ask all cores for room, whatever was known of them before."""
+    """Attempts that check all cores for room, without results of earlier attempts."""
 
     def _third_has_room(self, core: int, other: int) -> bool:
         return len(self._room_for(other, but=core)) > 0
@@ -35,24 +35,24 @@ def test_a_core_that_cannot_be_emptied_keeps_its_blocks() -> None:
 
 
 def test_only_smaller_blocks_make_room() -> None:
-    """The last, which is tried first, could take the place of either, which fit together."""
+    """The block of the emptiest core could replace either other block, as these fit together."""
     of = problem(load(4, in_axons=6), load(6), load(5, in_axons=5))
     assert emptied(of, [[0], [1], [2]]) == [[1, 0], [2]]
 
 
-def test_the_emptiest_core_that_can_be_emptied_is() -> None:
+def test_the_emptiest_core_that_can_be_emptied_is_emptied_first() -> None:
     of = problem(load(2, clipping=0b10), load(3, clipping=0b01), load(4, clipping=0b01))
     assert emptied(of, [[0], [1], [2]]) == [[0], [2, 1]]
 
 
-def test_exchanges_are_tried_as_often_as_is_said() -> None:
-    """Without any, the emptiest core stays, and the blocks of another find room."""
+def test_no_more_exchanges_than_allowed_are_tried() -> None:
+    """Without exchanges the emptiest core stays, and the blocks of another core find room."""
     of, bins = problem(5, 4, 6, 5), [[0, 1], [2], [3]]
     assert emptied(of, bins, exchanges=2) == [[0, 3], [2, 1]]
     assert emptied(of, bins, exchanges=0) == [[2, 1], [3, 0]]
 
 
-def test_loads_of_cores_are_not_counted_anew_for_each_that_is_emptied(
+def test_loads_of_cores_are_added_up_once_for_all_attempts(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     of = problem(*(load(6, thresholds=1 << number) for number in range(50)))
@@ -66,7 +66,7 @@ def test_loads_of_cores_are_not_counted_anew_for_each_that_is_emptied(
 
 @settings(max_examples=300)
 @given(of=problems(most_blocks=14))
-def test_room_known_from_before_makes_no_difference(of: Problem) -> None:
+def test_room_known_from_earlier_attempts_does_not_change_the_result(of: Problem) -> None:
     bins = filled(of, range(len(of.loads)), first)
     for victim in range(len(bins)):
         attempts = [kind(of, bins, EXCHANGES) for kind in (Emptying, AskingAll)]

@@ -38,14 +38,14 @@ def test_the_fewest_cores_are_found_and_proved() -> None:
 
 
 @pytest.mark.usefixtures("ortools")
-def test_more_cores_than_sums_say_are_proved() -> None:
+def test_a_bound_above_the_sums_of_amounts_is_proved() -> None:
     of = problem(*[3] * 5, room=cores_of(8))
     found = pack_exactly(of, apart(of))
     assert (len(found.bins), found.at_least) == (3, 3)
 
 
 @pytest.mark.usefixtures("ortools")
-def test_profiles_are_limited() -> None:
+def test_the_exact_packing_keeps_the_limit_of_profiles() -> None:
     sizes, masks = (3, 4, 4, 3, 4), (0b001, 0b010, 0b010, 0b100, 0b010)
     found = pack_exactly(of := problem(*sizes), apart(of))
     assert (len(found.bins), found.at_least) == (2, 2)
@@ -55,7 +55,7 @@ def test_profiles_are_limited() -> None:
 
 
 @pytest.mark.usefixtures("ortools")
-def test_a_search_that_finds_nothing_in_time_leaves_what_is_known(
+def test_a_search_that_finds_nothing_in_time_returns_the_known_packing(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(exact, "SEARCH", 1e-3)
@@ -72,13 +72,15 @@ def test_a_packing_that_meets_the_bound_needs_no_search(monkeypatch: pytest.Monk
     assert pack_exactly(problem(6, 6), known) == (known, 2)
 
 
-def test_what_fits_no_core_is_left_to_verification(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_packing_with_a_block_that_fits_no_core_is_returned_without_a_search(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
     of = problem(11, 3, 3)
     assert pack_exactly(of, apart(of)) == (apart(of), 2)
 
 
-def test_the_extra_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_error_names_the_extra_if_ortools_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "ortools.sat.python", None)
     with pytest.raises(MissingExtraError) as caught:
         pack_exactly(problem(3, 3), [[0], [1]])
@@ -91,7 +93,7 @@ def test_the_extra_is_named_where_it_is_missing(monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.usefixtures("ortools")
 @given(problems(most_blocks=6))
 @settings(max_examples=40)
-def test_no_packing_takes_fewer(of: Problem) -> None:
+def test_no_packing_takes_fewer_cores_than_the_exact_one(of: Problem) -> None:
     known = pack(of, effort=1)
     found = pack_exactly(of, known)
     assert_packed(of, found.bins)

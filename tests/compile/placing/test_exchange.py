@@ -23,13 +23,13 @@ def possible(of: Problem, bins: Bins, wanted: Load) -> list[int]:
     return exchanges(of, bins).possible(wanted, np.arange(len(of.loads))).tolist()
 
 
-def test_a_block_makes_room_where_the_load_fits_without_it() -> None:
+def test_a_block_may_make_room_if_the_load_fits_without_it() -> None:
     of = problem(5, 4, 3, 8)
     assert possible(of, [[0, 1], [2], [3]], load(6)) == [0, 2, 3]
     assert possible(of, [[0, 1], [2], [3]], load(11)) == []
 
 
-def test_profiles_that_a_block_alone_has_make_room() -> None:
+def test_a_block_may_make_room_by_profiles_that_only_it_has() -> None:
     of = problem(*(load(1, thresholds=mask) for mask in (0b01, 0b10, 0b10, 0b100)))
     assert possible(of, [[0, 1, 2], [3]], load(1, thresholds=0b1000)) == [0, 3]
 
@@ -42,7 +42,7 @@ def test_blocks_are_on_the_core_they_were_put_on_last() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_whatever_could_make_room_is_possible(seed: int) -> None:
+def test_every_block_that_makes_room_is_among_the_possible_ones(seed: int) -> None:
     """A block that is not among the possible ones cannot make room, whatever its core holds."""
     rng = np.random.RandomState(seed)
     of = problem(
@@ -70,7 +70,7 @@ def test_blocks_that_cannot_make_room_are_not_tried(monkeypatch: pytest.MonkeyPa
 
 
 def n_tried(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
-    """Return the number of exchanges tried where n cores hold two blocks with all profiles."""
+    """Return the number of exchanges tried if n cores hold two blocks with all profiles."""
     profiles = (load(size, thresholds=0b11 << 2 * core) for core in range(n) for size in (5, 3))
     of = problem(*profiles, room=cores_of(9)._replace(profiles=(2, 2, 2, 1, 1, 1)))
     bins = [[2 * core, 2 * core + 1] for core in range(n)]

@@ -15,7 +15,7 @@ def test_a_swap_gains_spikes_of_pairs_and_of_audiences() -> None:
     assert gains.of(2, 1, 0).tolist() == [-2, 4 + 1 - 2]
 
 
-def test_gains_follow_the_blocks_of_cores() -> None:
+def test_gains_change_with_the_blocks_of_cores() -> None:
     of = problem(1, 1, 1, traffic={(0, 1): 3})
     gains = Gains(of.traffic, [[0], [1, 2]])
     assert gains.of(0, 0, 1).tolist() == [0, 3]
@@ -26,7 +26,7 @@ def test_gains_follow_the_blocks_of_cores() -> None:
 
 @given(problems())
 @settings(max_examples=60)
-def test_gains_are_what_spikes_within_cores_rise_by(of: Problem) -> None:
+def test_gains_are_the_rise_of_spikes_within_cores(of: Problem) -> None:
     bins = pack(of, 0)
     gains = Gains(of.traffic, bins)
     for home, ours in enumerate(bins):

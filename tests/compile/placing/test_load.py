@@ -29,7 +29,7 @@ def test_amounts_add_up_and_profiles_unite() -> None:
 
 
 @pytest.mark.parametrize("kind", range(4))
-def test_a_core_holds_what_it_has_of_each_amount_and_no_more(kind: int) -> None:
+def test_a_core_holds_each_amount_up_to_its_limit(kind: int) -> None:
     def load(amount: int) -> Load:
         return Load(tuple(amount if k == kind else 0 for k in range(4)))
 
@@ -39,7 +39,7 @@ def test_a_core_holds_what_it_has_of_each_amount_and_no_more(kind: int) -> None:
 
 
 @pytest.mark.parametrize("kind", range(6))
-def test_a_core_holds_as_many_distinct_profiles_as_it_has(kind: int) -> None:
+def test_a_core_holds_distinct_profiles_up_to_its_limit(kind: int) -> None:
     def load(n: int) -> Load:
         return Load(profiles=tuple((1 << n) - 1 if k == kind else 0 for k in range(6)))
 
@@ -56,7 +56,7 @@ def test_the_scarcest_resource_decides_how_full_a_core_is() -> None:
     assert ROOM.fill(Load((5, 5, 5, 5))) == 0.5
     assert ROOM.fill(Load((5, 5, 27, 5))) == 0.9
     assert ROOM.fill(Load((5, 5, 5, 5), (0b111, 0, 0, 0, 0, 0))) == 0.75
-    # every block has one setting of each kind that a core has one of
+    # settings of which a core has one do not count: every block takes one of each kind
     assert ROOM.fill(Load((5, 5, 5, 5), (0, 0, 0, 1, 1, 1))) == 0.5
 
 
@@ -66,7 +66,7 @@ def test_loihis_cores_have_the_limits_of_its_file() -> None:
     assert room.profiles == (32, 8, 8, 1, 1, 1)
 
 
-def test_what_is_not_public_is_no_limit() -> None:
+def test_an_amount_that_is_not_public_has_no_limit() -> None:
     assert math.inf in capacity(chips.get("loihi2")).amounts
 
 
@@ -79,7 +79,7 @@ def test_the_load_of_a_block_is_counted_from_the_image() -> None:
     assert target.profiles == (0b1, 0b1, 0b1, 0b1, 0, 0b1)
 
 
-def test_blocks_of_a_core_are_one_load() -> None:
+def test_the_load_of_a_core_is_the_sum_of_its_blocks() -> None:
     parts = Parts([Block(2), Block(3, core=1), Block(5)])
     assert [load.amounts[0] for load in core_loads(parts.image(), LOIHI)] == [7, 3]
 
@@ -98,7 +98,7 @@ def test_each_distinct_setting_has_a_bit_of_its_own() -> None:
     assert [group.tolist() for group in masks.groups] == [[], [0]]
 
 
-def test_settings_of_noise_count_where_a_neuron_is_noisy() -> None:
+def test_settings_of_noise_count_only_if_a_neuron_is_noisy() -> None:
     image = Parts([Block(2, enable_noise=[0, 1]), Block(1, noise_exp=3)]).image()
     masks = ProfileMasks(image)
     assert masks.of(0, 0, 1, [])[4] == 0

@@ -33,37 +33,37 @@ def test_the_first_core_or_the_fullest_takes_a_block(choice: CoreChoice, bins: o
     assert filled(problem(5, 6, 4), [0, 1, 2], choice) == bins
 
 
-def test_the_core_with_most_of_its_profiles_takes_a_block() -> None:
+def test_the_core_with_most_of_the_profiles_of_a_block_takes_it() -> None:
     of = problem(load(6, thresholds=0b01), load(5, thresholds=0b10), load(3, thresholds=0b10))
     assert filled(of, [0, 1, 2], fullest) == [[0, 2], [1]]
     assert filled(of, [0, 1, 2], most_alike) == [[0], [1, 2]]
 
 
-def test_profiles_that_a_core_has_already_do_not_count() -> None:
+def test_only_profiles_that_a_block_would_add_to_a_core_count() -> None:
     of = problem(load(5, thresholds=0b11), load(6), load(3, thresholds=0b01))
     assert filled(of, [0, 1, 2], most_alike) == [[0, 2], [1]]
 
 
-def test_of_cores_equally_alike_the_fullest_takes_a_block() -> None:
+def test_the_fullest_of_equally_alike_cores_takes_a_block() -> None:
     of = problem(*(load(n, thresholds=0b1) for n in (5, 6, 3)))
     assert filled(of, [0, 1, 2], most_alike) == [[0], [1, 2]]
 
 
-def test_the_core_it_exchanges_most_spikes_with_takes_a_block() -> None:
+def test_the_core_that_a_block_exchanges_most_spikes_with_takes_it() -> None:
     of = problem(5, 6, 4, traffic={(0, 2): 2, (1, 2): 1})
     assert filled(of, [0, 1, 2], fullest) == [[0], [1, 2]]
     assert filled(of, [0, 1, 2], most_traffic) == [[0, 2], [1]]
 
 
-def test_of_cores_with_equal_traffic_the_fullest_takes_a_block() -> None:
+def test_the_fullest_of_cores_with_equal_traffic_takes_a_block() -> None:
     assert filled(problem(5, 6, 4), [0, 1, 2], most_traffic) == [[0], [1, 2]]
 
 
-def test_a_block_without_room_anywhere_opens_a_core() -> None:
+def test_a_block_that_fits_on_no_core_opens_a_new_core() -> None:
     assert filled(problem(5, 6, 6), [2, 0, 1], first) == [[2], [0], [1]]
 
 
-def test_blocks_come_as_they_are_and_largest_first_by_each_measure() -> None:
+def test_orders_of_blocks_are_as_given_and_largest_first_by_each_measure() -> None:
     room = ROOM._replace(amounts=(10, 20, 10, 10))
     of = problem(
         load(4, thresholds=0b10),
@@ -80,7 +80,7 @@ def test_blocks_come_as_they_are_and_largest_first_by_each_measure() -> None:
     assert rest == [[0, 1, 2]] * 2  # equal ones stay in order
 
 
-def test_profiles_come_together_before_size() -> None:
+def test_the_order_by_profiles_keeps_equal_profiles_together_then_sorts_by_size() -> None:
     of = problem(load(7, thresholds=0b10), load(6, thresholds=0b01), load(8, thresholds=0b10))
     assert orders(of)[1:3] == [[2, 0, 1], [1, 2, 0]]
 
@@ -92,22 +92,22 @@ def test_only_loads_that_fit_are_joined(monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.setattr(Load, "joined", lambda *both: joins.append(both) or join(*both))
     for choice in CHOICES:
         assert len(filled(of, range(100), choice)) == 50
-    # Once for the union of all; then every second block finds one core with room.
+    # 100 joins for the union of all, and one for every second block, which finds a core with room.
     assert len(joins) == 100 + 50 * len(CHOICES)
 
 
-def test_the_best_of_all_rules_is_taken() -> None:
+def test_the_packing_of_the_best_rule_is_taken() -> None:
     assert len(filled(problem(4, 4, 6, 6), [0, 1, 2, 3], first)) == 3
     assert len(pack(problem(4, 4, 6, 6), effort=0)) == 2
 
 
-def test_of_packings_on_as_many_cores_the_one_with_most_spikes_within_is_taken() -> None:
+def test_the_packing_with_most_spikes_within_cores_wins_at_equal_core_counts() -> None:
     of = problem(6, 6, 4, 4, traffic={(0, 3): 1, (1, 2): 1})
     assert filled(of, [0, 1, 2, 3], first) == [[0, 2], [1, 3]]
     assert sorted(map(sorted, pack(of, effort=0))) == [[0, 3], [1, 2]]
 
 
-def test_what_fits_no_core_gets_one_of_its_own() -> None:
+def test_a_block_too_large_for_any_core_gets_a_core_of_its_own() -> None:
     assert sorted(map(sorted, pack(problem(11, 5, 5), effort=1))) == [[0], [1, 2]]
 
 

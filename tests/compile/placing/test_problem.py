@@ -8,7 +8,7 @@ from spikeport.compile.placing.problem import Problem
 from tests.helpers.packing_problems import load, pairs, problem, problems
 
 
-def test_cost_counts_cores_first_then_spikes_between_them() -> None:
+def test_cost_counts_cores_first_then_spikes_within_cores() -> None:
     of = problem(1, 1, 1, traffic={(0, 1): 3, (1, 2): 5})
     assert of.cost([[0, 1], [2]]) == (2, -6)
     assert of.cost([[0], [1, 2]]) == (2, -10)
@@ -27,7 +27,7 @@ def test_the_cost_of_many_audiences_takes_no_more_calls_than_that_of_few() -> No
     assert n_calls(200) <= n_calls(20)
 
 
-def test_blocks_fit_as_far_as_every_resource_reaches() -> None:
+def test_blocks_fit_on_a_core_if_every_resource_suffices() -> None:
     full = load(10, thresholds=0b11, clipping=0b1, in_axons=10)
     for more in (load(1), load(in_axons=1), load(thresholds=0b100), load(clipping=0b10)):
         of = problem(full, more)
@@ -36,7 +36,7 @@ def test_blocks_fit_as_far_as_every_resource_reaches() -> None:
     assert problem(full, load(thresholds=0b1, clipping=0b1)).fits([0, 1])
 
 
-def test_traffic_is_of_pairs() -> None:
+def test_traffic_between_two_blocks_is_symmetric() -> None:
     of = problem(1, 1, traffic={(0, 1): 2})
     np.testing.assert_array_equal(of.traffic.direct.toarray(), [[0, 2], [2, 0]])
 

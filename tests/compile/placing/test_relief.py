@@ -41,7 +41,7 @@ def relieved_by_trying(messages: Messages, links: Links, order: np.ndarray) -> n
 def test_cores_are_swapped_where_that_lowers_the_cost_of_all_messages(
     cores: int, together: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On one chip, and on three, where messages between chips count first."""
+    """The cores are on one chip, or on three, where messages between chips count first."""
     monkeypatch.setattr(relief, "TOGETHER", together)
     n = 24
     links = Links(n, small_chip(cores=cores, chips=4))
@@ -58,7 +58,9 @@ def test_cores_without_messages_stay() -> None:
     assert Relief(none, Links(3, small_chip()), 3).relieved(order).tolist() == [2, 0, 1]
 
 
-def test_a_swap_is_judged_by_the_messages_of_its_cores(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_judging_a_swap_routes_only_the_messages_of_its_two_cores(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     few, many = (n_routed(n, monkeypatch) for n in (128, 512))
     assert many < 4**1.2 * few
 

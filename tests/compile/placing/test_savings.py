@@ -33,7 +33,7 @@ def best_by_trying(flow: np.ndarray, distance: np.ndarray, order: np.ndarray):
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_first_of_the_best_swaps_is_named_after_every_swap(seed: int) -> None:
+def test_best_returns_the_first_of_the_best_swaps_after_every_swap(seed: int) -> None:
     flow, distance = board(11, seed)
     savings = Savings(flow, distance, np.random.RandomState(seed).permutation(11))
     swaps = 0
@@ -45,14 +45,14 @@ def test_the_first_of_the_best_swaps_is_named_after_every_swap(seed: int) -> Non
     assert swaps > 2
 
 
-def test_an_order_stays_as_it_is() -> None:
+def test_the_order_that_is_passed_is_not_changed() -> None:
     flow, distance = board(8, 0)
     order = np.arange(8)
     Savings(flow, distance, order).swap(0, 7)
     assert order.tolist() == list(range(8))
 
 
-def test_a_swap_counts_the_rows_of_partners_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_swap_counts_only_the_rows_of_partners_anew(monkeypatch: pytest.MonkeyPatch) -> None:
     few, many = (rows_a_swap(n, monkeypatch) for n in (20, 80))
     assert many < 1.5 * few
 

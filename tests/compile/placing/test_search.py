@@ -27,8 +27,7 @@ def room(compartments: float = INF, in_axons: float = INF, out_axons: float = IN
         (room(compartments=1), {0: [0, 1, 2], 1: [0, 1, 2, 3]}),
         # the last compartment alone needs both axons
         (room(in_axons=1), {}),
-        # The target in two pieces takes two output axons of compartment 0: it needs a core of its
-        # own.
+        # Compartment 0 has two output axons if its target is in two pieces: it fills a core.
         (room(compartments=2, out_axons=2), {0: [0, 1, 2], 1: [0, 2, 3]}),
     ],
 )
@@ -51,7 +50,7 @@ def test_axons_of_the_host_take_no_room() -> None:
     assert Search(image, LOIHI).bounds(capacity) == {0: [0, 4, 6]}
 
 
-def test_room_once_taken_is_not_given_back() -> None:
+def test_room_once_taken_is_not_given_back_so_that_the_search_ends() -> None:
     """The first axon has targets on both sides of 4, but not of 3: cuts would alternate."""
     group = Group([[64, 64], *[[64]] * 5], axon_base=[3, 1, 2, 3, 4, 5])
     image = Parts([Block(6)], [group], routes=[Route(range(6), block=0)]).image()
@@ -59,9 +58,9 @@ def test_room_once_taken_is_not_given_back() -> None:
     assert Search(image, LOIHI).bounds(capacity) == {0: [0, 3, 6]}
 
 
-def test_what_is_too_large_for_a_soft_core_by_its_rows_is_cut() -> None:
+def test_a_block_whose_rows_exceed_the_memory_of_a_soft_core_is_cut() -> None:
     chip = chips.get("softcore-ecp5-85f")
-    # 2,048 rows of 2 words of a header and of 31 with two weights each, of 16 bits.
+    # 2,048 rows, each of 2 header words and 31 words with two weights; a word has 16 bits.
     sources, targets, limit = 2048, 62, 2**20
     assert 16 * (2 + targets // 2) * sources > limit > 8 * targets * sources
     block, group = Block(targets), Group([[64] * targets] * sources)

@@ -27,12 +27,12 @@ def test_full_cores_swap_blocks() -> None:
     assert sorted(map(sorted, settled(of, [[0, 1], [2, 3]]))) == [[0, 2], [1, 3]]
 
 
-def test_blocks_do_not_swap_where_that_breaks_a_limit() -> None:
+def test_blocks_do_not_swap_if_that_breaks_a_limit() -> None:
     of = problem(4, 6, 6, 4, traffic={(0, 3): 9})
     assert settled(of, [[0, 1], [2, 3]]) == [[0, 1], [2, 3]]
 
 
-def test_blocks_do_not_swap_where_more_spikes_are_lost() -> None:
+def test_blocks_do_not_swap_if_that_loses_more_spikes_within_cores() -> None:
     of = problem(5, 5, 5, 5, traffic={(0, 2): 2, (0, 1): 1, (2, 3): 2})
     assert settled(of, [[0, 1], [2, 3]]) == [[0, 1], [2, 3]]
 
@@ -42,7 +42,7 @@ def test_a_block_moves_once_another_has_made_room() -> None:
     assert settled(of, [[0, 1, 5], [2, 3], [4]]) == [[1, 5], [3, 0], [4, 2]]
 
 
-def test_settling_leaves_the_packing_it_starts_from() -> None:
+def test_settling_does_not_change_the_packing_it_starts_from() -> None:
     bins = [[0], [1]]
     assert settled(problem(1, 1, traffic={(0, 1): 1}), bins) == [[1, 0]]
     assert bins == [[0], [1]]
@@ -51,7 +51,9 @@ def test_settling_leaves_the_packing_it_starts_from() -> None:
 @pytest.mark.slow
 @given(problems())
 @settings(max_examples=150)
-def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) -> None:
+def test_settled_packings_keep_all_limits_and_at_least_as_many_spikes_within_cores(
+    of: Problem,
+) -> None:
     for bins in (pack(of, 0), [[block] for block in range(len(of.loads))]):
         after = settled(of, bins)
         assert_packed(of, after)
@@ -65,14 +67,14 @@ def test_settled_packings_keep_all_limits_and_more_spikes_within(of: Problem) ->
 @pytest.mark.slow
 @given(problems())
 @settings(max_examples=150)
-def test_settling_ends_where_trying_every_move_ends(of: Problem) -> None:
+def test_settling_gives_the_result_of_trying_every_move(of: Problem) -> None:
     bins = [[block] for block in range(len(of.loads))]
     for start in (bins, pack(of, 0), pack(of, 0)[::-1]):
         assert settled(of, start) == settled_by_trying(of, start)
 
 
 def settled_by_trying(of: Problem, bins: Bins) -> Bins:
-    """Assert that blocks move as `settled` has them; count each load anew."""
+    """Settle blocks by trying every move, with each load added up anew."""
     bins = [list(blocks) for blocks in bins]
     while sum(tried(of, bins, block) for block in range(len(of.loads))):
         pass
@@ -106,10 +108,10 @@ def test_swaps_with_equal_blocks_are_checked_once(monkeypatch: pytest.MonkeyPatc
     assert many < 4**1.2 * few
 
 
-def test_spikes_of_the_blocks_of_another_core_are_counted_at_once(
+def test_gains_of_swaps_with_all_blocks_of_a_core_are_counted_in_one_call(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """The blocks of the smaller core would go to the other, which is full, and gains nothing."""
+    """Blocks of the smaller core would move to the other, but that is full; swaps gain nothing."""
     of = problem(*[1] * 79, room=cores_of(40), audiences={tuple(range(79)): 3})
     bins = [list(range(40)), list(range(40, 79))]
     spikes, gains = [], []
@@ -121,13 +123,13 @@ def test_spikes_of_the_blocks_of_another_core_are_counted_at_once(
     assert len(gains) == 39
 
 
-def test_blocks_that_the_same_sources_reach_come_together() -> None:
+def test_blocks_that_the_same_sources_reach_move_to_one_core() -> None:
     of = problem(5, 5, 5, 5, audiences={(0, 2): 3, (1, 2, 3): 2})
     assert sorted(map(sorted, settled(of, [[0, 1], [2, 3]]))) == [[0, 2], [1, 3]]
 
 
 def n_joins(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
-    """Return the number of joined loads where each of n blocks could swap with n, and none fits."""
+    """Return the number of joined loads if each of n blocks could swap with n, and none fits."""
     sizes = [1] * n + [2] * (n // 2)
     partners = {(small, n + small // 2): 1 for small in range(n)}
     of = problem(*sizes, room=cores_of(n), traffic=partners)

@@ -8,7 +8,7 @@ from spikeport.compile.placing.tally import Tally
 from tests.helpers.packing_problems import ROOM, load, problems
 
 
-def test_there_is_room_as_far_as_every_amount_and_every_kind_of_profile_reaches() -> None:
+def test_a_core_has_room_if_every_amount_and_every_kind_of_profile_fits() -> None:
     tally = Tally(ROOM, load(thresholds=0b111, clipping=0b11))
     for core, held in enumerate((load(6), load(1, thresholds=0b11), load(1, clipping=0b1))):
         tally.put(core, held)
@@ -25,7 +25,7 @@ def test_a_core_without_blocks_has_room() -> None:
     assert tally.with_room(load(1)).tolist() == [0]
 
 
-def test_without_a_core_there_is_no_room() -> None:
+def test_a_tally_without_cores_has_no_room() -> None:
     assert Tally(ROOM, load(1)).with_room(load(1)).tolist() == []
 
 
@@ -40,7 +40,7 @@ def test_cores_have_room_where_joined_loads_fit(of: Problem, cores: list[int]) -
         ]
         if core >= len(held):
             held.append(Load())
-        # A core may lose profiles too: every second time it starts anew.
+        # A core may also lose profiles: odd cores hold only the block that was put on last.
         core = min(core, len(held) - 1)
         held[core] = new if core % 2 else held[core].joined(new)
         tally.put(core, held[core])

@@ -1,4 +1,4 @@
-"""A report with all there can be in one."""
+"""A report with every part that a report can have."""
 
 from typing import Any
 
@@ -23,7 +23,7 @@ LOSS = Loss(
 
 @pytest.fixture
 def whole(compiled_chain: Compilation) -> dict[str, Any]:
-    """Return a report with all there can be in one."""
+    """Return a report with every part that a report can have."""
     rates = Rates(100, {"first": 50})
     activity = expected_activity(compiled_chain.image, rates)
     return compiled_chain.report.to_dict(activity, rates, LOSS.to_dict())

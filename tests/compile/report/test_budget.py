@@ -14,7 +14,7 @@ def activity(compiled_chain: Compilation) -> Activity:
     return expected_activity(compiled_chain.image, Rates(100))
 
 
-def test_what_is_within_its_budget_breaks_nothing(compiled_chain: Compilation, activity) -> None:
+def test_a_network_within_its_budget_exceeds_nothing(compiled_chain: Compilation, activity) -> None:
     assert Budget().exceeded(compiled_chain.report, None) == []
     assert Budget(cores=4, power_w=0.2, step_us=100).exceeded(compiled_chain.report, activity) == []
 
@@ -39,7 +39,9 @@ def test_the_costliest_calibration_counts(compiled_chain: Compilation, activity)
 
 
 @pytest.mark.parametrize("budget", [Budget(power_w=1), Budget(step_us=1)])
-def test_costs_need_rates(compiled_chain: Compilation, budget: Budget) -> None:
+def test_a_budget_of_power_or_time_needs_firing_rates(
+    compiled_chain: Compilation, budget: Budget
+) -> None:
     with pytest.raises(UsageError, match=r"^--max-(power|step-us) needs firing rates: set them "):
         budget.exceeded(compiled_chain.report, None)
 
@@ -54,7 +56,7 @@ def test_a_chip_without_figures_cannot_be_held_to_a_budget(chain, activity) -> N
 
 
 @pytest.mark.parametrize("value", [0, -1, math.nan, math.inf])
-def test_a_budget_is_a_positive_number(value: float) -> None:
+def test_a_budget_that_is_not_a_positive_number_is_refused(value: float) -> None:
     with pytest.raises(UsageError) as raised:
         Budget(step_us=value)
     assert str(raised.value) == f"--max-step-us {value:g}: a budget is a positive number"

@@ -56,7 +56,7 @@ def test_every_chip_has_a_drawing_of_its_own() -> None:
     assert [(core.number, core.x, core.y) for core in second.cores] == [(2, 0, 0)]
 
 
-def test_without_a_public_mesh_cores_are_in_rows() -> None:
+def test_cores_are_in_rows_if_the_mesh_is_not_public() -> None:
     places = {"chip": [0] * 18, "x": None, "y": None}
     (chip,) = chips(report_of(places, 18), "")
     corners = [(core.x, core.y) for core in chip.cores]

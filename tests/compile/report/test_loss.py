@@ -28,18 +28,18 @@ NONE = Loss(
         ({"saturated_inputs": {"x": 0.5, "y": 0.0}}, ("SP408", "x", "50 % of the time")),
     ],
 )
-def test_a_cause_with_a_cure_is_a_hint(
+def test_a_cause_of_loss_above_its_bound_gives_a_hint(
     change: dict[str, object], hint: tuple[str, str, str]
 ) -> None:
     (found,) = replace(NONE, **change).hints
     assert (found.id, found.object, found.used) == hint
 
 
-def test_what_is_not_above_its_bound_is_no_hint() -> None:
+def test_a_cause_of_loss_at_its_bound_gives_no_hint() -> None:
     assert NONE.hints == ()
 
 
-def test_plain_data_survives_json() -> None:
+def test_a_loss_as_plain_data_survives_json() -> None:
     plain = NONE.to_dict()
     assert json.loads(json.dumps(plain)) == plain
     assert plain["parts"] == [
@@ -53,7 +53,7 @@ def test_plain_data_survives_json() -> None:
     ]
 
 
-def test_hints_say_what_to_do() -> None:
+def test_every_hint_on_a_loss_has_a_cure() -> None:
     several = replace(
         NONE,
         n_steps=10,

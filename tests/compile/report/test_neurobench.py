@@ -18,7 +18,7 @@ def wired() -> Compilation:
     return compile_network(network)
 
 
-def test_static_metrics_by_hand(wired: Compilation) -> None:
+def test_static_metrics_agree_with_a_count_by_hand(wired: Compilation) -> None:
     (bits,) = {sum(core.synapse_bits for core in wired.report.cores)}
     assert neurobench(wired.image, wired.report.cores) == NeuroBench(
         footprint_bytes=bits // 8 + 6 * 6,  # 24 bit each of current and voltage
@@ -27,6 +27,6 @@ def test_static_metrics_by_hand(wired: Compilation) -> None:
     )
 
 
-def test_workload_metrics_by_hand(wired: Compilation) -> None:
+def test_workload_metrics_agree_with_a_count_by_hand(wired: Compilation) -> None:
     activity = expected_activity(wired.image, Rates(0, {"pre": 500}))
     assert workload(activity) == {"effective_acs": pytest.approx(2 * 0.5 * 4), "effective_macs": 0}

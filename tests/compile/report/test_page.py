@@ -1,4 +1,4 @@
-"""The page of a report: what it says, that it asks for nothing, and that it works in a browser."""
+"""The page of a report: its content, its lack of requests, and its behaviour in a browser."""
 
 import html
 import re
@@ -19,7 +19,7 @@ VOID = {"meta", "br", "input", "link", "img", "hr"}
 
 
 class Tree(HTMLParser):
-    """Reader of a page, which holds every element against its end tag."""
+    """A parser of a page, which checks that every element is closed."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -70,14 +70,16 @@ def test_a_page_has_the_figures_of_the_report(page: Path, whole: dict[str, Any])
         assert hint["id"] in text
 
 
-def test_a_page_says_what_crosses_to_the_host_and_what_that_shows(page: Path) -> None:
+def test_a_page_says_that_steps_with_host_io_are_not_shown_to_take_dt(page: Path) -> None:
     text = read(page).text
     assert "Host I/O of a step" in text
     assert "not shown: published steps with host I/O take 0.95 ms to 9 ms" in text
-    assert text.count("dt = 1 ms not shown") == 2  # beside the longest step, twice
+    assert text.count("dt = 1 ms not shown") == 2  # below the longest step of two calibrations
 
 
-def test_a_page_without_an_image_has_no_host(whole: dict[str, Any], tmp_path: Path) -> None:
+def test_the_page_of_a_report_without_host_io_has_none(
+    whole: dict[str, Any], tmp_path: Path
+) -> None:
     write_page(tmp_path / "report.html", whole | {"host_io": None}, "nothing")
     assert "Host I/O" not in read(tmp_path / "report.html").text
 
@@ -89,13 +91,13 @@ def test_links_lead_to_rows_of_the_page_and_ids_are_unique(page: Path) -> None:
     assert {target.removeprefix("#") for target in tree.targets} <= set(tree.ids)
 
 
-def test_a_page_asks_for_nothing(page: Path) -> None:
+def test_a_page_makes_no_requests(page: Path) -> None:
     content = page.read_text()
     assert not re.search(r"https?://|@import|url\(", content)
     assert "default-src 'none'" in content
 
 
-def test_texts_of_a_network_are_no_markup(whole: dict[str, Any], tmp_path: Path) -> None:
+def test_labels_of_a_network_are_escaped_on_the_page(whole: dict[str, Any], tmp_path: Path) -> None:
     label = "</title><script>alert(1)</script>"
     spoilt = whole | {"cores": [core | {"label": label} for core in whole["cores"]]}
     spoilt["placed"] = [[label] for _ in whole["cores"]]
@@ -104,7 +106,7 @@ def test_texts_of_a_network_are_no_markup(whole: dict[str, Any], tmp_path: Path)
     read(tmp_path / "report.html")
 
 
-def test_a_network_that_does_not_fit_has_its_violations_and_cures(tmp_path: Path) -> None:
+def test_the_page_of_a_network_that_does_not_fit_has_violations_and_cures(tmp_path: Path) -> None:
     broken = [
         Violation("SP002", "neuron type", name, "Tanh", "LIF", "choose one") for name in ("a", "b")
     ]
@@ -117,7 +119,7 @@ def test_a_network_that_does_not_fit_has_its_violations_and_cures(tmp_path: Path
     assert "b: Tanh, limit LIF" in text
 
 
-def test_cures_that_differ_are_in_the_rows(tmp_path: Path) -> None:
+def test_cures_that_differ_are_in_the_rows_of_their_violations(tmp_path: Path) -> None:
     broken = [
         Violation("SP102", "in-axons", f"core {n}", str(n), "20", f"split it into {n // 20 + 1}")
         for n in (30, 49)
@@ -130,7 +132,9 @@ def test_cures_that_differ_are_in_the_rows(tmp_path: Path) -> None:
     assert "core 49: 49, limit 20; cure: split it into 3" in text
 
 
-def test_two_reports_are_beside_each_other(whole: dict[str, Any], tmp_path: Path) -> None:
+def test_a_page_of_two_reports_has_both_and_their_differences(
+    whole: dict[str, Any], tmp_path: Path
+) -> None:
     changes = [("cores used", "4", "3", "-25.0 %")]
     write_pair(tmp_path / "pair.html", {"before": whole, "after": whole}, changes)
     tree = read(tmp_path / "pair.html")
@@ -149,7 +153,7 @@ def test_rows_are_grouped_by_rule() -> None:
     assert by_rule([rows[0], rows[0]])[0].cure == "c0"
 
 
-# in a browser
+# Tests in a browser
 
 
 @pytest.fixture(scope="module", name="browser")
@@ -179,7 +183,7 @@ def test_tables_are_sorted_by_a_click_and_a_key(opened: Any, whole: dict[str, An
 
 
 @pytest.mark.slow
-def test_cores_are_coloured_by_choice_and_lead_to_their_rows(opened: Any) -> None:
+def test_cores_are_shaded_by_the_chosen_measure_and_link_to_their_rows(opened: Any) -> None:
     def darkness() -> list[str]:
         found = "rects => rects.map(rect => getComputedStyle(rect).fillOpacity)"
         return list(opened.locator(".map .core").evaluate_all(found))
@@ -198,7 +202,7 @@ def test_cores_are_coloured_by_choice_and_lead_to_their_rows(opened: Any) -> Non
 
 
 @pytest.mark.slow
-def test_a_page_is_readable_in_the_dark_and_on_paper(opened: Any) -> None:
+def test_a_page_is_readable_in_dark_mode_and_on_paper(opened: Any) -> None:
     style = "getComputedStyle(document.body)"
     light = {}
     for scheme, media in (("light", "screen"), ("dark", "screen"), ("light", "print")):
@@ -211,7 +215,7 @@ def test_a_page_is_readable_in_the_dark_and_on_paper(opened: Any) -> None:
 
 
 @pytest.mark.slow
-def test_paper_has_all_that_a_reader_can_open_or_scroll_to(opened: Any) -> None:
+def test_a_printed_page_shows_closed_details_and_fits_the_paper(opened: Any) -> None:
     findings = opened.locator("details:not([open]) li").first
     assert not findings.is_visible()
     opened.emulate_media(media="print")
@@ -221,7 +225,7 @@ def test_paper_has_all_that_a_reader_can_open_or_scroll_to(opened: Any) -> None:
 
 
 @pytest.mark.slow
-def test_nothing_is_wider_than_the_window(opened: Any) -> None:
+def test_the_page_is_no_wider_than_the_window(opened: Any) -> None:
     for width in (1000, 400):
         opened.set_viewport_size({"width": width, "height": 800})
         assert opened.evaluate("document.documentElement.scrollWidth") <= width

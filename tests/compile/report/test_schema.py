@@ -16,10 +16,12 @@ def test_reports_follow_the_schema(compiled_chain: Compilation, whole: dict[str,
 
 
 @pytest.mark.parametrize("change", [{"schema": 1}, {"cores": [{}]}, {"more": 1}, {"chip": None}])
-def test_what_is_no_report_does_not_follow_it(whole: dict[str, Any], change: dict) -> None:
+def test_data_that_is_no_report_does_not_follow_the_schema(
+    whole: dict[str, Any], change: dict
+) -> None:
     with pytest.raises(ValidationError):
         ReportData.model_validate(whole | change)
 
 
-def test_every_key_of_the_schema_is_in_every_report(compiled_chain: Compilation) -> None:
+def test_a_report_has_every_key_of_the_schema_in_order(compiled_chain: Compilation) -> None:
     assert list(schema()["properties"]) == list(compiled_chain.report.to_dict())

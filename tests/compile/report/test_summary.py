@@ -23,7 +23,7 @@ def report(compilation):
     return compilation.report
 
 
-def test_the_verdict_says_that_it_fits_and_which_image_it_is(compilation, report):
+def test_the_verdict_says_that_the_network_fits_and_names_the_image(compilation, report):
     digest = compilation.image.digest[:16]
     assert verdict(report) == f"fits chip 'loihi' on 1 core (lower bound 1); image {digest}"
     assert repr(report) == f"<Report: {verdict(report)}>"
@@ -44,12 +44,12 @@ def test_a_report_without_cores_names_no_chips(report):
     assert table.title == "Intel Loihi: 0 cores"
 
 
-def test_memory_that_cores_share_is_the_chip_s(compilation, report):
+def test_memory_that_cores_share_is_counted_for_the_whole_chip(compilation, report):
     shared = resources(replace(report, chip=chips.get("softcore-up5k"))).rows[-1]
     assert shared == ("memory blocks", "1 / 4", "25.0", "", "", "")
 
 
-def test_print_fits_a_screen_and_ends_with_the_verdict(compilation, report):
+def test_the_printed_report_fits_a_screen_and_ends_with_the_verdict(compilation, report):
     hints = [Violation("SP404", "copies", f"n{i}", "1 of 9", "", "redraw") for i in range(90)]
     text = str(replace(report, hints=(*hints, Violation("SP402", "zeros", "z", "", "", ""))))
     lines = text.splitlines()
