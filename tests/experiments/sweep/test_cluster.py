@@ -20,7 +20,7 @@ from tests.helpers import sweeps
 
 @pytest.fixture
 def run(sweep_of, tmp_path, monkeypatch):
-    """Run a sweep over what its points do: its folder, and what failed."""
+    """Return a function that runs a sweep, and returns its folder and the reasons of failures."""
     (tmp_path / "marks").mkdir()
     monkeypatch.setenv(sweeps.MARKS, str(tmp_path / "marks"))
     monkeypatch.setenv("OMP_NUM_THREADS", "1")
@@ -51,8 +51,8 @@ def test_a_scheduler_runs_the_points(run):
     assert [path.name for path in folder.path.glob("points/*")] == ["speed=walks,seed=0.json"]
 
 
-@pytest.mark.slow  # how often a worker may die, its scheduler says
-def test_a_worker_that_dies_costs_only_points_that_kill_it_again_and_again(run):
+@pytest.mark.slow  # the scheduler sets how often a worker may die
+def test_only_points_that_keep_killing_their_worker_are_lost(run):
     with cluster(n_workers=1, threads=1, processes=True) as started:
         folder, failures = run("deadly", "dies once", scheduler=started.scheduler_address)
     assert failures == {
@@ -64,7 +64,7 @@ def test_a_worker_that_dies_costs_only_points_that_kill_it_again_and_again(run):
 
 @pytest.fixture
 def certificates(tmp_path):
-    """Return dask's configuration with a certificate that vouches for itself."""
+    """Return Dask's configuration with a self-signed certificate."""
     if shutil.which("openssl") is None:
         pytest.skip("needs openssl")
     key, certificate = (str(tmp_path / name) for name in ("key.pem", "certificate.pem"))
@@ -78,7 +78,7 @@ def certificates(tmp_path):
     return names
 
 
-def test_a_scheduler_with_certificates_runs_the_points_of_who_has_one(
+def test_a_scheduler_with_certificates_runs_points_only_for_a_holder_of_one(
     run, certificates, monkeypatch
 ):
     monkeypatch.setattr(sweep_cluster, "ANSWER_S", 2)
@@ -99,7 +99,7 @@ def test_a_scheduler_with_certificates_runs_the_points_of_who_has_one(
 
 
 @pytest.mark.parametrize("address", ["tcp://127.0.0.1:9", "nonsense"])
-def test_a_scheduler_that_does_not_answer_is_told(run, monkeypatch, address):
+def test_a_scheduler_that_does_not_answer_is_reported(run, monkeypatch, address):
     monkeypatch.setattr(sweep_cluster, "ANSWER_S", 1)
     with pytest.raises(UsageError) as caught:
         run("walks", scheduler=address)
@@ -125,7 +125,7 @@ def test_a_scheduler_without_a_process_for_each_point_is_refused(
     )
 
 
-def test_a_sweep_without_workers_ends(run, monkeypatch):
+def test_a_sweep_whose_workers_are_all_gone_ends_with_an_error(run, monkeypatch):
     monkeypatch.setattr(sweep_cluster, "PATIENCE_S", 1)
     with cluster(n_workers=1, threads=1) as started:
 

@@ -7,7 +7,7 @@ from spikeport.plots import rendered
 from tests.helpers.sweeps import finish, result
 
 
-def test_further_settings_are_columns_and_texts_are_named(sweep_of, tmp_path):
+def test_a_third_setting_makes_columns_and_texts_label_the_axis(sweep_of, tmp_path):
     varied = {"policy": ("mlp", "spiking"), "speed": (0.4, 0.5), "backend": ("reference", "native")}
     sweep = sweep_of(varied=varied)
     folder = SweepFolder(tmp_path)
@@ -29,7 +29,7 @@ def test_a_sweep_over_seeds_alone_is_drawn_over_them(sweep_of, tmp_path):
     assert axes.get_yscale() == "log"
 
 
-def test_numbers_are_drawn_from_the_least_on_in_whatever_order_they_were_typed(sweep_of, tmp_path):
+def test_numbers_are_drawn_in_rising_order_however_they_were_typed(sweep_of, tmp_path):
     sweep, folder = sweep_of(varied={"n_neurons": (20, 2, 6)}), SweepFolder(tmp_path)
     for point in sweep.points():
         finish(folder, point, falls=point.place["n_neurons"] / 10)
@@ -47,7 +47,7 @@ def test_a_title_says_how_long_points_last(sweep_of, tmp_path):
     assert drawn.get_suptitle() == "switch on native, 26 or 40 s, seeds: 1"
 
 
-def test_values_are_no_formulas_and_need_not_be_utf_8(sweep_of, tmp_path):
+def test_values_are_not_drawn_as_formulas_and_need_not_be_utf_8(sweep_of, tmp_path):
     policies = ("a$\\frac$.npz", "p\udcff.npz")
     sweep, folder = sweep_of(varied={"policy": policies}), SweepFolder(tmp_path)
     for point in sweep.points():

@@ -36,7 +36,7 @@ def test_a_point_is_finished_once_its_result_is_there(sweep_of, tmp_path):
 
 
 @pytest.mark.parametrize("finished", [False, True])
-def test_a_folder_of_another_sweep_is_refused_and_all_that_differs_is_named(
+def test_a_folder_of_another_sweep_is_refused_with_every_difference_named(
     sweep_of, tmp_path, finished
 ):
     folder = begin(tmp_path, sweep_of())
@@ -50,14 +50,14 @@ def test_a_folder_of_another_sweep_is_refused_and_all_that_differs_is_named(
     assert json.loads(folder.plan.read_text())["seconds"] == 2.0
 
 
-def test_a_plan_with_more_in_it_is_another(sweep_of, tmp_path):
+def test_a_plan_with_a_further_entry_is_refused(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
     folder.plan.write_text(json.dumps({**plan, "more": 1}))
     assert "was begun with more=1, but this sweep has more=null" in refused(tmp_path, sweep_of())
 
 
-def test_a_plan_of_another_version_is_another(sweep_of, tmp_path):
+def test_a_plan_of_another_spikeport_version_is_refused(sweep_of, tmp_path):
     begin(tmp_path, sweep_of(spikeport="0.1.0"))
     assert refused(tmp_path, sweep_of(spikeport="0.2.0")) == (
         f'{tmp_path}: was begun with spikeport="0.1.0", but this sweep has spikeport="0.2.0"; '
@@ -65,7 +65,7 @@ def test_a_plan_of_another_version_is_another(sweep_of, tmp_path):
     )
 
 
-def test_a_plan_without_its_version_goes_on(sweep_of, tmp_path):
+def test_a_plan_without_a_version_is_continued(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
     assert plan.pop("spikeport") == version("spikeport")
@@ -73,7 +73,7 @@ def test_a_plan_without_its_version_goes_on(sweep_of, tmp_path):
     begin(tmp_path, sweep_of())
 
 
-def test_files_of_other_contents_are_named(sweep_of, tmp_path):
+def test_the_refusal_names_input_files_with_other_contents(sweep_of, tmp_path):
     begin(tmp_path, sweep_of(files={"a.csv": "1", "b.npz": "2", "c.toml": "3"}))
     begin(tmp_path, sweep_of(files={"a.csv": "1", "b.npz": "2", "c.toml": "3"}))
     assert refused(tmp_path, sweep_of(files={"a.csv": "1", "b.npz": "4", "c.toml": "3"})) == (
@@ -86,7 +86,7 @@ def test_files_of_other_contents_are_named(sweep_of, tmp_path):
     )
 
 
-def test_a_plan_without_digests_goes_on_where_no_file_is_named(sweep_of, tmp_path):
+def test_a_plan_without_digests_is_continued_only_if_the_sweep_names_no_file(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
     del plan["files"]
@@ -100,7 +100,7 @@ def test_a_plan_without_digests_goes_on_where_no_file_is_named(sweep_of, tmp_pat
 
 
 @pytest.mark.parametrize("files", [[], 5, "a.csv"])
-def test_a_plan_whose_files_are_none_is_refused(sweep_of, tmp_path, files):
+def test_a_plan_whose_files_are_not_a_mapping_is_refused(sweep_of, tmp_path, files):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
     folder.plan.write_text(json.dumps({**plan, "files": files}))
@@ -109,7 +109,7 @@ def test_a_plan_whose_files_are_none_is_refused(sweep_of, tmp_path, files):
     )
 
 
-def test_what_a_plan_says_of_files_is_shown_as_a_line(sweep_of, tmp_path):
+def test_the_refusal_of_odd_file_digests_is_a_short_printable_line(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
     folder.plan.write_text(json.dumps({**plan, "files": {"\x1b[2J": ["\n"] * 999}}))
@@ -119,7 +119,7 @@ def test_what_a_plan_says_of_files_is_shown_as_a_line(sweep_of, tmp_path):
 
 
 @pytest.mark.parametrize("content", ["[]", "5", "null", "{", "", "\xff"])
-def test_a_plan_that_is_none_is_refused(sweep_of, tmp_path, content):
+def test_a_file_that_is_not_a_plan_is_refused(sweep_of, tmp_path, content):
     (tmp_path / "sweep.json").write_text(content, encoding="latin-1")
     assert refused(tmp_path, sweep_of()) == (
         f"{tmp_path}/sweep.json: is no plan of a sweep; choose another --out"
@@ -135,7 +135,7 @@ def test_a_folder_in_which_a_sweep_runs_is_refused(sweep_of, tmp_path):
     begin(tmp_path, sweep_of())
 
 
-def test_a_folder_with_anything_else_is_refused_and_left_as_it_is(sweep_of, tmp_path):
+def test_a_folder_with_other_files_is_refused_and_left_as_it_is(sweep_of, tmp_path):
     (tmp_path / "thesis.tex").touch()
     assert refused(tmp_path, sweep_of()) == (
         f"{tmp_path}: holds something other than a sweep or an evaluation; choose another --out"
@@ -159,7 +159,7 @@ def test_a_folder_that_cannot_be_made_is_refused(sweep_of, tmp_path):
         json.dumps({"metrics": {f"m{i}": 1 for i in range(101)}}),
     ],
 )
-def test_a_damaged_result_is_named(sweep_of, tmp_path, content):
+def test_the_error_of_a_damaged_result_names_its_file(sweep_of, tmp_path, content):
     sweep, folder = sweep_of(), SweepFolder(tmp_path)
     finish(folder, sweep.points()[0], falls=0)
     path = folder.result_path(sweep.points()[0])
@@ -169,7 +169,7 @@ def test_a_damaged_result_is_named(sweep_of, tmp_path, content):
     assert str(caught.value) == f"{path}: holds no result; remove it to run its point again"
 
 
-def test_a_run_ends_with_its_schedule_whatever_the_sweep_allows(sweep_of, tmp_path):
+def test_a_result_must_last_as_long_as_its_schedule_and_not_as_the_sweep_allows(sweep_of, tmp_path):
     sweep = sweep_of(experiment="switch", seconds=60.0, settings={}, varied={"digit": (8,)})
     (point,), folder = sweep.points(), SweepFolder(tmp_path)
     whole = {**result(point, falls=0), "seconds": 26.0}
@@ -191,7 +191,9 @@ def test_a_run_ends_with_its_schedule_whatever_the_sweep_allows(sweep_of, tmp_pa
         ({"experiment": "reach"}, 'experiment="reach", but this sweep\'s has "walk"'),
     ],
 )
-def test_a_result_of_another_run_is_named(sweep_of, tmp_path, change, complaint):
+def test_the_error_of_another_runs_result_names_the_difference(
+    sweep_of, tmp_path, change, complaint
+):
     sweep, folder = sweep_of(), SweepFolder(tmp_path)
     point = sweep.points()[0]
     folder.write(point, PointFiles({**result(point, falls=0), **change}, None))

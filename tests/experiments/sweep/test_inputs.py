@@ -1,4 +1,4 @@
-"""Files that settings name, held to their contents when a plan began."""
+"""Files that settings name, which must not change after a plan began."""
 
 import os
 import shutil
@@ -18,7 +18,7 @@ from tests.helpers.sweeps import write_path
 
 @pytest.fixture
 def here(tmp_path, monkeypatch):
-    """Return a folder in which commands are given, with a path in it."""
+    """Return the working folder, which holds the file of a path."""
     monkeypatch.chdir(tmp_path)
     write_path(tmp_path / "path.csv", 0.3)
     return tmp_path
@@ -33,7 +33,7 @@ def test_a_digest_is_of_the_content(here):
     assert digest(Path("path.csv")) != before
 
 
-def test_what_is_no_file_has_no_digest(here):
+def test_a_pipe_an_absent_file_and_a_folder_have_no_digest(here):
     os.mkfifo("pipe")
     with pytest.raises(UsageError, match="pipe: expected a file, found a pipe or a device"):
         digest(Path("pipe"))
@@ -57,7 +57,7 @@ def test_files_of_settings_values_and_the_chip_are_in_the_plan(sweep_of, here):
     assert with_inputs(sweep).files == {name: digest(Path(name)) for name in files}
 
 
-def test_names_of_shipped_things_are_no_files_whatever_lies_there(sweep_of, here):
+def test_shipped_names_are_no_input_files_even_if_files_have_these_names(sweep_of, here):
     for name in ("line", "loop", "spiking", "mlp", "auto", "loihi"):
         Path(name).touch()
     sweep = sweep_of(settings={}, varied={"path": ("line", "loop"), "policy": ("spiking", "mlp")})
@@ -108,7 +108,7 @@ def test_a_point_whose_file_changed_is_refused_and_others_are_not(sweep_of, here
         check(b)
 
 
-def test_nothing_is_kept_of_a_point_whose_file_changes_under_way(sweep_of, here):
+def test_a_point_whose_file_changes_while_it_runs_is_refused(sweep_of, here):
     plan = with_inputs(sweep_of(settings={"path": "path.csv"}, varied={}))
     (point,) = plan.points()
     assert Unchanged(lambda *_: PointFiles({}, None))(point, "") == PointFiles({}, None)

@@ -30,18 +30,18 @@ def test_a_network_seed_that_is_set_stays(sweep_of, settings):
     assert (point.settings["network_seed"], point.place["seed"]) == (7, 3)
 
 
-def test_a_points_name_is_a_files_name(sweep_of):
+def test_the_name_of_a_point_is_valid_as_the_name_of_a_file(sweep_of):
     (point,) = sweep_of(varied={"path": ("a/b,c.csv",), "tau_fwd": (0.002,)}).points()
     assert point.name == "path=a%2Fb%2Cc.csv,tau_fwd=0.002,seed=0"
 
 
-def test_a_file_of_a_setting_need_not_be_utf_8(sweep_of):
+def test_the_name_of_a_file_in_a_setting_need_not_be_utf_8(sweep_of):
     (point,) = sweep_of(varied={"policy": ("p\udcff.npz",)}).points()
     assert point.name == "policy=p%FF.npz,seed=0"
 
 
 @pytest.mark.parametrize("length", [200, 230, 240, 300])
-def test_a_point_of_a_long_value_is_kept_under_a_name_that_file_systems_take(
+def test_points_with_long_values_are_kept_under_names_that_file_systems_accept(
     sweep_of, tmp_path, length
 ):
     files = tuple(f"{'a' * length}{n}.csv" for n in range(2))
@@ -52,14 +52,14 @@ def test_a_point_of_a_long_value_is_kept_under_a_name_that_file_systems_take(
     assert [folder.read(point)["metrics"]["number"] for point in sweep.points()] == [0, 1]
 
 
-def test_a_long_name_that_can_be_written_stays_as_it_is(sweep_of):
-    """Points of earlier sweeps are found under it."""
+def test_a_name_of_the_greatest_length_allowed_is_not_shortened(sweep_of):
+    """Points of earlier sweeps are kept under such names."""
     (point,) = sweep_of(varied={"path": ("a" * 223,)}).points()
     assert point.name == f"path={'a' * 223},seed=0"
     assert len(point.name) == LONGEST_NAME
 
 
-def test_points_share_a_network_where_settings_of_the_run_alone_differ(sweep_of):
+def test_points_that_differ_only_in_settings_of_the_run_share_a_network(sweep_of):
     def networks(**varied):
         points = sweep_of(varied=varied, seeds=(0, 1), settings={"network_seed": 5}).points()
         return len({point.network for point in points})
@@ -69,6 +69,6 @@ def test_points_share_a_network_where_settings_of_the_run_alone_differ(sweep_of)
     assert networks(backend=("native", "nengo-loihi")) == 2
 
 
-def test_points_with_a_network_seed_of_their_own_share_none(sweep_of):
+def test_points_without_a_fixed_network_seed_share_a_network_per_seed(sweep_of):
     points = sweep_of(varied={"path": ("paper", "line")}, seeds=(0, 1)).points()
     assert len({point.network for point in points}) == 2

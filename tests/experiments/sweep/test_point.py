@@ -1,4 +1,4 @@
-"""Points of a sweep are the runs that they stand for, whatever their worker did before."""
+"""Points of a sweep, which equal single runs whatever their worker ran before."""
 
 import json
 
@@ -14,7 +14,7 @@ SAME = ("metrics", "activity", "image_digest", "resources", "energy", "seeds", "
 
 @pytest.fixture
 def run(tmp_path, monkeypatch):
-    """Run points as a worker does, which lets go of its last network at the end."""
+    """Return a function that runs points as a worker does, and drop its network at the end."""
     monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))
     worker = PointRun.new()
     yield lambda point: worker(point, str(tmp_path))

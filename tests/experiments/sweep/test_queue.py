@@ -1,4 +1,4 @@
-"""Points that wait: those of a network go to who has it."""
+"""The queue of points: a worker that has a network gets the points of this network."""
 
 import pytest
 
@@ -18,7 +18,7 @@ def taken(queue, network=None):
     return point.network, (point.place["n_neurons"], point.place["path"])
 
 
-def test_who_has_a_network_gets_all_of_its_points(queue):
+def test_a_worker_with_a_network_gets_its_points_before_those_of_another(queue):
     first, place = taken(queue)
     assert place == (2, "paper")
     assert [taken(queue, first)[1] for _ in range(2)] == [(2, "line"), (2, "s-curve")]
@@ -27,14 +27,14 @@ def test_who_has_a_network_gets_all_of_its_points(queue):
     assert place == (20, "paper")
 
 
-def test_another_begins_with_another_network_and_helps_once_all_are_begun(queue):
+def test_new_workers_begin_new_networks_and_then_help_where_most_points_wait(queue):
     first, second = taken(queue)[0], taken(queue)[0]
     assert second != first
     assert taken(queue, second)[1] == (20, "line")
     assert taken(queue)[1] == (2, "line")
 
 
-def test_a_point_that_is_put_back_waits_behind_the_others(queue):
+def test_a_point_that_is_put_back_waits_behind_the_others_of_its_network(queue):
     point = queue.take(None)
     queue.put(point)
     left = []

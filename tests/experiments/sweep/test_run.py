@@ -1,4 +1,4 @@
-"""Sweeps in processes of this machine: what fails, what dies and what is not run again."""
+"""Sweeps in processes of this machine: failed points, dying workers and finished points."""
 
 import sys
 
@@ -13,7 +13,7 @@ from tests.helpers import sweeps
 
 @pytest.fixture
 def marks(monkeypatch, tmp_path):
-    """Run points that follow their settings, and leave marks in this folder."""
+    """Return the folder in which points leave their marks."""
     folder = tmp_path / "marks"
     folder.mkdir()
     monkeypatch.setenv(sweeps.MARKS, str(folder))
@@ -22,7 +22,7 @@ def marks(monkeypatch, tmp_path):
 
 @pytest.fixture
 def run(sweep_of, marks, tmp_path):
-    """Run a sweep over what its points do: its folder, and what failed."""
+    """Return a function that runs a sweep, and returns its folder and the reasons of failures."""
 
     def run(*speeds, n_workers=1, progress=silent, **options):
         sweep = sweep_of(varied={"speed": speeds})
@@ -37,13 +37,13 @@ def run(sweep_of, marks, tmp_path):
 
 @pytest.fixture
 def begun(marks):
-    """Count how often a point was begun."""
+    """Return a function that counts how often a point was begun."""
     return lambda speed: len(list(marks.glob(f"speed={speed},*")))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("n_workers", [1, 2])
-def test_a_worker_that_dies_costs_only_points_that_kill_it_again_and_again(run, begun, n_workers):
+def test_only_points_that_keep_killing_their_worker_are_lost(run, begun, n_workers):
     folder, failures = run("deadly", "dies once", "diverges", "walks", n_workers=n_workers)
     assert failures == {
         "deadly": "its worker died 3 times (SIGKILL); cure: fewer --workers, if memory ran out",
@@ -55,7 +55,7 @@ def test_a_worker_that_dies_costs_only_points_that_kill_it_again_and_again(run, 
 
 
 @pytest.mark.slow
-def test_a_point_that_leaves_python_is_told_from_one_that_ends_its_process(run):
+def test_a_system_exit_of_a_point_is_distinguished_from_the_end_of_its_process(run):
     _, failures = run("exits", "ends")
     assert failures == {
         "exits": "SystemExit(3)",
@@ -64,7 +64,7 @@ def test_a_point_that_leaves_python_is_told_from_one_that_ends_its_process(run):
 
 
 @pytest.mark.slow
-def test_what_is_finished_is_not_run_again(run, begun):
+def test_finished_points_are_not_run_again(run, begun):
     def interrupt(what, _share):
         if what == "1 of 2 walks":
             raise KeyboardInterrupt
@@ -81,7 +81,7 @@ def test_what_is_finished_is_not_run_again(run, begun):
     assert shown == []
 
 
-def test_a_point_has_one_thread(run, sweep_of):
+def test_a_point_runs_with_one_thread(run, sweep_of):
     folder, _ = run("walks")
     (point,) = sweep_of(varied={"speed": ("walks",)}).points()
     assert folder.read(point)["metrics"] == {"threads": 1}

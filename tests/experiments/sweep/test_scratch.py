@@ -1,4 +1,4 @@
-"""Temporary folders: those of killed sweeps go, those of running ones and of others stay."""
+"""Temporary folders: leftovers of killed sweeps are removed, and other folders stay."""
 
 import fcntl
 import os
@@ -14,7 +14,7 @@ def temporary(tmp_path, monkeypatch):
     return tmp_path
 
 
-def test_a_folder_is_there_for_the_block_and_for_nobody_else(temporary):
+def test_a_folder_exists_for_the_block_and_only_its_user_may_read_it(temporary):
     with scratch_folder() as path:
         assert os.stat(path).st_mode & 0o777 == 0o700
         (temporary / path / "file").touch()
@@ -23,7 +23,7 @@ def test_a_folder_is_there_for_the_block_and_for_nobody_else(temporary):
     assert os.listdir(temporary) == []
 
 
-def test_what_a_killed_sweep_left_is_removed(temporary):
+def test_the_folder_of_a_killed_sweep_is_removed(temporary):
     left, other = temporary / "spikeport-sweep-left", temporary / "other"
     for folder in (left, other):
         (folder / "sub").mkdir(parents=True)
@@ -33,7 +33,7 @@ def test_what_a_killed_sweep_left_is_removed(temporary):
     assert other.exists()
 
 
-def test_what_another_sweep_has_locked_stays(temporary):
+def test_a_folder_that_another_sweep_has_locked_stays(temporary):
     used = temporary / "spikeport-sweep-used"
     used.mkdir()
     lock = os.open(used, os.O_RDONLY)
@@ -45,7 +45,7 @@ def test_what_another_sweep_has_locked_stays(temporary):
     assert not used.exists()
 
 
-def test_links_and_files_of_that_name_stay(temporary):
+def test_links_and_files_named_like_a_sweeps_folder_stay(temporary):
     target = temporary / "target"
     target.mkdir()
     (temporary / "spikeport-sweep-link").symlink_to(target)

@@ -11,7 +11,7 @@ from spikeport.experiments.sweep.store import Store
 
 
 def made(folder, marks):
-    """Keep a result, as two processes do at a time; a mark is left by who makes it."""
+    """Return a result from a store, and leave a mark if this call had to make it."""
 
     def make():
         time.sleep(0.3)
@@ -28,7 +28,7 @@ def folders(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_result_that_processes_need_at_a_time_is_made_once(tmp_path):
+def test_a_result_that_processes_need_at_the_same_time_is_made_once(tmp_path):
     store, marks = folders(tmp_path)
     with multiprocessing.get_context("fork").Pool(3) as pool:
         found = pool.starmap(made, [(store, marks)] * 3, chunksize=1)
@@ -48,7 +48,7 @@ def test_a_result_that_fails_leaves_no_lock(tmp_path):
     assert made(store, marks) == [0, 1, 2]
 
 
-def test_where_nothing_can_be_locked_a_result_is_made_all_the_same(tmp_path, recwarn):
+def test_a_result_is_made_even_if_nothing_can_be_locked(tmp_path, recwarn):
     store, marks = folders(tmp_path)
     store.touch()
     assert made(store, marks) == [0, 1, 2]

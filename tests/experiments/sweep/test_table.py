@@ -1,4 +1,4 @@
-"""The table of a sweep: every metric over what varies."""
+"""The table of a sweep: every metric over the varied settings."""
 
 import numpy as np
 import pytest
@@ -38,7 +38,7 @@ def test_the_table_has_every_number_where_it_belongs(finished):
         assert read.attrs == {"experiment": "walk", "seconds": 2.0}  # backends are a dimension
 
 
-def test_values_of_which_no_point_finished_are_in_the_table(sweep_of, tmp_path):
+def test_values_without_a_finished_point_are_in_the_table(sweep_of, tmp_path):
     sweep = sweep_of(varied={"calibrated": (False, True)})
     folder = SweepFolder(tmp_path)
     finish(folder, sweep.points()[0], falls=1)
@@ -46,7 +46,9 @@ def test_values_of_which_no_point_finished_are_in_the_table(sweep_of, tmp_path):
     assert np.isnan(table(sweep, folder).falls.sel(calibrated="True", seed=0))
 
 
-def test_the_table_says_how_long_points_last_and_not_what_is_allowed(sweep_of, tmp_path):
+def test_the_seconds_of_a_table_are_those_of_its_points_and_not_the_allowed_ones(
+    sweep_of, tmp_path
+):
     asked = {"experiment": "switch", "seconds": 60.0, "settings": {}}
     sweep = sweep_of(**asked, varied={"schedule": ("switch", "free-standing")})
     folder = SweepFolder(tmp_path)

@@ -1,4 +1,4 @@
-"""Processes that run points: nobody else reaches them, and they end with who began them."""
+"""Processes that run points: nobody else reaches them, and they end with their parent."""
 
 import os
 import signal
@@ -36,7 +36,7 @@ def begun(marks):
     return list(marks.glob("speed=*"))
 
 
-def test_a_listening_socket_would_be_seen(tmp_path):
+def test_the_helper_finds_listening_sockets(tmp_path):
     with socket.socket() as port, socket.socket(socket.AF_UNIX) as named:
         port.bind(("127.0.0.1", 0))
         named.bind(str(tmp_path / "socket"))

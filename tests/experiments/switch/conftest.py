@@ -1,4 +1,4 @@
-"""Schedules as text, and runs that are made up."""
+"""Schedules as text, and made-up runs."""
 
 from collections.abc import Callable
 from types import SimpleNamespace
@@ -20,7 +20,7 @@ LINE, DIGIT, REACH, RETRACT = (
 
 
 def _phases(*goals: tuple[float, str]) -> str:
-    """Return phases one after the other, each of a length and a goal, named by their number."""
+    """Return consecutive phases, each with a length and a goal, named by their number."""
     begin_s, found = 0.0, []
     for number, (seconds, goal) in enumerate(goals):
         walk, draw = (0.8, 0.4) if goal.startswith("path") else (0.4, 0.8)
@@ -35,7 +35,7 @@ def _phases(*goals: tuple[float, str]) -> str:
 
 @pytest.fixture(scope="session")
 def phases() -> Callable[..., str]:
-    """Return the text of a schedule."""
+    """Return a function that writes the text of a schedule."""
     return _phases
 
 
@@ -57,7 +57,7 @@ def drawn(tmp_path_factory: pytest.TempPathFactory) -> str:
 
 @pytest.fixture
 def worked(monkeypatch: pytest.MonkeyPatch) -> Callable[..., SimpleNamespace]:
-    """Return 6 s of work of the arm; ``read_as`` is what the classifier reads in what it drew."""
+    """Return a function that makes a run of 6 s of the arm; its drawing is read as ``read_as``."""
 
     def make(arm, off_m=0.0, read_as=None, anchored=True, jumps=0, switch_s=0.03, fallen_at_s=None):
         monkeypatch.setattr(digit_reader, "can_read", lambda: read_as is not None)

@@ -21,7 +21,7 @@ def plant():
     return Plant()
 
 
-def test_a_robot_is_brought_upright_in_place_and_heading_of_now(plant):
+def test_an_anchored_robot_is_brought_upright_at_its_present_place_and_heading(plant):
     anchor = Anchor(plant)
     height_m = plant.data.qpos[2]
     plant.data.qpos[:7] = 3, 2, 0.8, *turned(1.0, 0.3)
@@ -34,7 +34,7 @@ def test_a_robot_is_brought_upright_in_place_and_heading_of_now(plant):
     assert pose[3:] == pytest.approx(turned(1.0, 0.0), abs=0.02)
 
 
-def test_a_robot_that_is_let_go_is_free(plant):
+def test_the_anchor_holds_and_releases_the_robot(plant):
     anchor = Anchor(plant)
     anchor.update(False)
     assert not plant.anchored
@@ -45,7 +45,7 @@ def test_a_robot_that_is_let_go_is_free(plant):
 
 
 @pytest.mark.parametrize("degrees", [6.0, -6.0])
-def test_a_robot_on_a_slope_is_held_as_high_above_it_as_it_began(degrees):
+def test_a_robot_on_a_slope_is_held_at_its_starting_height_above_it(degrees):
     plant = PerturbedPlant(Perturbation(terrain=f"slope:{degrees:g}"))
     anchor = Anchor(plant)
     plant.data.qpos[0] = 2.0

@@ -12,7 +12,7 @@ LEANING = Frame(
 )
 
 
-def test_what_is_seen_is_found_again_in_the_world():
+def test_places_in_a_frame_map_back_to_the_same_places_in_the_world():
     points = np.random.RandomState(0).normal(size=(5, 3))
     assert LEANING.world(LEANING.local(points)) == pytest.approx(points)
     assert LEANING.local(LEANING.origin) == pytest.approx([0, 0, 1.06])
@@ -28,7 +28,7 @@ def test_an_upright_frame_keeps_heading_and_shoulder():
     assert again.local(shoulder + 0.3) == pytest.approx(upright.local(shoulder + 0.3))
 
 
-def test_a_frame_follows_another_in_a_second():
+def test_a_frame_follows_another_with_a_time_constant_of_one_second():
     frame, other = Frame(np.zeros(3), np.eye(3), np.zeros(3)), LEANING.upright()
     for _ in range(200):
         frame = frame.following(other, 0.005)

@@ -34,7 +34,7 @@ def test_the_gates_decide_what_drives_the_arm(rig, brief):
         assert rig.plant.anchored == (gates[1] > 0.5)
 
 
-def test_an_anchored_robot_is_brought_upright_and_let_go(rig, brief):
+def test_an_anchored_robot_is_brought_upright_and_released(rig, brief):
     begin(rig, brief)
     height_m = rig.plant.data.qpos[2]
     rig.plant.data.qpos[3:7] = np.cos(0.1), 0, np.sin(0.1), 0
@@ -60,7 +60,7 @@ def test_the_schedule_gives_utilities_and_targets(rig, brief):
     assert np.linalg.norm(target - hand) > 0.1
 
 
-def test_the_hand_is_seen_from_an_upright_torso(rig, brief, law):
+def test_the_hand_is_observed_in_the_frame_of_the_torso(rig, brief, law):
     begin(rig, brief)
     rig.plant.data.qpos[:7] = 3, 2, 0.9, np.cos(0.3), 0, 0, np.sin(0.3)
     rig.plant.data.joint("torso").qpos = 0.2
@@ -69,7 +69,7 @@ def test_the_hand_is_seen_from_an_upright_torso(rig, brief, law):
     assert hand == pytest.approx(law.arm.at(q).position, abs=1e-9)
 
 
-def test_a_sheet_is_steady_once_the_pen_is_down_and_follows_slowly(rig, drawn):
+def test_once_the_pen_is_down_the_sheet_follows_the_torso_slowly(rig, drawn):
     begin(rig, drawn)
     for _ in range(620):
         step(rig, (0, 1))

@@ -16,7 +16,7 @@ def phase(begin_s, end_s, utilities, **goal):
     return Phase(name="one", begin_s=begin_s, end_s=end_s, utilities=utilities, **goal)
 
 
-def test_a_switch_is_over_when_the_gate_stays_open():
+def test_a_switch_is_over_once_the_gate_of_the_action_alone_stays_open():
     gates = np.tile([0.9, 0.1], (1000, 1))
     gates[500:] = 0.1, 0.9
     gates[520:530] = 0.6, 0.9
@@ -35,14 +35,16 @@ def test_a_switch_is_over_when_the_gate_stays_open():
         (0.013, 8, False, False),
     ],
 )
-def test_a_drawing_has_its_shape_and_is_read_as_it(worked, off_m, read_as, anchored, success):
+def test_a_drawing_succeeds_if_near_its_shape_and_not_read_as_another_digit(
+    worked, off_m, read_as, anchored, success
+):
     (figures,) = phase_metrics(worked("digit", off_m, read_as, anchored))
     assert (figures["success"], figures["recognised_as"]) == (success, read_as)
     assert figures["shape_error_rms_m"] == pytest.approx(off_m, abs=1e-3)
 
 
 @pytest.mark.parametrize(("off_m", "success"), [(0.03, True), (0.05, False)])
-def test_a_retracted_hand_is_near_where_it_hangs(worked, off_m, success):
+def test_a_retraction_succeeds_if_the_hand_is_near_where_it_hangs(worked, off_m, success):
     (figures,) = phase_metrics(worked("retract", off_m))
     assert (figures["success"], figures["hand_error_m"]) == (success, pytest.approx(off_m))
 
@@ -56,7 +58,7 @@ def test_a_target_must_be_reached_before_the_next_appears(worked, jumps):
 @pytest.mark.parametrize(
     ("off_m", "behind_m", "success"), [(0.1, 0.9, True), (0.3, 0.9, False), (0.1, 1.1, False)]
 )
-def test_a_walk_is_near_its_path_and_not_far_behind(worked, off_m, behind_m, success):
+def test_a_walk_succeeds_if_near_its_path_and_not_far_behind(worked, off_m, behind_m, success):
     done = worked("reach")
     path = find_path("line", 0.5, 10.0)
     goal = phase(0.0, 6.0, WALK, path="line")
@@ -71,7 +73,7 @@ def test_a_walk_is_near_its_path_and_not_far_behind(worked, off_m, behind_m, suc
     assert figures["behind_m"] == pytest.approx(behind_m)
 
 
-def test_a_pelvis_moves_by_its_largest_distance_from_where_the_work_began(worked):
+def test_the_pelvis_movement_is_the_largest_distance_from_where_the_work_began(worked):
     done = worked("retract")
     done.recording.position_m[:] = 3.0
     done.recording.position_m[100:200] += (0.03, -0.04)
@@ -79,7 +81,7 @@ def test_a_pelvis_moves_by_its_largest_distance_from_where_the_work_began(worked
 
 
 @pytest.mark.parametrize("late", [{"switch_s": 0.046}, {"fallen_at_s": 5.0}])
-def test_a_late_switch_and_a_fall_are_no_success(worked, late):
+def test_a_phase_with_a_late_switch_or_a_fall_does_not_succeed(worked, late):
     assert phase_metrics(worked("retract"))[0]["success"]
     assert not phase_metrics(worked("retract", **late))[0]["success"]
 

@@ -27,7 +27,7 @@ def network() -> HumanoidNetwork:
     return made
 
 
-def test_populations_whose_names_differ_in_numbers_are_one(network):
+def test_populations_whose_names_differ_only_in_numbers_are_merged(network):
     assert overview.populations(network.policy) == {"unit+": 8, "speed": 3}
 
 

@@ -1,4 +1,4 @@
-"""Rehearsals of a schedule: what the policy observes and where the arm goes."""
+"""Rehearsals of a schedule: the observations of the policy and the region of the arm."""
 
 import dataclasses
 
@@ -20,7 +20,7 @@ from spikeport.robot.walk_interface import PARTS
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("anchor", "knows"), [(True, False), (False, True)])
-def test_a_policy_that_balances_knows_the_arm_at_work(brief, monkeypatch, anchor, knows):
+def test_only_a_policy_that_balances_observes_the_arm_at_work(brief, monkeypatch, anchor, knows):
     monkeypatch.setattr(rehearsal, "record_gait", lambda *_asked: np.zeros((1, 69)))
     settings = SwitchSettings(schedule=brief, anchor=anchor)
     trial = SwitchTrial(settings, Options(6.0))

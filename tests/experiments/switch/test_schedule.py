@@ -12,13 +12,13 @@ def file(tmp_path):
 
 @pytest.fixture
 def text(phases):
-    """Return a walk of six seconds, and six of drawing."""
+    """Return a schedule that walks for six seconds and then draws for six."""
     return phases((6, 'path = "line"'), (6, 'arm = "digit"'))
 
 
 @pytest.fixture
 def refused(file, tmp_path, spikeport):
-    """Return the command line's answer to a text as a schedule, before there is a run."""
+    """Return a function that gives the error of a text as a schedule; no run begins."""
 
     def run(text, *options, schedule=file):
         file.write_text(text)
@@ -32,7 +32,7 @@ def refused(file, tmp_path, spikeport):
 
 @pytest.fixture
 def reason(refused, file, text):
-    """Return the refusal of phases in which something was changed."""
+    """Return a function that gives the reason why a changed schedule is refused."""
 
     def run(changed, to):
         assert changed in text
@@ -43,10 +43,10 @@ def reason(refused, file, text):
     return run
 
 
-# what is shipped, and what may be left out
+# shipped schedules, and entries that may be left out
 
 
-def test_the_shipped_one_has_the_four_phases_of_the_paper():
+def test_the_shipped_schedule_has_the_four_phases_of_the_paper():
     schedule = load(SHIPPED["switch"], 26.0)
     assert [phase.name for phase in schedule.phases] == ["walk", "draw", "retract", "walk on"]
     assert [phase.action for phase in schedule.phases] == ["walk", "draw", "draw", "walk"]
@@ -54,12 +54,12 @@ def test_the_shipped_one_has_the_four_phases_of_the_paper():
     assert schedule.end_s == 26
 
 
-def test_the_one_for_a_robot_on_its_own_feet_draws_for_half_a_minute():
+def test_the_free_standing_schedule_draws_for_half_a_minute():
     phases = load(SHIPPED["free-standing"], 60.0).phases
     assert sum(phase.seconds for phase in phases if phase.arm == "digit") == 30
 
 
-def test_an_action_without_utility_has_none(file, text):
+def test_an_action_without_a_utility_has_utility_zero(file, text):
     file.write_text(text.replace("{ walk = 0.4, draw", "{ draw"))
     _, draw = load(file, 60.0).phases
     assert draw.values == (0.0, 0.8)
@@ -71,7 +71,7 @@ def test_the_shortest_phase_is_not_too_short_by_rounding(file, phases):
     assert load(file, 60.0).phases[1].seconds == pytest.approx(0.5)
 
 
-# what is refused
+# refusals
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_the_shortest_phase_is_not_too_short_by_rounding(file, phases):
         ("begin_s = 0", "begin_s = 1", "'phase 0' begins at 1 s, not at 0 s"),
     ],
 )
-def test_phases_that_do_not_follow_each_other(reason, changed, to, message):
+def test_phases_that_do_not_follow_each_other_are_refused(reason, changed, to, message):
     assert reason(changed, to) == ": " + message.format("ends at 6 s")
 
 
@@ -112,7 +112,7 @@ def test_phases_that_do_not_follow_each_other(reason, changed, to, message):
         ('"digit"', '"wave"', "arm: Input should be 'digit', 'retract' or 'reach'"),
     ],
 )
-def test_values_that_cannot_be(reason, changed, to, message):
+def test_invalid_values_of_a_phase_are_refused(reason, changed, to, message):
     assert reason(changed, to) == f".1.{message}"
 
 
@@ -133,7 +133,7 @@ def test_values_that_cannot_be(reason, changed, to, message):
         ),
     ],
 )
-def test_phases_that_cannot_be(reason, changed, to, message):
+def test_inconsistent_phases_are_refused(reason, changed, to, message):
     assert reason(changed, to) == f".{message}"
 
 
@@ -151,11 +151,11 @@ def test_phases_that_cannot_be(reason, changed, to, message):
         ("haste = 1\nphases = 2", "not a schedule:\n  phases: Input should be a valid tuple\n  {}"),
     ],
 )
-def test_files_that_are_no_schedule(refused, file, text, message):
+def test_files_that_are_not_a_schedule_are_refused(refused, file, text, message):
     assert refused(text) == f"{file}: {message.format('haste: is not a known key')}"
 
 
-def test_an_arm_without_work(refused, file, phases):
+def test_a_schedule_without_a_phase_for_the_arm_is_refused(refused, file, phases):
     assert refused(phases((6, 'path = "line"'))) == (
         f"{file}: not a schedule:\n"
         "  phases: no phase selects 'draw'; the arm's controller is built for the tasks of such "
@@ -170,18 +170,18 @@ def test_an_arm_without_work(refused, file, phases):
         ("nothing.csv", "nothing.csv: no such file"),
     ],
 )
-def test_a_path_that_is_not_there(refused, file, text, path, message):
+def test_an_unknown_or_absent_path_is_refused(refused, file, text, path, message):
     assert refused(text.replace('"line"', f'"{path}"')) == f"{file}: phase 'phase 0': {message}"
 
 
-def test_a_phase_longer_than_the_run(refused, file, text):
+def test_a_phase_that_ends_after_the_run_is_refused(refused, file, text):
     assert refused(text, "--seconds", "10") == (
         f"{file}: phase 'phase 1' ends at 12 s, the run at 10 s; "
         "cure: --seconds 12, or shorter phases"
     )
 
 
-def test_a_schedule_that_is_not_there(refused, tmp_path):
+def test_an_unknown_or_absent_schedule_is_refused(refused, tmp_path):
     known = "choose from: free-standing, switch, the path of a file"
     assert refused("", schedule="none") == f"unknown schedule 'none'; {known}"
     assert refused("", schedule="none.toml") == "schedule=none.toml: no such file"

@@ -1,4 +1,4 @@
-"""A small humanoid from the command line: refitted, converted otherwise, on other backends."""
+"""A small humanoid from the command line: calibrations, conversions and backends."""
 
 import json
 
@@ -22,7 +22,7 @@ def short(tmp_path, phases):
 
 @pytest.fixture
 def small(monkeypatch, spikeport, short, tmp_path):
-    """Run a command of ``switch`` with few neurons and short rehearsals, into a path."""
+    """Return a function that runs ``switch`` with few neurons and short rehearsals."""
     monkeypatch.setitem(PRESETS, "lean", ArmSizes(m1=60, cb=40, s1=10))
     monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
     monkeypatch.setattr(driver, "draw_scenes", lambda *_: ())
@@ -64,7 +64,9 @@ def test_a_calibration_is_made_once_and_used_again(small, tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("variant", ["solve=layer", "units=if"])
-def test_a_conversion_can_be_another(small, tmp_path, variant):
+def test_a_humanoid_of_another_conversion_runs_without_spikes_of_its_readout(
+    small, tmp_path, variant
+):
     assert small("run", "run", variant)[0] == 0
     assert result(tmp_path / "run")["metrics"]["readout_spikes"] == 0
 
@@ -92,7 +94,7 @@ def test_a_board_does_what_the_native_backend_does(small, tmp_path):
 
 
 @pytest.mark.slow
-def test_it_runs_in_float(small, tmp_path):
+def test_a_humanoid_runs_in_float(small, tmp_path):
     assert small("run", "run", backend="reference")[0] == 0
     found = result(tmp_path / "run")
     assert (found["image_digest"], found["resources"]) == (None, None)

@@ -39,10 +39,10 @@ def exact(request, tmp_path_factory, brief):
     return folder, switched(folder, brief, anchor=request.param)
 
 
-# what is refused
+# checks before a run
 
 
-def test_nengo_spas_selection_is_for_float_alone():
+def test_the_selection_of_nengo_spa_is_refused_on_a_backend_with_a_chip():
     trial = SwitchTrial(SwitchSettings(selection="spa"), Options(60.0))
     with pytest.raises(UsageError) as caught:
         trial.check()
@@ -53,7 +53,7 @@ def test_nengo_spas_selection_is_for_float_alone():
     SwitchTrial(SwitchSettings(selection="spa"), Options(60.0, backend="reference")).check()
 
 
-def test_a_calibration_is_for_the_points_of_a_users_path(tmp_path):
+def test_a_calibration_depends_on_the_points_of_a_users_path(tmp_path):
     path, schedule = tmp_path / "mine.csv", tmp_path / "mine.toml"
     shipped = SwitchSettings().schedule_file.read_text()
     schedule.write_text(shipped.replace('path = "line"\nspeed_m_s = 0.5', f'path = "{path}"'))
@@ -65,14 +65,14 @@ def test_a_calibration_is_for_the_points_of_a_users_path(tmp_path):
     assert recorded[0] != recorded[1] == trial.recorded
 
 
-def test_a_calibration_of_something_else_is_refused_before_the_run(tmp_path):
+def test_a_calibration_of_another_experiment_is_refused_before_the_run(tmp_path):
     file = tmp_path / "calibration.npz"
     DecoderCalibration({"experiment": "reach"}, "", {}).save(file)
     with pytest.raises(UsageError, match=r"made for experiment=reach, .*the run has experiment=sw"):
         SwitchTrial(SwitchSettings(calibrated=str(file)), Options(60.0)).check()
 
 
-# how well it does
+# quality of the run
 
 
 def test_the_exact_controllers_walk_and_reach(exact):
@@ -96,7 +96,7 @@ def test_an_anchored_pelvis_stays_and_a_free_one_does_not(exact):
 
 
 @pytest.mark.slow
-def test_spikes_do_the_four_phases_on_the_chip(tmp_path):
+def test_a_spiking_humanoid_does_the_four_phases_on_the_chip(tmp_path):
     result = switched(tmp_path, backend="native")
     figures = result["metrics"]
     assert figures["falls"] == 0
@@ -107,7 +107,7 @@ def test_spikes_do_the_four_phases_on_the_chip(tmp_path):
     assert set(figures["spikes_by_nucleus"]) >= {"strD1", "strD2", "stn", "gpe", "gpi"}
 
 
-# what it writes
+# files of a run
 
 
 def test_the_run_ends_with_its_schedule(exact):
@@ -128,7 +128,7 @@ def test_the_figure_is_written(exact):
         assert len(figure.convert("RGB").getcolors(10**6)) > 50
 
 
-def test_a_fall_ends_the_run_and_all_later_phases(tmp_path, brief):
+def test_a_fall_ends_the_run_and_no_phase_succeeds(tmp_path, brief):
     weights = walking_policy.load()
     *hidden, last = weights.biases
     squat = np.where(["knee" in joint for joint in JOINTS], 4.0, 0.0)
@@ -144,7 +144,7 @@ def test_a_fall_ends_the_run_and_all_later_phases(tmp_path, brief):
     assert {path.name for path in (tmp_path / "run").iterdir()} == left
 
 
-# what it refuses
+# refused settings, and the video
 
 
 @pytest.mark.parametrize(

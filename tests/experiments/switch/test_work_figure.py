@@ -14,7 +14,7 @@ from spikeport.experiments.switch.work_figure import draw_work
         ("retract", {}, "", 0, 0),
     ],
 )
-def test_what_the_arm_did_is_drawn(worked, arm, made_up, title, n_lines, n_circles):
+def test_the_work_of_the_arm_is_drawn_by_its_kind(worked, arm, made_up, title, n_lines, n_circles):
     run, axes = worked(arm, **made_up), Figure().add_subplot()
     draw_work(axes, run, phase_metrics(run))
     assert axes.get_title() == title

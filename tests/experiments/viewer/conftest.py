@@ -1,4 +1,4 @@
-"""Time series as a run of the humanoid has them, of a robot that is lifted."""
+"""Time series like those of a humanoid's run, of a robot that is lifted."""
 
 import numpy as np
 import pytest

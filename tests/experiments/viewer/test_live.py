@@ -1,4 +1,4 @@
-"""The page of a run that goes on: served to who has its address, up to the run's end."""
+"""The page of a run under way: served to viewers with its address, up to the run's end."""
 
 import contextlib
 import json
@@ -33,7 +33,7 @@ class Watched:
             run_folder.write_probes(folder, self.series)
 
     def _view(self):
-        # A look at the lock takes it: before the run has it, the run would be refused.
+        # The viewer takes the lock to look at it: if it did so first, the run would be refused.
         self._locked.wait(60)
         live.watch(self.folder, "a <b>run</b> in d\udcff", self._announce)
 
@@ -68,14 +68,14 @@ def fetched(url):
 
 
 def until(url, state):
-    """Return the first content that the viewer has of a run in a state."""
+    """Wait until the viewer reports a state of the run, and return its content."""
     while True:
         status, found, text = fetched(f"{url}data")
         if found == state and status == 200:
             return json.loads(text)
 
 
-def test_a_page_has_what_the_run_has_so_far_and_at_last_all_of_it(watched):
+def test_a_page_serves_the_series_so_far_and_the_whole_series_at_the_end(watched):
     with watched.begun():
         status, _, page = fetched(watched.url)
         assert status == 200
@@ -86,14 +86,14 @@ def test_a_page_has_what_the_run_has_so_far_and_at_last_all_of_it(watched):
         assert until(watched.url, "over")["end_s"] == pytest.approx(0.995)
 
 
-def test_a_browser_that_leaves_is_no_error(watched, capsys):
+def test_a_browser_that_disconnects_causes_no_error(watched, capsys):
     with watched.begun():
         until(watched.url, "on")
         address, path = watched.url.removeprefix("http://").split("/", 1)
         host, port = address.split(":")
         for _ in range(20):
             with socket.create_connection((host, int(port))) as leaving:
-                # Closed with a reset, while the page, which is larger than buffers, is on its way.
+                # Reset the connection while the page, larger than the buffers, is on its way.
                 leaving.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
                 leaving.sendall(f"GET /{path} HTTP/1.0\r\n\r\n".encode())
                 leaving.recv(1)
@@ -101,7 +101,7 @@ def test_a_browser_that_leaves_is_no_error(watched, capsys):
     assert "Traceback" not in capsys.readouterr().err
 
 
-def test_who_does_not_know_the_address_gets_nothing(watched):
+def test_other_addresses_than_the_secret_one_are_not_found(watched):
     with watched.begun():
         root = watched.url.rsplit("/", 2)[0]
         assert root.startswith("http://127.0.0.1:")

@@ -1,4 +1,4 @@
-"""The page of a run: it asks for nothing, plays, scrubs, turns the robot and saves a picture."""
+"""The page of a run: no requests, its poses, and controls that play, scrub, turn and save."""
 
 import re
 
@@ -16,7 +16,7 @@ def page(series, tmp_path):
     return tmp_path / "view.html"
 
 
-def test_a_page_asks_for_nothing_and_texts_of_a_run_are_no_markup(page):
+def test_a_page_makes_no_requests_and_escapes_the_texts_of_a_run(page):
     text = page.read_text()
     assert not re.search(r"https?://|@import|url\(", text)
     assert "default-src 'none'" in text
@@ -25,7 +25,7 @@ def test_a_page_asks_for_nothing_and_texts_of_a_run_are_no_markup(page):
 
 
 @pytest.mark.parametrize("step_s", [0.001, 0.005, 0.008])
-def test_a_page_has_25_poses_a_second_of_steps_of_any_length(step_s):
+def test_a_page_has_25_poses_a_second_for_steps_of_any_length(step_s):
     times_s = step_s * np.arange(1 + round(2 / step_s))
     shown = times_s[_frames(times_s)]
     assert shown[0] == 0.0
@@ -33,8 +33,8 @@ def test_a_page_has_25_poses_a_second_of_steps_of_any_length(step_s):
     assert len(shown) == 51
 
 
-def test_a_held_state_and_uneven_steps_leave_poses_as_often_as_before():
-    """By the clock, times are those of a robot's states, and the first is held at times."""
+def test_a_held_state_and_uneven_steps_do_not_change_the_rate_of_poses():
+    """In real time, times are those of a robot's states, and the first may be held."""
     times_s = np.array([0.0, 0.0, 0.006, 0.01, *np.arange(0.015, 1.0, 0.005)])
     shown = times_s[_frames(times_s)]
     assert len(shown) == 25
@@ -42,20 +42,20 @@ def test_a_held_state_and_uneven_steps_leave_poses_as_often_as_before():
     assert _frames(np.zeros(0)).tolist() == []
 
 
-def test_a_run_without_a_robot_has_its_rows(series, tmp_path):
+def test_the_page_of_a_run_without_a_robot_has_no_data_of_one(series, tmp_path):
     write_page(tmp_path / "view.html", series.drop_vars("qpos"), "net")
     assert '"robot":' not in (tmp_path / "view.html").read_text()
 
 
 @pytest.mark.slow
-def test_a_run_without_a_robot_shows_none(series, tmp_path):
+def test_the_page_of_a_run_without_a_robot_shows_none(series, tmp_path):
     write_page(tmp_path / "view.html", series.drop_vars("qpos"), "net")
     with browser() as opened, tab_of(opened, tmp_path / "view.html") as tab:
         assert not tab.locator("#robot").is_visible()
 
 
 @pytest.mark.slow
-def test_it_plays_scrubs_turns_and_saves(page, tmp_path):
+def test_a_page_plays_scrubs_turns_the_robot_and_saves_a_picture(page, tmp_path):
     with browser() as opened, tab_of(opened, page) as tab:
 
         def picture():

@@ -51,7 +51,7 @@ def test_probes_of_a_network_may_have_the_names_of_a_robots_series():
     assert "robot" not in json.loads(content(probes))
 
 
-def test_how_far_a_robot_is_off_its_reference_is_a_row():
+def test_the_distance_of_a_robot_to_its_reference_is_a_row():
     places = {"moving": ["x", "y"], "turned": ["heading", "x", "y"]}
     series = {
         "reference": (("time", "moving"), np.full((5, 2), [3.0, 4.0])),
