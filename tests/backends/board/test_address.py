@@ -1,4 +1,4 @@
-"""Addresses that are none are refused, and nothing listens beyond this machine by accident."""
+"""Addresses of boards: refusals, sockets, and protection from other machines."""
 
 import socket
 import stat
@@ -15,7 +15,7 @@ from tests.helpers.certificates import certificates
     "text",
     ["", "unix:", "tcp://", "tcp://127.0.0.1", "tcp://:80", "tcp://a:b", "x"],
 )
-def test_texts_that_are_no_address_are_refused(text: str) -> None:
+def test_texts_that_are_not_addresses_are_refused(text: str) -> None:
     with pytest.raises(UsageError, match="write unix:PATH or tcp://HOST:PORT"):
         Address.parse(text)
 
@@ -28,14 +28,14 @@ def test_a_port_that_is_too_large_is_named() -> None:
 
 
 @pytest.mark.parametrize("host", ["a..b", "a" * 70, "\udcff"])
-def test_a_host_that_no_name_is_written_as_is_refused(host: str) -> None:
+def test_a_host_that_is_not_a_valid_name_is_refused(host: str) -> None:
     with pytest.raises(
         UsageError, match="is not a valid host name: each part between dots must have 1 to"
     ):
         Address.parse(f"tcp://{host}:80")
 
 
-def test_a_path_of_no_socket_is_refused(tmp_path: Path) -> None:
+def test_a_path_that_cannot_be_a_socket_is_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("precious")
     for path, kind in ((tmp_path, "folder"), (tmp_path / "file", "file")):
         with pytest.raises(UsageError, match=f"there is a {kind}, not a socket; choose another"):
@@ -57,11 +57,11 @@ def test_a_path_of_no_socket_is_refused(tmp_path: Path) -> None:
         ("tcp://board.example:80", False),
     ],
 )
-def test_it_is_known_what_other_machines_reach(text: str, is_local: bool) -> None:
+def test_an_address_is_local_if_only_this_machine_reaches_it(text: str, is_local: bool) -> None:
     assert Address.parse(text).is_local is is_local
 
 
-def test_other_machines_are_listened_for_with_permission_and_certificates_alone(
+def test_listening_for_other_machines_needs_permission_and_certificates(
     tmp_path: Path,
 ) -> None:
     address = Address.parse("tcp://0.0.0.0:1")
@@ -75,14 +75,14 @@ def test_other_machines_are_listened_for_with_permission_and_certificates_alone(
             pass
 
 
-def test_other_machines_are_not_spoken_to_without_certificates() -> None:
+def test_connecting_to_another_machine_needs_certificates() -> None:
     with pytest.raises(
         UsageError, match="a board on another machine needs TLS; give --cert, --key and --ca"
     ):
         connect(Address.parse("tcp://192.0.2.1:80"))
 
 
-def test_a_path_has_no_certificates(tmp_path: Path) -> None:
+def test_certificates_and_permission_are_refused_for_a_path(tmp_path: Path) -> None:
     address = Address.parse(f"unix:{tmp_path / 'board'}")
     files = certificates(tmp_path, "board")
     with pytest.raises(UsageError, match="TLS is for tcp://HOST:PORT; cure: leave --cert"):
@@ -96,7 +96,7 @@ def test_a_path_has_no_certificates(tmp_path: Path) -> None:
         pass
 
 
-def test_a_socket_is_its_owners_and_goes_when_it_is_left(tmp_path: Path) -> None:
+def test_a_socket_is_its_owners_alone_and_is_removed_after_listening(tmp_path: Path) -> None:
     address = Address.parse(f"unix:{tmp_path / 'board'}")
     with listening(address):
         assert stat.S_IMODE((tmp_path / "board").stat().st_mode) == 0o600
@@ -125,15 +125,15 @@ def test_the_socket_of_another_server_stays(tmp_path: Path) -> None:
     assert (tmp_path / "board").is_socket()
 
 
-def test_a_file_that_is_no_socket_stays(tmp_path: Path) -> None:
+def test_a_file_that_is_not_a_socket_stays(tmp_path: Path) -> None:
     address = Address.parse(f"unix:{tmp_path / 'board'}")
-    (tmp_path / "board").write_text("precious")  # since the address was read
+    (tmp_path / "board").write_text("precious")  # written after the address was read
     with pytest.raises(UsageError, match="the board cannot listen there"), listening(address):
         pass
     assert (tmp_path / "board").read_text() == "precious"
 
 
-def test_the_file_of_tls_that_is_wrong_is_named(tmp_path: Path) -> None:
+def test_a_wrong_file_of_tls_is_named(tmp_path: Path) -> None:
     files = certificates(tmp_path, "board")
     for path, role in ((files.authority, ""), (files.key, " with its private key")):
         path.write_text("nothing")
@@ -144,7 +144,7 @@ def test_the_file_of_tls_that_is_wrong_is_named(tmp_path: Path) -> None:
         files.context(server=True)
 
 
-def test_a_host_that_loses_its_power_is_found_out() -> None:
+def test_keepalive_detects_a_host_without_power_within_30_s() -> None:
     with (
         socket.create_server(("127.0.0.1", 0)) as listener,
         socket.create_connection(listener.getsockname()),

@@ -1,4 +1,4 @@
-"""A board, stepped by hand: it repeats no step, skips none, and knows no session but its own."""
+"""A board, stepped by hand: its steps, its sessions and the images it takes."""
 
 import errno
 
@@ -44,7 +44,7 @@ def refusal(answer: Frame) -> str:
     return answer.body.decode()
 
 
-def test_a_step_that_is_asked_for_again_is_answered_again_and_not_repeated(board: Board) -> None:
+def test_a_step_that_is_asked_for_again_is_answered_without_a_second_step(board: Board) -> None:
     first = step(board, 1)
     assert step(board, 1) is first
     assert board.session is not None
@@ -67,7 +67,7 @@ def test_a_missing_step_ends_the_session(board: Board, number: int) -> None:
         (Frame(99), "a host does not send frames of kind 99"),
     ],
 )
-def test_a_frame_that_a_board_does_not_answer_ends_the_session(
+def test_a_frame_that_a_board_does_not_expect_ends_the_session(
     board: Board, frame: Frame, reason: str
 ) -> None:
     (answer,) = answers(board, frame)
@@ -75,14 +75,14 @@ def test_a_frame_that_a_board_does_not_answer_ends_the_session(
     assert board.session is None
 
 
-def test_a_new_greeting_begins_at_rest(board: Board) -> None:
+def test_a_new_greeting_begins_a_session_at_rest(board: Board) -> None:
     before = [step(board, number).body for number in (1, 2, 3)]
     (welcome,) = answers(board, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
     assert welcome.kind == Kind.WELCOME
     assert [step(board, number).body for number in (1, 2, 3)] == before
 
 
-def test_another_image_than_was_greeted_is_refused(board: Board) -> None:
+def test_an_image_other_than_the_greeting_named_is_refused(board: Board) -> None:
     other = Parts(inputs=[2]).image()
     answers(board, Frame(Kind.HELLO, body=Hello("0" * 64, 0).pack()))
     (answer,) = answers(board, *pieces(Kind.IMAGE, other.to_bytes(), 0))
@@ -97,7 +97,7 @@ def test_pieces_of_an_image_must_follow_each_other() -> None:
     assert refusal(answer) == "a piece of an image begins at byte 5, expected byte 0"
 
 
-def test_the_images_kept_are_the_last_ones() -> None:
+def test_the_board_keeps_the_last_images() -> None:
     board = Board(MACHINE)
     for n in range(IMAGES_KEPT + 1):
         image = Parts(inputs=[n + 1]).image()
@@ -109,14 +109,14 @@ def test_the_images_kept_are_the_last_ones() -> None:
         assert answer.kind == kind
 
 
-def test_a_large_content_goes_in_pieces() -> None:
+def test_a_large_content_is_sent_in_pieces() -> None:
     data = bytes(range(256)) * (MOST_BODY // 128) + b"end"
     frames = list(pieces(Kind.IMAGE, data, 0))
     assert [frame.flags for frame in frames] == [MORE, MORE, 0]
     assert b"".join(frame.body for frame in frames) == data
 
 
-def test_an_image_that_is_none_is_refused(board: Board) -> None:
+def test_bytes_that_are_not_an_image_are_refused(board: Board) -> None:
     answers(board, Frame(Kind.HELLO, body=Hello("0" * 64, 0).pack()))
     (answer,) = answers(board, Frame(Kind.IMAGE, body=b"no image"))
     assert refusal(answer) == "not a chip image, or truncated or altered"
@@ -160,7 +160,7 @@ def test_a_machine_that_fails_ends_the_session_and_not_the_board(
     assert answers(board, greeting)[-1].kind == Kind.REFUSAL
 
 
-def test_a_reason_of_several_rows_stays_so() -> None:
+def test_a_reason_keeps_its_lines_and_its_control_characters_are_escaped() -> None:
     def broken(_image: ChipImage, _seed: int) -> CountingChip:
         raise BackendError("the chip cannot hold it:\n  a: \x07")
 

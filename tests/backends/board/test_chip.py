@@ -1,4 +1,4 @@
-"""A board does to the bit what the image does in process, and every fault has the end it should."""
+"""A board against the native chip, bit for bit, and the outcome of every fault."""
 
 from collections.abc import Sequence
 from contextlib import suppress
@@ -33,7 +33,7 @@ def board_chip(
 
 
 def equal_steps(chip: BoardChip, n: int = STEPS) -> int:
-    """Return how many steps are equal to native's before one is held, or all are done."""
+    """Return the number of steps that equal native's before one is held, or all are done."""
     native = NativeChip(IMAGE, 0)
     for number, spikes in enumerate(spike_train(n)):
         held = chip.figures.held
@@ -51,7 +51,7 @@ def run(chip: BoardChip, n: int) -> None:
 
 
 @pytest.mark.parametrize("timing", [REAL, SimulatedTime()])
-def test_a_board_is_native_bit_for_bit(timing: Timing) -> None:
+def test_a_board_equals_the_native_chip_bit_for_bit(timing: Timing) -> None:
     chip, native = board_chip(timing=timing), NativeChip(IMAGE, 0)
     assert equal_steps(chip) == STEPS
     for spikes in spike_train(STEPS):
@@ -83,7 +83,7 @@ def test_a_bad_link_loses_no_step_in_simulated_time(seed: int) -> None:
     assert chip.figures.asked_again > 20
 
 
-def test_a_late_answer_is_held_for_and_its_spikes_are_counted() -> None:
+def test_outputs_are_held_until_a_late_answer_and_skipped_spikes_are_counted() -> None:
     chip = board_chip(["slow=2.5@101"])
     trains = spike_train(STEPS)
     outputs = [[array.copy() for array in chip.step(spikes, {})] for spikes in trains]
@@ -108,7 +108,7 @@ def test_after_a_late_answer_the_board_goes_on_from_where_it_was() -> None:
             np.testing.assert_array_equal(one, other)
 
 
-def test_a_source_that_spikes_twice_does_so_on_the_board() -> None:
+def test_a_source_that_spikes_twice_in_a_step_spikes_twice_on_the_board() -> None:
     chip, native = board_chip(), NativeChip(IMAGE, 0)
     for spikes in spike_train(STEPS):
         twice = np.concatenate([spikes, spikes[:1]])
@@ -165,13 +165,13 @@ def test_a_board_without_the_image_gets_it_once() -> None:
     assert [kind.name for kind in sent].count("HELLO") == 2
 
 
-def test_what_the_chip_refuses_is_said_by_the_board() -> None:
+def test_a_refusal_of_the_chip_is_passed_on_by_the_board() -> None:
     chip = board_chip()
     with pytest.raises(BoardLostError, match="refuses: synapse group 0 does not learn"):
         chip.step(np.zeros(0, dtype=int), {0: np.zeros(1)})
 
 
-def test_a_board_of_wrong_totals_is_left_nevertheless(
+def test_closing_closes_the_line_and_the_record_even_if_the_totals_are_wrong(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def damaged(*_arguments: object) -> Totals:
@@ -205,7 +205,7 @@ def test_a_fork_does_not_step_its_parents_board(monkeypatch: pytest.MonkeyPatch)
         chip.step(np.zeros(0, dtype=int), {})
 
 
-def test_figures_are_ready_for_json() -> None:
+def test_figures_of_the_link_count_steps_and_round_trips() -> None:
     chip = board_chip(["loss@3"])
     equal_steps(chip, 10)
     link = chip.link

@@ -12,7 +12,7 @@ from tests.helpers.fake_board import FakeClock
 
 
 class Outlet:
-    """The bytes that the host receives: frames, or bytes that are none."""
+    """The bytes that the host receives: frames, or other bytes."""
 
     def __init__(self) -> None:
         self.sent: list[bytes] = []
@@ -28,7 +28,7 @@ class Outlet:
 
 
 def answered(*plan: str, steps: int = 4) -> tuple[Outlet, FakeClock]:
-    """Send answers to steps over a line of a plan."""
+    """Send answers to steps over a line with planned faults."""
     outlet, clock = Outlet(), FakeClock()
     line = FaultyLine(outlet, [FAULTS.parse(text) for text in plan], clock, lambda: None)
     for step in range(1, steps + 1):
@@ -36,12 +36,12 @@ def answered(*plan: str, steps: int = 4) -> tuple[Outlet, FakeClock]:
     return outlet, clock
 
 
-def test_every_kind_can_be_asked_for() -> None:
+def test_every_kind_of_fault_can_be_planned() -> None:
     for kind in KINDS:
         assert FAULTS.parse("slow=2@1" if kind == "slow" else f"{kind}@1").kind == kind
 
 
-def test_a_kind_of_a_robot_is_none_of_a_board() -> None:
+def test_a_kind_of_fault_of_a_robot_is_refused() -> None:
     with pytest.raises(UsageError, match="--fault 'nan@3': write KIND@STEP, slow=MS@STEP or"):
         FAULTS.parse("nan@3")
 
@@ -58,5 +58,5 @@ def test_an_answer_that_is_lost_stays_lost(plan: tuple[str, str]) -> None:
     assert answered(*plan)[0].steps == [1, 3, 4]
 
 
-def test_answers_put_off_one_after_the_other_all_arrive() -> None:
+def test_consecutive_answers_that_are_put_off_all_arrive() -> None:
     assert answered("reorder@1", "reorder@2")[0].steps == [1, 3, 2, 4]

@@ -1,4 +1,4 @@
-"""Frames come out of a stream as they went in, and one that is spoilt costs no other."""
+"""Frames in a stream of bytes that may be cut or spoilt."""
 
 import random
 import zlib

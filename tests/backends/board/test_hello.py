@@ -1,4 +1,4 @@
-"""Greetings come back, and others are refused by field."""
+"""Greetings of host and board, and refusals of other bodies by field."""
 
 import pytest
 
@@ -7,7 +7,7 @@ from spikeport.backends.board.messages import BodyError
 from spikeport.constants import LARGEST_SEED
 
 
-def test_greetings_come_back() -> None:
+def test_greetings_are_unpacked_as_they_were_packed() -> None:
     hello, welcome = Hello("ab", 3), Welcome("ab", "native", 5300.5)
     assert Hello.unpack(hello.pack()) == hello
     assert Welcome.unpack(welcome.pack()) == welcome
@@ -25,7 +25,7 @@ def test_greetings_come_back() -> None:
         (b'{"digest": "' + b"a" * 9000 + b'", "seed": 3}', ""),
     ],
 )
-def test_other_bodies_are_refused(body: bytes, key: str) -> None:
+def test_bodies_that_are_not_greetings_are_refused(body: bytes, key: str) -> None:
     with pytest.raises(BodyError) as caught:
         Hello.unpack(body)
     wrong = "the body is not a JSON object"

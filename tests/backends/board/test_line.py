@@ -1,4 +1,4 @@
-"""Frames over a pair of sockets: in time or not at all, and a peer that is gone is named."""
+"""Frames over a pair of sockets: their arrival in time, and the loss of a peer."""
 
 import socket
 
@@ -32,11 +32,13 @@ def test_a_large_frame_arrives_whole(lines: tuple[SocketLine, SocketLine]) -> No
 
 
 @pytest.mark.parametrize("within_s", [0.0, 0.01, 1.2 * SYSTEM_WAITS_S])
-def test_nothing_in_time_is_none(lines: tuple[SocketLine, SocketLine], within_s: float) -> None:
+def test_receiving_returns_none_if_no_frame_comes_in_time(
+    lines: tuple[SocketLine, SocketLine], within_s: float
+) -> None:
     assert lines[0].receive(within_s) is None
 
 
-def test_a_frame_that_comes_after_the_system_waited_is_found(
+def test_a_frame_that_comes_after_the_system_s_first_wait_is_received(
     lines: tuple[SocketLine, SocketLine], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     take, frame = SocketLine._take, Frame(Kind.STEP, 1, 2)

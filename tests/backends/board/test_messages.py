@@ -1,4 +1,4 @@
-"""Bodies come back as they were sent, whichever form is shorter, and others are refused."""
+"""Bodies of frames, packed in the shorter form and unpacked, and refusals of other bodies."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,9 @@ WIDE = Codec(Parts(inputs=[300]).image())
 
 
 @given(st.sets(st.integers(0, 299)), st.dictionaries(st.integers(0, 9), st.lists(st.floats())))
-def test_a_step_comes_back(spikes: set[int], errors: dict[int, list[float]]) -> None:
+def test_a_step_is_unpacked_as_it_was_packed(
+    spikes: set[int], errors: dict[int, list[float]]
+) -> None:
     sent = {group: np.array(values) for group, values in errors.items()}
     body, flags = WIDE.pack_step(np.array(sorted(spikes), dtype=int), sent)
     got, got_errors = WIDE.unpack_step(body, flags)
@@ -50,7 +52,7 @@ def test_spikes_of_no_source_are_refused_by_the_host(
         codec.pack_step(np.array(spikes), {})
 
 
-def test_a_source_that_spikes_twice_goes_as_a_list() -> None:
+def test_spikes_of_a_source_that_spikes_twice_are_sent_as_a_list() -> None:
     spikes = [*range(100), 7, 7]
     body, flags = WIDE.pack_step(np.array(spikes), {})
     assert not flags & BITMAP
@@ -71,13 +73,13 @@ def test_a_source_that_spikes_twice_goes_as_a_list() -> None:
         (b"\xff\xff\xff\xff\0\0", 0, "has 6 bytes, but its counts give 4294967301"),
     ],
 )
-def test_steps_that_are_none_are_refused(body: bytes, flags: int, reason: str) -> None:
+def test_bodies_that_are_not_steps_are_refused(body: bytes, flags: int, reason: str) -> None:
     with pytest.raises(BodyError, match=reason):
         CODEC.unpack_step(body, flags)
 
 
 @given(st.integers(-(2**31), 2**31 - 1), st.lists(st.booleans(), min_size=3, max_size=3))
-def test_a_state_comes_back(value: int, spiked: list[bool]) -> None:
+def test_a_state_is_unpacked_as_it_was_packed(value: int, spiked: list[bool]) -> None:
     held = [np.array([value, 1]), np.array(spiked, dtype=int), np.array([-value - 1])]
     counts = np.arange(12).reshape(6, 2)
     got = CODEC.unpack_state(CODEC.pack_state(held, counts))
@@ -93,7 +95,7 @@ def test_a_state_of_another_size_is_refused() -> None:
         CODEC.unpack_state(body[:-1])
 
 
-def test_totals_come_back() -> None:
+def test_totals_are_unpacked_as_they_were_packed() -> None:
     between = np.array([[0, 3], [2**40, 0]])
     totals = Totals(MessageCounts(between, np.array([7, 8])), 9)
     got = CODEC.unpack_totals(CODEC.pack_totals(totals))
@@ -102,7 +104,7 @@ def test_totals_come_back() -> None:
     assert got.readout_spikes == 9
 
 
-def test_totals_that_are_none_are_refused() -> None:
+def test_bodies_that_are_not_totals_are_refused() -> None:
     body = CODEC.pack_totals(Totals(MessageCounts(np.eye(2, dtype=int), np.zeros(2, int)), 0))
     with pytest.raises(BodyError, match=f"cut: {len(body) - 1} bytes"):
         CODEC.unpack_totals(body[:-1])
@@ -110,7 +112,7 @@ def test_totals_that_are_none_are_refused() -> None:
         CODEC.unpack_totals(body[:-16] + b"\2" + body[-15:])
 
 
-def test_outputs_that_no_frame_holds_are_refused() -> None:
+def test_outputs_that_do_not_fit_into_a_frame_are_refused() -> None:
     n = MOST_BODY // 4 // 1000
     parts = Parts(
         blocks=[Block(n=1000, core=core) for core in range(n)],

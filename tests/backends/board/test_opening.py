@@ -1,4 +1,4 @@
-"""A network on a stub is equal to native; options that do not go together are refused."""
+"""Networks on a stub against the native backend, and refusals of options."""
 
 from pathlib import Path
 
@@ -43,7 +43,7 @@ def data(network: nengo.Network, probes: list[nengo.Probe], backend: str, **link
 
 
 @pytest.mark.slow
-def test_a_run_on_the_stub_is_native_and_so_is_its_record(
+def test_a_run_on_the_stub_and_its_replay_equal_a_native_run(
     network: tuple[nengo.Network, list[nengo.Probe]], tmp_path: Path
 ) -> None:
     record = tmp_path / "record"
@@ -96,7 +96,7 @@ def test_a_stub_that_is_cut_ends_the_run(
         ("replay", {"replay": "/nowhere/x"}, UsageError, "/nowhere/x: no such file"),
     ],
 )
-def test_links_that_are_none_are_refused(
+def test_links_that_cannot_be_opened_are_refused(
     network: tuple[nengo.Network, list[nengo.Probe]],
     backend: str,
     link: dict[str, object],
@@ -107,7 +107,7 @@ def test_links_that_are_none_are_refused(
         data(*network, backend, **link)
 
 
-def test_texts_are_paths() -> None:
+def test_paths_may_be_given_as_texts() -> None:
     assert LinkOptions(record="a", replay="b") == LinkOptions(record=Path("a"), replay=Path("b"))
 
 
@@ -147,7 +147,7 @@ class GoneLine:
     ("board", "reason"),
     [(STUB, "gone"), ("tcp://127.0.0.1:80", r"gone before a session began; if it serves with --c")],
 )
-def test_a_session_that_does_not_begin_leaves_nothing(
+def test_a_session_that_does_not_begin_leaves_nothing_open_and_no_file(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, board: str, reason: str
 ) -> None:
     line, closed = GoneLine(), []

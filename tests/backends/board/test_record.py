@@ -1,4 +1,4 @@
-"""A record that was cut or damaged anywhere is read to the last whole step."""
+"""Records of sessions, whole or read up to a cut or a damage."""
 
 import os
 import random
@@ -18,7 +18,7 @@ STEPS = 30
 
 @pytest.fixture
 def content(tmp_path: Path) -> bytes:
-    """Return the bytes of a record of so many steps."""
+    """Return the bytes of a record of `STEPS` steps."""
     path = tmp_path / "good"
     clock = FakeClock()
     chip = BoardChip(
@@ -69,7 +69,7 @@ def test_a_damaged_step_ends_the_record(tmp_path: Path, content: bytes) -> None:
         assert not record.whole or record.totals is None
 
 
-def test_a_host_that_is_killed_leaves_all_but_its_last_moments(
+def test_a_killed_host_leaves_a_record_of_all_but_its_last_moments(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path, now_s = tmp_path / "killed", [50.0]
@@ -87,7 +87,7 @@ def test_a_host_that_is_killed_leaves_all_but_its_last_moments(
 
 
 @pytest.mark.parametrize("wrong", [b"", b"SPKLREC1", b"other"])
-def test_other_files_are_refused(tmp_path: Path, wrong: bytes) -> None:
+def test_files_that_are_not_records_are_refused(tmp_path: Path, wrong: bytes) -> None:
     path = tmp_path / "other"
     path.write_bytes(wrong)
     with pytest.raises(UsageError, match=f"{path}: no record of a board's session"):
@@ -130,7 +130,7 @@ def test_two_sessions_are_not_recorded_in_one_file(tmp_path: Path) -> None:
     SessionRecorder(path).close()
 
 
-def test_steps_that_go_back_are_of_several_sessions(tmp_path: Path) -> None:
+def test_a_record_whose_steps_go_back_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "record"
     recorder = SessionRecorder(path)
     recorder.begin(Hello("digest", 3), Welcome("digest", "native", 1e4))

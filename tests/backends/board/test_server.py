@@ -1,4 +1,4 @@
-"""A server in a thread: one host at a time, over every transport, until it is over."""
+"""A server in a thread, for one host at a time, over every transport."""
 
 import socket
 import threading
@@ -43,7 +43,7 @@ def served(
     faults: Sequence[Fault] = (),
     once: bool = False,
 ) -> Iterator[list[str]]:
-    """Serve until nobody is there for a moment; yields what the server says."""
+    """Serve until no host is there for a moment, and yield the lines that the server prints."""
     listens, printed = threading.Event(), []
 
     def say(line: str) -> None:
@@ -95,7 +95,7 @@ def transport(
     )
 
 
-def test_a_session_over_a_socket_is_native(
+def test_a_session_over_any_transport_equals_the_native_chip(
     transport: tuple[str, Certificates | None, Certificates | None], tmp_path: Path
 ) -> None:
     address, of_board, of_host = transport
@@ -110,7 +110,7 @@ def test_a_session_over_a_socket_is_native(
     assert not (tmp_path / "board").exists()
 
 
-def test_a_host_that_says_no_goodbye_is_gone(tmp_path: Path) -> None:
+def test_a_host_that_leaves_without_a_goodbye_is_reported_as_gone(tmp_path: Path) -> None:
     address = f"unix:{tmp_path / 'board'}"
     with served(address) as printed:
         line = line_to(address)
@@ -141,7 +141,7 @@ def test_a_second_host_is_refused_while_the_first_goes_on(tmp_path: Path) -> Non
         first.close()
 
 
-def test_a_stranger_that_says_nothing_holds_up_no_step(
+def test_a_second_host_that_sends_nothing_delays_no_step(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("spikeport.backends.board.server.GREETING_S", WAIT_S)
@@ -156,7 +156,7 @@ def test_a_stranger_that_says_nothing_holds_up_no_step(
         first.close()
 
 
-def test_what_is_wrong_with_tls_is_said_at_both_ends(tmp_path: Path) -> None:
+def test_errors_of_tls_are_reported_at_both_ends(tmp_path: Path) -> None:
     address = f"tcp://127.0.0.1:{free_port()}"
     board, host = certificates(tmp_path, "board"), certificates(tmp_path, "host")
     cases = (
@@ -186,12 +186,12 @@ def test_what_is_wrong_with_tls_is_said_at_both_ends(tmp_path: Path) -> None:
     assert first_bytes in "".join(printed)
 
 
-def test_the_port_that_the_system_chose_is_said() -> None:
+def test_the_port_that_the_system_chose_is_printed() -> None:
     with served("tcp://127.0.0.1:0") as printed:
         BoardChip(IMAGE, 0, line_to(printed[0].removeprefix("board: native on "))).close()
 
 
-def test_a_host_without_a_greeting_gets_no_step(tmp_path: Path) -> None:
+def test_a_step_without_a_greeting_is_refused(tmp_path: Path) -> None:
     address = f"unix:{tmp_path / 'board'}"
     with served(address):
         line = line_to(address)
@@ -213,7 +213,7 @@ def test_a_host_without_a_greeting_gets_no_step(tmp_path: Path) -> None:
         lambda rng: Frame(99, body=b"x").encode() * 50,
     ],
 )
-def test_a_board_outlives_what_hosts_send(
+def test_a_board_survives_whatever_a_host_sends(
     tmp_path: Path, spoil: Callable[[np.random.RandomState], bytes]
 ) -> None:
     address = f"unix:{tmp_path / 'board'}"
@@ -228,7 +228,7 @@ def test_a_board_outlives_what_hosts_send(
         chip.close()
 
 
-def test_a_host_without_a_word_is_hung_up_on(
+def test_the_board_hangs_up_on_a_host_that_sends_no_greeting(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("spikeport.backends.board.server.HELLO_S", 0.1)
@@ -247,7 +247,7 @@ def test_a_host_without_a_word_is_hung_up_on(
 def test_a_board_for_one_session_waits_for_a_host_that_greets(tmp_path: Path) -> None:
     address = f"unix:{tmp_path / 'board'}"
     with served(address, once=True) as printed:
-        line_to(address).close()  # as another server does that looks whether the socket is in use
+        line_to(address).close()  # like another server that tests if the socket is in use
         chip = BoardChip(IMAGE, 0, line_to(address))
         chip.close()
     assert printed[-1] == "board: session ended after 0 steps"

@@ -1,4 +1,4 @@
-"""A stub is started, used and gone, without a process or a file left."""
+"""The start of a stub, and its end without a file left."""
 
 from pathlib import Path
 
@@ -14,7 +14,9 @@ def test_a_stub_that_cannot_start_says_why() -> None:
 
 
 @pytest.mark.slow
-def test_a_stub_that_nobody_speaks_to_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_stub_that_was_never_used_is_stopped_and_leaves_no_folder(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("spikeport.child.STOP_S", 0.2)
     stub = Stub()
     assert stub.address.path is not None

@@ -1,11 +1,11 @@
-"""A chip's steps by either clock: simulated time waits, real time does not."""
+"""Beginnings and deadlines of a chip's steps, in real and in simulated time."""
 
 from spikeport.backends.board.timing import RealTime, SimulatedTime, StepDeadlines
 from tests.helpers.fake_board import FakeClock
 
 
 def begins(clock: FakeClock, deadlines: StepDeadlines, lasts_s: list[float]) -> list[float]:
-    """Return when steps that last so long begin, in ms after the first."""
+    """Return the beginnings of steps of these durations, in ms after the first."""
     found = []
     for last_s in lasts_s:
         deadlines.begin()
@@ -28,7 +28,7 @@ def test_a_step_that_is_a_little_late_does_not_shift_the_next() -> None:
     assert deadlines.overruns == 1
 
 
-def test_after_a_stall_time_goes_on_from_there() -> None:
+def test_after_a_stall_further_steps_are_timed_from_the_late_one() -> None:
     clock = FakeClock()
     deadlines = StepDeadlines(RealTime(0.001), clock)
     assert begins(clock, deadlines, [0.0001, 0.0504, 0.0001, 0.0001]) == [0, 1, 51.4, 52.4]
@@ -43,6 +43,6 @@ def test_simulated_time_does_not_wait() -> None:
     assert deadlines.overruns == 0
 
 
-def test_the_time_after_which_a_board_is_given_up_is_said() -> None:
+def test_each_timing_states_after_which_time_a_board_is_given_up() -> None:
     found = [timing.limit for timing in (RealTime(0.001, 0), RealTime(0.001, 5), SimulatedTime())]
     assert found == ["1 step of 1 ms", "6 steps of 1 ms", "10 s"]

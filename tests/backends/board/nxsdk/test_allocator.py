@@ -1,4 +1,4 @@
-"""Blocks lie on the cores of a placement, of as many chips as it takes."""
+"""Allocation of blocks to the cores of a placement, on as many chips as it needs."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from tests.helpers.images import Block, Parts
 IMAGE = Parts([Block(1, core=1, vth=64), Block(1, vth=64), Block(1, core=1, vth=128)]).image()
 
 
-def test_cores_have_their_blocks_and_these_share_profiles() -> None:
+def test_blocks_lie_on_the_cores_of_their_placement_and_share_profiles() -> None:
     placement = Placement.packed(IMAGE)
     model = model_of(IMAGE, placement)
     board = Allocator(placement)(model, 1)
@@ -22,13 +22,13 @@ def test_cores_have_their_blocks_and_these_share_profiles() -> None:
     assert [len(core.compartment_cfgs) for core in cores] == [1, 1]
 
 
-def test_a_core_that_no_block_is_on_stays_empty() -> None:
+def test_a_core_without_blocks_stays_empty() -> None:
     placement = Placement("gaps", np.array([0, 2, 2]))
     board = Allocator(placement)(model_of(IMAGE, placement), 1)
     assert [len(core.blocks) for core in board.chips[0].cores] == [1, 0, 2]
 
 
-def test_cores_beyond_a_chip_are_on_the_next() -> None:
+def test_cores_beyond_a_chip_lie_on_the_next_chip() -> None:
     placement = Placement("far", np.array([0, 1, CORES_PER_CHIP]))
     assert n_chips(placement) == 2
     board = Allocator(placement)(model_of(IMAGE, placement), 2)

@@ -1,4 +1,4 @@
-"""An image that is written and read back runs as it is; what no register holds is found."""
+"""The check of an image against itself, written to registers and read back."""
 
 from dataclasses import replace
 
@@ -19,14 +19,14 @@ from tests.helpers.writable import writable, writable_images
 
 @settings(max_examples=25)
 @given(image=writable_images())
-def test_registers_run_as_the_image_does(image: ChipImage) -> None:
+def test_registers_of_any_image_that_is_not_refused_run_like_it(image: ChipImage) -> None:
     for placement in (Placement.single(image), Placement.packed(image)):
         checked = check(image, placement, 20)
         event(f"{placement.name}: {'refused' if checked.refused else 'written'}")
         assert checked.refused or checked.equal, checked
 
 
-def test_what_was_written_is_counted() -> None:
+def test_the_check_counts_cores_synapses_and_steps() -> None:
     image = writable(two_blocks())
     checked = check(image, Placement.single(image), 7)
     assert (checked.n_cores, checked.n_synapses, checked.n_steps) == (2, 4, 7)
@@ -42,7 +42,7 @@ def test_a_threshold_between_two_mantissas_is_found() -> None:
     assert not checked.equal
 
 
-def test_noise_that_is_written_otherwise_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_noise_that_is_read_back_differently_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
     image = Parts([Block(3, enable_noise=[0, 1, 1], noise_exp=9, vth=64)]).image()
     assert check(image, Placement.single(image), 1).differing["noise"] == 0
     wrong = image.blocks.noise_exp + 1
@@ -82,7 +82,7 @@ def test_a_refused_placement_is_not_written() -> None:
     assert checked.n_registers == 0
 
 
-def test_noise_and_learning_are_off_while_stepping() -> None:
+def test_a_quiet_image_has_neither_noise_nor_learning() -> None:
     image = Parts([Block(2, enable_noise=1)], [Group([[64]], learning=(1,) * 7)]).image()
     still = quiet(image)
     assert not still.compartments.enable_noise.any()

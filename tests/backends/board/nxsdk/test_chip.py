@@ -1,4 +1,4 @@
-"""A board of NxSDK in a process of its own: differences are counted, failures are messages."""
+"""A board of NxSDK in a process of its own: counts of differences, and messages of failures."""
 
 import os
 import shutil
@@ -40,12 +40,12 @@ def test_phantom_spikes_are_told_from_other_differences() -> None:
 
 
 @pytest.mark.slow
-def test_a_process_that_dies_is_said_to_have_died() -> None:
+def test_a_process_that_dies_is_reported_with_its_exit_code() -> None:
     with pytest.raises(BackendError, match="the board's process ended with exit code 7"):
         NxsdkChip(RAMP, 0, dies)
 
 
 @pytest.mark.slow
-def test_what_the_process_raises_arrives_here() -> None:
+def test_an_error_of_the_board_s_process_is_raised_in_the_caller() -> None:
     with pytest.raises(MissingExtraError, match="no NxSDK is installed here"):
         NxsdkChip(RAMP, 0)

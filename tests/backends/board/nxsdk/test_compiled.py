@@ -1,4 +1,4 @@
-"""Snips are compiled by gcc, whose absence and errors are messages in words."""
+"""Compilation of snips by gcc, and messages of its absence and its errors."""
 
 import shutil
 from pathlib import Path
@@ -11,7 +11,7 @@ from spikeport.backends.board.nxsdk.recording import Board
 from spikeport.errors import BackendError, MissingExtraError
 
 
-def test_without_gcc_it_is_said_how_to_get_it(
+def test_without_gcc_the_error_says_how_to_install_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -20,7 +20,7 @@ def test_without_gcc_it_is_said_how_to_get_it(
 
 
 @pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++")
-def test_a_snip_that_does_not_compile_is_quoted(tmp_path: Path) -> None:
+def test_the_compiler_s_error_in_a_snip_is_quoted(tmp_path: Path) -> None:
     (tmp_path / "chip.c").write_text("int f(void) { return nothing; }")
     board = Board(1, 1, [1], [[0]])
     path = str(tmp_path / "chip.c")

@@ -1,4 +1,4 @@
-"""An image is read from registers alone, and follows each change of one."""
+"""Images that are read from registers alone."""
 
 from collections.abc import Callable
 
@@ -33,7 +33,7 @@ def written() -> Written:
     return write(image, Placement.single(image))
 
 
-def test_constants_come_back() -> None:
+def test_constants_are_read_back_from_registers() -> None:
     image = decompile(written(), 0.002)
     state, blocks = image.compartments, image.blocks
     assert state.bias.tolist() == [-7, 32000, 0]
@@ -59,7 +59,7 @@ CHANGES: list[tuple[Callable[[Core], None], str]] = [
 
 
 @pytest.mark.parametrize(("change", "table"), CHANGES)
-def test_a_register_that_changes_changes_the_image(
+def test_a_change_of_a_register_changes_the_image(
     change: Callable[[Core], None], table: str
 ) -> None:
     before = written()

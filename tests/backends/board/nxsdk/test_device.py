@@ -1,4 +1,4 @@
-"""A device sends all that a step needs, and is refused before anything is written."""
+"""A device on nengo-loihi's hardware half: the spikes and errors it sends, and refusals."""
 
 from types import SimpleNamespace
 
@@ -72,13 +72,13 @@ def test_spikes_and_all_errors_are_sent_in_each_step() -> None:
     assert hardware.calls == ["connect", False, "close"]
 
 
-def test_an_image_in_a_trap_is_refused_by_the_finding() -> None:
+def test_an_image_that_falls_into_a_trap_is_refused_with_the_finding() -> None:
     image = Parts([Block(1), Block(1, vmin=-1)]).image()
     with pytest.raises(BackendError, match=r"^NX03 refused: voltage ranges of a core: core 0"):
         Device(image, modules(), 0)
 
 
-def test_what_nengo_loihi_refuses_is_quoted() -> None:
+def test_a_refusal_of_nengo_loihi_is_quoted() -> None:
     def refuse(*_args: object, **_settings: object) -> None:
         raise AssertionError("too many")
 

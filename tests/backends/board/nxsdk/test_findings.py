@@ -1,4 +1,4 @@
-"""Each trap is found where it is, and nowhere else."""
+"""Findings of traps in images and their placements."""
 
 import pytest
 
@@ -20,7 +20,7 @@ def found(image: ChipImage) -> dict[str, list[str]]:
     return {p.name: [one.trap.id for one in findings(image, p)] for p in placements}
 
 
-def test_a_plain_image_has_none() -> None:
+def test_a_plain_image_has_no_findings() -> None:
     image = writable(Parts([Block(2), Block(1, core=1)], [Group([[64]])]).image())
     assert found(image) == {"packed": [], "one block a core": []}
 
@@ -103,7 +103,9 @@ CASES: list[tuple[str, Parts, list[str], list[str]]] = [
 @pytest.mark.parametrize(
     ("parts", "packed", "single"), [case[1:] for case in CASES], ids=[case[0] for case in CASES]
 )
-def test_a_trap_is_found(parts: Parts, packed: list[str], single: list[str]) -> None:
+def test_traps_are_found_in_the_placements_that_have_them(
+    parts: Parts, packed: list[str], single: list[str]
+) -> None:
     assert found(parts.image()) == {"packed": packed, "one block a core": single}
 
 
@@ -119,7 +121,7 @@ def test_a_row_of_scattered_targets_in_a_format_without_targets_is_found() -> No
     )
 
 
-def test_merging_axons_cures_a_group_that_ends_in_nothing() -> None:
+def test_merging_axons_cures_groups_that_end_in_an_unused_axon_or_an_empty_row() -> None:
     groups = [Group([[64], [128]], axon_row=[0, 1, 0], axon_base=[0, 1, -1]), Group([[64], []])]
     routes = [Route([0, 1, 2], group=0, input=0), Route([0, 1, 0], group=1, input=0)]
     image = Parts([Block(2), Block(1)], [*groups, Group([[64]], block=1)], [3], routes).image()
@@ -133,7 +135,7 @@ def test_merging_axons_cures_a_group_that_ends_in_nothing() -> None:
 @pytest.mark.parametrize(
     ("key", "value"), [("voltage", "a voltage of -1"), ("spiked", "32 spikes at once")]
 )
-def test_the_end_of_a_step_that_reads_as_a_shutdown_is_named(key: str, value: str) -> None:
+def test_an_output_that_can_end_a_step_like_a_shutdown_is_named(key: str, value: str) -> None:
     image = Parts([Block(2)], outputs=[Output("current", [0]), Output(key, [1])]).image()
     *_, found = findings(image, Placement.single(image))
     assert found.trap.id == "NX14"
@@ -141,7 +143,7 @@ def test_the_end_of_a_step_that_reads_as_a_shutdown_is_named(key: str, value: st
     assert found.used == f"{value}, {rest}"
 
 
-def test_findings_say_how_many() -> None:
+def test_a_finding_names_its_core_and_the_count() -> None:
     image = CASES[0][1].image()
     (one,) = findings(image, Placement.packed(image))
     assert (one.where, one.used) == ("core 0", "8, nengo-loihi's builder takes up to 7")

@@ -1,4 +1,4 @@
-"""Groups of synapses are read from registers, and registers that do not fit are refused."""
+"""Groups of synapses that are read from registers, and refusals of registers."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""nengo-loihi's hardware half is imported a second time, and the first one stays as it is."""
+"""Further imports of nengo-loihi's hardware half, which leave the first one as it is."""
 
 import sys
 
@@ -34,7 +34,7 @@ def test_a_limit_is_lifted_in_one_import_alone() -> None:
     assert other.builder.MAX_VTH_CFGS == 8
 
 
-def test_without_nxsdk_it_is_said_where_it_comes_from() -> None:
+def test_without_nxsdk_the_error_says_where_it_comes_from() -> None:
     with pytest.raises(MissingExtraError, match="no NxSDK is installed here: Intel gives it"):
         require_nxsdk()
     with pytest.raises(MissingExtraError, match="`board serve --machine snips` steps it"):

@@ -1,4 +1,4 @@
-"""Registers of learning are compared, each of them."""
+"""The comparison of the registers of learning with an image."""
 
 from collections.abc import Callable
 
@@ -21,14 +21,14 @@ def image(learning: tuple[float, ...] = LEARNED) -> ChipImage:
 
 
 def differing(change: Callable[[Core], object], expected: ChipImage | None = None) -> list[str]:
-    """Return what differs, after a change of registers."""
+    """Return the registers that differ from an image after a change."""
     placement = Placement.single(image())
     written = write(image(), placement)
     change(written.board.cores[0])
     return learning_differs(expected or image(), placement, written)
 
 
-def test_what_was_written_is_what_is_asked_for() -> None:
+def test_registers_as_written_do_not_differ() -> None:
     assert differing(lambda core: None) == []
     plain = image((0,) * 7)
     placement = Placement.single(plain)
@@ -49,7 +49,7 @@ def test_a_register_that_differs_is_named(change: Callable[[Core], object], name
     assert differing(change) == [f"core 0: {name}"]
 
 
-def test_an_image_that_learns_otherwise_differs() -> None:
+def test_registers_differ_from_an_image_that_learns_differently() -> None:
     assert differing(lambda core: None, image((0,) * 7)) == ["core 0: LrnEn"]
     assert differing(lambda core: None, image((1, 1, -6, 10, 2.5, 2, 4))) == [
         "core 0: learning rate"

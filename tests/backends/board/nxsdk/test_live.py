@@ -1,4 +1,4 @@
-"""Registers step as the image does, by themselves and behind nengo-loihi's own snips."""
+"""Registers that step like their image, alone and behind nengo-loihi's own snips."""
 
 import shutil
 
@@ -23,9 +23,9 @@ REFRACT = 3
 
 
 def image() -> ChipImage:
-    """Return two inputs that share an axon, neurons that spike, and read-outs that never do.
+    """Return an image of two inputs with a common axon, neurons that spike, and read-outs.
 
-    The voltage of the last neuron grows by 64 a step, and so looks like a spike once in its way.
+    The voltage of the last neuron grows by 64 a step, and so looks like a spike once on its way.
     """
     rng = np.random.RandomState(2)
     groups = [
@@ -65,7 +65,7 @@ def trains() -> list[np.ndarray]:
     return [np.flatnonzero(rng.uniform(size=7) < 0.4) for _ in range(STEPS)]
 
 
-def test_registers_step_as_the_image_does() -> None:
+def test_registers_step_like_the_image() -> None:
     written = write(image(), Placement.single(image()))
     registers, native = Registers(written), NativeChip(image(), 0)
     sources = [axons for axon_map in written.inputs for axons in axon_map.values()]
@@ -84,12 +84,12 @@ def test_registers_step_as_the_image_does() -> None:
     assert native.state.spike_count.sum() > 50
 
 
-def test_several_chips_do_not_step() -> None:
+def test_registers_of_several_chips_are_refused() -> None:
     with pytest.raises(BackendError, match="2 chips; recorded registers step on 1"):
         Live(Board(1, 2, [1, 1], [[0], [0]]))
 
 
-def test_registers_do_not_learn() -> None:
+def test_registers_of_an_image_that_learns_are_refused() -> None:
     group = Group([[64, 64]], learning=(1, 1, -7, 10, 2.5, 2, 4))
     learns = writable(Parts([Block(2)], [group], [1], [Route([0], input=0)]).image())
     board = write(learns, Placement.single(learns)).board

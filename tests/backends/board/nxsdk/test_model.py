@@ -27,7 +27,7 @@ def test_outputs_are_probes_of_the_blocks_they_read() -> None:
     ]
 
 
-def test_blocks_without_noise_take_that_of_their_core() -> None:
+def test_blocks_without_noise_take_the_noise_exponent_of_their_core() -> None:
     blocks = [Block(1, noise_exp=3), Block(2, noise_exp=9, enable_noise=[0, 1]), Block(1, core=1)]
     image = Parts(blocks).image()
     shared = model_of(image, Placement.packed(image)).blocks

@@ -1,11 +1,11 @@
-"""The recording board has every module and name that nengo-loihi imports of NxSDK."""
+"""Substitutes for the modules of NxSDK that nengo-loihi imports."""
 
 from spikeport.backends.board.nxsdk.package import modules, rule_to_microcode
 from spikeport.backends.board.nxsdk.recording import Board
 from spikeport.backends.board.nxsdk.registers import Register
 
 
-def test_packages_around_modules_are_there() -> None:
+def test_every_module_has_its_parent_packages() -> None:
     found = modules(None)
     assert {"nxsdk", "nxsdk.arch", "nxsdk.graph.nxinputgen"} <= set(found)
     assert all(module.__name__ == name for name, module in found.items())
@@ -27,6 +27,6 @@ def test_traces_are_written_to_registers() -> None:
     assert (register.tau, register.spikeLevelInt, register.spikeLevelFrac) == (9, 1, 2)
 
 
-def test_rules_stay_text() -> None:
+def test_learning_rules_stay_text() -> None:
     code = rule_to_microcode(["dw = x1"], doOptimize=False)
     assert (code.numUCodes, code.uCodes) == (1, ["dw = x1"])

@@ -1,4 +1,4 @@
-"""A recording board counts what is written to it, and comes to life only where it can."""
+"""Recording boards: their counts of what is written, and the runs they start."""
 
 from spikeport.backends.board.nxsdk.recording import Board, Contact
 
@@ -10,7 +10,7 @@ class Stepping:
         Stepping.closed = True
 
 
-def test_ids_are_no_numbers() -> None:
+def test_ids_of_cores_start_at_4_on_each_chip() -> None:
     board = Board(1, 2, [2, 1], [[0, 0], [0]])
     assert [core.ids for core in board.cores] == [(0, 4), (0, 5), (1, 4)]
 
@@ -28,7 +28,7 @@ def test_registers_synapses_and_axons_are_counted() -> None:
     assert core.contacts == [Contact(0, 0, 4, 2, 0), Contact(1, 0, 4, 2, 3)]
 
 
-def test_a_board_runs_what_it_is_given_and_stops_it() -> None:
+def test_a_board_starts_and_stops_the_run_that_it_is_given() -> None:
     plain = Board(1, 1, [1], [[0]])
     plain.run(3)
     plain.disconnect()

@@ -1,4 +1,4 @@
-"""Registers hold what is written, and have bounds."""
+"""Registers of a core: their fields, bounds and order."""
 
 import pytest
 

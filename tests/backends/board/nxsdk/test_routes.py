@@ -1,4 +1,4 @@
-"""Axons become routes, with as many as a source needs that reaches a group several times."""
+"""Routes made of axons, several of them for a source that reaches a group several times."""
 
 from spikeport.backends.board.nxsdk.groups import Group, InAxon
 from spikeport.backends.board.nxsdk.recording import Board

@@ -1,4 +1,4 @@
-"""Traps have ids in order, and findings say everything in one line."""
+"""Ids of traps, and the text of a finding."""
 
 from spikeport.backends.board.nxsdk import traps
 from spikeport.backends.board.nxsdk.traps import BASES, THRESHOLDS, Finding, Trap
@@ -10,7 +10,7 @@ def test_ids_are_in_order() -> None:
     assert len(ids) == 14
 
 
-def test_a_finding_says_what_where_and_what_helps() -> None:
+def test_a_finding_names_its_trap_its_place_and_the_cure() -> None:
     assert str(Finding(THRESHOLDS, "core 3", "8, at most 7")) == (
         "NX01 threshold profiles of a core: core 3: 8, at most 7; "
         "cure: one block a core: compile with -p unpacked, or compact_unpacked"

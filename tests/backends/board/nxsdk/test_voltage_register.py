@@ -1,4 +1,4 @@
-"""The register V counts the refractory time down after a spike."""
+"""The refractory time that the register V counts down after a spike."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from spikeport.backends.native.chip import NativeChip
 from tests.helpers.images import Block, Parts
 
 
-def test_all_steps_are_left_in_the_step_of_a_spike() -> None:
+def test_the_whole_refractory_time_is_left_in_the_step_of_a_spike() -> None:
     refract = np.array([3, 1])
     image = Parts([Block(2, bias=[100, 1], vth=[50, 1000], refract_delay=refract)]).image()
     chip, left = NativeChip(image, seed=0), []

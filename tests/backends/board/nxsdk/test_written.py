@@ -1,4 +1,4 @@
-"""nengo-loihi's builder writes our blocks where our placement puts them, or is quoted."""
+"""Registers that nengo-loihi's builder writes for a placement, and its refusals."""
 
 import pytest
 
@@ -23,7 +23,7 @@ def test_registers_hold_the_synapses_of_the_image() -> None:
     assert (axon["core_id"], axon["axon_id"]) == (second.id, 1)
 
 
-def test_on_one_core_the_second_block_counts_on() -> None:
+def test_a_second_block_on_a_core_continues_the_numbers_of_compartments() -> None:
     image = writable(two_blocks())
     placement = Placement.packed(image.on_cores(0 * image.blocks.core))
     (core,) = write(image, placement).board.cores
@@ -36,8 +36,8 @@ def test_eight_thresholds_are_written() -> None:
     assert len(core.bank("vthProfileCfg")) == 8
 
 
-def test_what_the_builder_refuses_is_quoted() -> None:
-    group = Group([[64], [128]], axon_row=[0])  # nobody reads the second row
+def test_a_refusal_of_the_builder_is_quoted() -> None:
+    group = Group([[64], [128]], axon_row=[0])  # no axon reads the second row
     image = writable(Parts([Block(1)], [group], [1], [Route([0], input=0)]).image())
     with pytest.raises(BackendError) as caught:
         write(image, Placement.single(image))
