@@ -41,7 +41,7 @@ def held_torques(built, held):
         return sim.data[probe].reshape(len(values), -1, 4)[:, -20:].mean(axis=1)
 
 
-def test_states_hold_all_terms_of_the_torque_at_once(law, region):
+def test_drawn_states_are_consistent_with_the_law_and_lie_in_the_region(law, region):
     held = draw_states(law, region, 20)
     q, dq, x = held.state[:, :4], held.state[:, 4:8], held.state[:, 8:]
     assert x == pytest.approx(law.arm.batch(q).position)
@@ -67,7 +67,7 @@ def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region)
 
 
 @pytest.mark.slow
-def test_a_rig_gives_the_same_run_again_whatever_it_did_before():
+def test_a_rig_repeats_a_run_exactly_after_another_run():
     settings = ReachSettings(m1=40, cb=30, s1=10)
     trials = [ReachTrial(settings, Options(0.2, seed=seed)) for seed in (0, 1, 0)]
     ready = prepare(trials[0])
@@ -79,7 +79,7 @@ def test_a_rig_gives_the_same_run_again_whatever_it_did_before():
 
 @pytest.fixture
 def few_states(monkeypatch):
-    """Return a refit on 30 states, not on 1,500."""
+    """Make refits use 30 states instead of 1,500."""
     monkeypatch.setattr(arm_trial, "draw_states", functools.partial(draw_states, n=30))
 
 

@@ -10,7 +10,7 @@ SIZE = np.array([0.14, 0.20])
 
 
 @pytest.mark.parametrize("digit", DIGITS)
-def test_the_templates_are_read(digit):
+def test_the_templates_are_read_as_their_digits(digit):
     assert read_digit(unit_stroke(digit) * SIZE) == digit
 
 

@@ -19,13 +19,13 @@ def run(folder, seconds=12.0, backend="analytic", **settings):
 
 @pytest.fixture(scope="module")
 def five(tmp_path_factory):
-    """Return a hasty 5, drawn by the exact law."""
+    """Return the folder of a hasty 5, drawn by the exact law."""
     folder = tmp_path_factory.mktemp("five")
     run(folder, 6.0)
     return folder
 
 
-# how well it draws
+# quality of the drawing
 
 
 @pytest.mark.slow
@@ -53,7 +53,7 @@ def test_float_neurons_draw(tmp_path):
     assert metrics["recognised_as"] == 5
 
 
-# what it writes
+# files of a run
 
 
 @pytest.mark.slow
@@ -88,7 +88,7 @@ def test_the_folder_has_a_figure_and_the_whole_path(five):
 
 
 @pytest.mark.slow
-def test_a_drawing_without_a_reader_has_no_reading(tmp_path, monkeypatch):
+def test_a_drawing_is_not_recognised_without_the_readers_package(tmp_path, monkeypatch):
     monkeypatch.setattr(digit_reader, "find_spec", lambda name: None)
     assert run(tmp_path, 4.0)["metrics"]["recognised_as"] is None
 
@@ -96,13 +96,15 @@ def test_a_drawing_without_a_reader_has_no_reading(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("asked", "there", "reads"), [(None, True, True), (None, False, False), (False, True, False)]
 )
-def test_a_drawing_is_read_where_it_can_be_unless_it_is_not_to_be(monkeypatch, asked, there, reads):
+def test_a_drawing_is_read_if_the_reader_is_installed_and_recognise_is_not_false(
+    monkeypatch, asked, there, reads
+):
     monkeypatch.setattr(digit_reader, "can_read", lambda: there)
     trial = draw.DrawTrial(draw.DrawSettings(recognise=asked), Options(12.0))
     assert trial._reads is reads
 
 
-# what it refuses
+# refusals
 
 
 @pytest.mark.parametrize(
@@ -122,7 +124,7 @@ def test_a_wrong_setting_says_what_is_allowed(wrong, message):
     assert str(caught.value) == message
 
 
-def test_a_reader_that_is_asked_for_must_be_there(monkeypatch):
+def test_recognise_is_refused_without_the_readers_package(monkeypatch):
     monkeypatch.setattr(digit_reader, "find_spec", lambda name: None)
     assert draw.DrawSettings().recognise is None
     with pytest.raises(MissingExtraError, match=r"pip install 'spikeport\[digits\]'$"):

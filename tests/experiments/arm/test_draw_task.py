@@ -22,14 +22,14 @@ def drawn():
     return path(DrawTask(SHEET.stroke(2), HAND, 8.0), 8.0)
 
 
-def test_the_sheet_is_14_by_20_cm_across_the_robot():
+def test_the_sheet_is_14_by_20_cm_in_front_of_the_right_arm():
     left, right, down, up = SHEET.place(np.array([LEFT, RIGHT, DOWN, UP]))
     assert (right - left).tolist() == pytest.approx([0, -0.14, 0])  # its right is towards -y
     assert (up - down).tolist() == pytest.approx([0, 0, 0.20])
     assert (left + right).tolist() == pytest.approx([0.70, -0.40, 2.48])
 
 
-def test_a_sheet_is_read_as_it_was_written():
+def test_points_placed_on_the_sheet_project_back_to_metres_from_its_centre():
     unit = np.random.RandomState(0).rand(20, 2)
     assert SHEET.project(SHEET.place(unit)) == pytest.approx((unit - 0.5) * [0.14, 0.20])
 

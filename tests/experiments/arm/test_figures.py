@@ -1,4 +1,4 @@
-"""Pictures of a run of the arm."""
+"""Figures of a run of the arm."""
 
 from spikeport.experiments.arm import reach
 from tests.helpers.arm_runs import finished

@@ -1,4 +1,4 @@
-"""Figures of merit of the arm, on runs that are made up."""
+"""Metrics of the arm, on made-up runs."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def recorded(time_s, hand, target):
     return ArmRecording(time_s, zero, zero, hand, target, zero)
 
 
-def test_only_the_drawing_counts():
+def test_only_the_time_of_the_drawing_counts():
     times = np.arange(0, 4, 0.5)
     position = np.zeros((8, 3))
     assert drawing(recorded(times, position, position)).time_s.tolist() == [2.0, 2.5, 3.0, 3.5]
@@ -37,7 +37,7 @@ def test_the_lag_is_the_time_by_which_the_hand_follows():
     assert lag(recorded(times, pen(times), pen(times))) == 0.0
 
 
-def test_metrics_of_a_run_with_reaches():
+def test_a_run_with_reaches_has_its_metrics():
     run = finished([0.3, 0.4], [1.0, -1.0], [False, True], wall_s=2.0)
     figures = reach_metrics(run, [0.5, 1.5])
     assert figures["reaches"] == 2
@@ -50,13 +50,13 @@ def test_metrics_of_a_run_with_reaches():
     assert figures["real_time_factor"] == 2.0
 
 
-def test_the_torque_error_is_of_the_exact_torque_at_the_same_state():
+def test_the_torque_error_is_the_difference_to_the_exact_torque_at_the_same_state():
     run = finished([0.3, 0.4], [1.0, 3.0])
     run = run._replace(exact=np.outer([1.0, 2.0], np.ones(4)))
     assert reach_metrics(run, [])["torque_error_rms_nm"] == pytest.approx([0.5**0.5] * 4)
 
 
-def test_metrics_of_a_run_without_reaches():
+def test_a_run_without_reaches_has_no_mean_time_per_reach():
     figures = reach_metrics(finished([0.3]), [])
     assert figures["reaches"] == 0
     assert figures["seconds_per_reach_mean"] is None

@@ -30,7 +30,7 @@ def started(law, seed=0, dt_s=0.001):
 
 
 def simulate(law, rig, seconds, controller=analytic_arm, change=lambda net: None):
-    """Run a controller of the law in the loop; returns its torques."""
+    """Run a controller of the law in the loop, and return its torques."""
     with nengo.Network(seed=0) as net:
         network = controller(law)
         rig.loop.connect([network.state, network.target], [network.torque])
@@ -42,7 +42,7 @@ def simulate(law, rig, seconds, controller=analytic_arm, change=lambda net: None
     return sim.data[torque]
 
 
-def test_the_torque_is_held_over_five_steps_of_the_controller(law):
+def test_the_plant_takes_the_torque_of_every_fifth_step_of_the_controller(law):
     rig = started(law)
     torques = np.arange(48.0).reshape(12, 4)
     for torque in torques:
@@ -60,13 +60,13 @@ def test_the_plant_applies_the_torque_it_was_given(law):
     assert command.tolist() == given.tolist()
 
 
-def test_without_a_time_step_every_step_is_physics(law):
+def test_without_a_time_step_every_step_of_the_controller_is_a_physics_step(law):
     rig = started(law, dt_s=None)
     rig.loop.step(np.zeros(4))
     assert len(rig.port.recording().time_s) == len(rig.film.poses) == 1
 
 
-def test_what_is_seen_changes_with_the_physics_only(law):
+def test_observations_change_only_in_physics_steps(law):
     rig = started(law)
     seen = [rig.loop.step(rig.port.exact_torque(law)) for _ in range(11)]
     changes = [i for i in range(1, 11) if not np.array_equal(seen[i], seen[i - 1])]
@@ -74,7 +74,7 @@ def test_what_is_seen_changes_with_the_physics_only(law):
     assert seen[0].shape == (14,)
 
 
-def test_a_sample_is_the_state_the_torque_answers(law):
+def test_a_sample_holds_the_observation_that_the_torque_answers(law):
     rig = started(law)
     before = rig.loop.step(np.zeros(4))
     for _ in range(4):
@@ -107,7 +107,7 @@ def test_two_runs_are_equal_bit_for_bit(law, region, kind):
         assert np.array_equal(first, second)
 
 
-def test_another_seed_is_another_run(law):
+def test_runs_with_different_seeds_differ(law):
     assert not np.array_equal(
         simulate(law, started(law, seed=0), 0.05), simulate(law, started(law, seed=1), 0.05)
     )
@@ -126,7 +126,7 @@ def test_the_plants_state_reaches_the_controller_by_connections_only(law, region
     assert not np.array_equal(torques(0, lambda net: None), torques(1, lambda net: None))
 
 
-def test_a_torque_that_is_not_a_number_is_divergence(law):
+def test_a_torque_that_is_not_finite_is_reported_as_divergence(law):
     rig = started(law, dt_s=None)
     with pytest.raises(DivergedError) as caught:
         rig.loop.step(np.array([0.0, np.nan, 0.0, np.inf]))
@@ -136,7 +136,7 @@ def test_a_torque_that_is_not_a_number_is_divergence(law):
     )
 
 
-def test_a_plant_out_of_range_is_divergence(law):
+def test_a_plant_out_of_range_is_reported_as_divergence(law):
     rig = started(law, dt_s=None)
     rig.plant.data.qvel[-1] = 1e4
     with pytest.raises(DivergedError, match=r"^the simulation diverged at 0\.005 s: "):
@@ -151,7 +151,7 @@ def test_a_huge_torque_is_clipped_by_the_robot(law):
     assert len(rig.film.poses) == 100
 
 
-def test_the_region_holds_what_the_exact_law_does(law, region):
+def test_the_region_contains_the_states_that_the_exact_law_visits(law, region):
     rig = started(law, seed=7, dt_s=None)
     for _ in range(1000):
         rig.loop.step(rig.port.exact_torque(law))
@@ -172,7 +172,7 @@ def test_the_region_is_the_same_every_time(law, region):
     assert np.array_equal(again.q_samples, region.q_samples)
 
 
-def test_an_unknown_appearance_lists_those_there_are():
+def test_the_error_of_an_unknown_appearance_lists_the_appearances():
     with pytest.raises(UsageError) as caught:
         ReachTrial(ReachSettings(appearance="chrome"), Options(1.0)).plant()
     assert str(caught.value) == "unknown appearance 'chrome'; choose from: menagerie, primitive"
@@ -187,7 +187,7 @@ def test_a_step_is_at_a_limit_if_one_joint_is_there_or_beyond(law):
     assert recording.at_limit(limits).tolist() == [False, True, True, True]
 
 
-def test_the_limits_are_those_of_the_robot(law):
+def test_the_joint_limits_of_the_law_are_those_of_the_robot(law):
     model = Plant().model
     limits = [model.joint(joint).range for joint in ARM_JOINTS]
     assert np.array_equal(limits, law.arm.limits_rad)

@@ -62,7 +62,7 @@ def test_the_shell_leaves_out_corners_of_the_large_box():
 
 
 @pytest.mark.parametrize(("distance", "reached"), [(0.0399, 1), (0.0401, 0)])
-def test_a_target_counts_below_four_centimetres(distance, reached):
+def test_a_target_counts_as_reached_below_four_centimetres(distance, reached):
     task = ReachTask(BOXES["small"], 0, HAND)
     before = task.target.copy()
     task.update(0.5, before + np.array([0, 0, distance]))
@@ -71,7 +71,7 @@ def test_a_target_counts_below_four_centimetres(distance, reached):
     assert np.array_equal(task.target, before) == (not reached)
 
 
-def test_one_look_counts_one_target():
+def test_each_update_at_the_target_counts_one_reach():
     task = ReachTask(BOXES["small"], 0, HAND)
     for time_s in (0.1, 0.2, 0.3):
         task.update(time_s, task.target)
@@ -128,7 +128,7 @@ def test_a_box_is_found_by_name_or_by_its_edges():
 
 
 @pytest.mark.parametrize("text", ["huge", "0:1,0:1", "0:1,0:1,0:nan", "0:1:2,0:1,0:1", ""])
-def test_what_is_no_box_is_refused(text):
+def test_a_text_that_is_not_a_box_is_refused(text):
     with pytest.raises(UsageError) as caught:
         find_box(text)
     assert str(caught.value) == (

@@ -12,7 +12,7 @@ from spikeport.networks.region import ArmRegion, Box
 from spikeport.robot.arm import ArmDynamics
 
 
-def test_what_the_arm_can_take_is_nearest_to_itself():
+def test_a_reachable_point_is_its_own_nearest_point():
     arm = ArmDynamics()
     low, high = arm.limits_rad.T
     q = np.random.RandomState(0).uniform(0.3, 0.7, (20, 4)) * (high - low) + low
@@ -20,7 +20,7 @@ def test_what_the_arm_can_take_is_nearest_to_itself():
     assert np.array(list(nearest_reachable(points))) == pytest.approx(points, abs=1e-3)
 
 
-def test_the_nearest_point_of_a_far_one_is_in_its_direction():
+def test_the_nearest_point_to_a_far_one_lies_in_its_direction():
     shoulder = np.array([0.0, -0.2135, 1.4989])
     far = shoulder + np.array([3.0, 0.0, -3.0])
     (nearest,) = nearest_reachable(far[np.newaxis])

@@ -37,7 +37,7 @@ def test_a_stroke_turns_nowhere_abruptly(stroke):
     assert turns_deg.max() < 10
 
 
-def test_the_arc_length_of_a_right_angle():
+def test_the_arc_length_adds_up_along_a_right_angle():
     assert arc_length(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]])).tolist() == [0.0, 3.0, 7.0]
 
 
