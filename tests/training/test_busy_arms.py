@@ -35,19 +35,19 @@ def test_one_arm_wanders_within_its_poses():
     assert targets[:, others] == pytest.approx(0.01)
 
 
-def test_it_moves_no_faster_than_stated():
+def test_a_busy_arm_moves_no_faster_than_its_limit():
     arms = busy()
     before = after(arms, 1.0)
     change = np.abs(arms.override(ASKED, ALL) - before)
     assert change.max() <= SPEED_RAD_S * CONTROL_DT_S + 0.01 + 1e-9
 
 
-def test_it_goes_back_before_the_policy_takes_over():
+def test_a_busy_arm_obeys_the_policy_again_once_the_robot_is_to_walk():
     arms = busy()
     away = np.abs(after(arms, 8.0) - POSE_RAD).max()
     assert away > 0.5
     assert (after(arms, 1.5, standing=~ALL) == ASKED).all()
 
 
-def test_where_no_arm_is_busy_the_policy_is_obeyed():
+def test_the_policys_targets_are_obeyed_if_no_arm_is_busy():
     assert after(busy(share=0.0), 2.0) is ASKED

@@ -1,4 +1,4 @@
-"""Checkpoints: whole or not at all, the last one first."""
+"""Checkpoints: their content, the latest one, and files that are refused."""
 
 import pytest
 
@@ -26,7 +26,7 @@ def test_a_checkpoint_is_read_as_it_was_written(tmp_path):
     assert torch.equal(found.learner["weights"], torch.arange(3.0))
 
 
-def test_the_latest_is_that_of_the_last_segment(tmp_path):
+def test_the_latest_checkpoint_is_that_of_the_last_segment(tmp_path):
     assert latest(tmp_path) is None
     for segment in (9, 10, 2):
         save(tmp_path, checkpoint(segment))
@@ -34,7 +34,7 @@ def test_the_latest_is_that_of_the_last_segment(tmp_path):
 
 
 @pytest.mark.parametrize("content", [b"", b"not a checkpoint"])
-def test_another_file_is_refused(tmp_path, content):
+def test_a_file_that_is_not_a_checkpoint_is_refused(tmp_path, content):
     path = tmp_path / "x.pt"
     path.write_bytes(content)
     with pytest.raises(UsageError, match="is not a checkpoint of this version"):
@@ -48,7 +48,7 @@ def test_a_checkpoint_of_another_version_is_refused(tmp_path):
         load(path)
 
 
-def test_a_bit_that_was_flipped_is_found(tmp_path):
+def test_a_checkpoint_with_a_flipped_bit_is_refused(tmp_path):
     save(tmp_path, checkpoint(1))
     path = path_of(tmp_path, 1)
     content = bytearray(path.read_bytes())
@@ -63,7 +63,7 @@ def test_a_bit_that_was_flipped_is_found(tmp_path):
     [{"options": None}, {"segment": "1"}, {"segment": 0}, {"log": [{"step": 1}]}, {"learner": 3}],
     ids=str,
 )
-def test_values_of_another_kind_are_refused(tmp_path, spoilt):
+def test_a_checkpoint_with_invalid_values_is_refused(tmp_path, spoilt):
     path = tmp_path / "x.pt"
     torch.save({**checkpoint(1)._asdict(), **spoilt}, path)
     with pytest.raises(UsageError, match=r"not a checkpoint of this version \(expected "):

@@ -16,14 +16,14 @@ def test_speeds_are_within_their_ranges():
     assert (value[:, 1] == 0).all()
 
 
-def test_shares_of_standing_and_turning_in_place():
+def test_standing_and_turning_in_place_have_their_shares():
     commands = drawn(vx_m_s=(0.5, 1.0), standing=0.2, turning=0.3, heading=0.0)
     still = commands.wanted[:, 0] == 0
     assert np.mean(still) == pytest.approx(0.5, abs=0.03)
     assert np.mean(still & (commands.wanted[:, 2] == 0)) == pytest.approx(0.2, abs=0.03)
 
 
-def test_a_heading_is_turned_to_the_short_way():
+def test_a_robot_turns_to_its_heading_the_short_way():
     commands = drawn(200, heading=1.0, wz_rad_s=0.5, heading_gain=1.0)
     heading = np.full(200, 3.0)
     commands.update(heading)
@@ -46,7 +46,7 @@ def test_commands_change_after_their_time():
     assert commands.age_s == 0
 
 
-def test_who_is_asked_for_little_need_not_step():
+def test_robots_with_small_commands_need_not_step():
     commands = drawn(3, still=0.1)
     commands.value[:] = [[0.0, 0.0, 0.0], [0.05, 0.0, 0.09], [0.0, 0.0, -0.2]]
     assert commands.moving.tolist() == [False, False, True]
@@ -55,7 +55,7 @@ def test_who_is_asked_for_little_need_not_step():
     assert commands.moving.tolist() == [False, True, True]
 
 
-def test_time_since_a_robot_sets_off_is_that_of_commands_to_move():
+def test_the_moving_time_counts_from_the_first_command_to_move():
     commands = drawn(
         1, vx_m_s=(1.0, 1.0), wz_rad_s=0.0, heading=0.0, still=0.09, seconds=(9.0, 9.0)
     )
@@ -69,7 +69,7 @@ def test_time_since_a_robot_sets_off_is_that_of_commands_to_move():
     assert commands.moving_s == 0
 
 
-def test_commands_change_as_fast_as_a_robot_can():
+def test_commands_change_no_faster_than_a_robot_can_follow():
     commands = drawn(2, vx_m_s=(1.0, 1.0), wz_rad_s=1.0, heading=0.0, seconds=(9.0, 9.0))
     assert not commands.value.any()
     for _ in range(25):
@@ -82,7 +82,7 @@ def test_commands_change_as_fast_as_a_robot_can():
     assert commands.moving.tolist() == [False, True]
 
 
-def test_commands_may_jump():
+def test_jumping_commands_change_at_once():
     commands = drawn(2, jumping=1.0, heading=0.0)
     commands.update(np.zeros(2))
     assert (commands.value == commands.wanted).all()

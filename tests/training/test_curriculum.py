@@ -1,4 +1,4 @@
-"""Stages of training follow each other."""
+"""The stages of training, and their order."""
 
 from dataclasses import replace
 
@@ -15,7 +15,7 @@ def test_stages_follow_each_other():
     assert stage_at(10**9) is STAGES[-1]
 
 
-def test_without_hidden_noise_all_else_is_as_before():
+def test_stages_without_hidden_noise_are_otherwise_unchanged():
     quiet = without_hidden_noise()
     assert any(stage.hidden_noise for stage in STAGES)
     assert not any(stage.hidden_noise for stage in quiet)

@@ -67,7 +67,7 @@ def test_the_same_seed_gives_the_same_run(environment):
     assert (seen != other).any()
 
 
-def test_the_mirror_image_of_a_run_is_a_run(environment):
+def test_a_mirrored_run_has_equal_rewards_and_mirrored_observations(environment):
     task = replace(CALM, commands=CommandRange(heading=0.0))
     left, right = environment(n=3, task=task), environment(n=3, task=task)
     right.states[:] = STATE(left.states)
@@ -106,7 +106,7 @@ def test_an_episode_ends_after_20_s(environment):
     assert env.age.tolist() == [0, 4]
 
 
-def test_a_robot_that_diverges_has_fallen(environment):
+def test_a_robot_that_diverges_counts_as_fallen(environment):
     env = environment(n=2)
     env.states[0, 40] = 1e12
     outcome = env.step(np.zeros((2, 19)))
@@ -140,7 +140,7 @@ def test_pushes_change_the_velocity(environment):
     assert 0.2 < speed.mean() < 0.35
 
 
-def test_what_is_missing_of_a_command_is_averaged_until_a_fall(environment):
+def test_the_drift_averages_the_error_of_commands_until_a_fall(environment):
     commands = CommandRange(vx_m_s=(0.5, 0.5), wz_rad_s=0.0, heading=0.0, jumping=1.0)
     env = environment(n=2, task=replace(CALM, commands=commands))
     average = np.zeros((2, 3))
@@ -193,7 +193,7 @@ def test_an_arm_may_be_busy_while_the_robot_stands(environment):
 
 
 def standing_feet(env, steps=60):
-    """Return the robots' feet after they have stood still, but for those who fell."""
+    """Let the robots stand for some steps, and return their feet."""
     for _ in range(steps):
         env.step(np.zeros((env.n, 19)))
     return env.feet

@@ -43,19 +43,19 @@ def test_speeds_are_averaged_over_a_fifth_of_a_second():
     assert result.vx_error_m_s < 0.005
 
 
-def test_a_robot_that_fell_counts_no_more():
+def test_a_robot_that_falls_again_counts_as_one_fall():
     result = tallied(*[robots(0.4, 0.2, 2.0)] * 3, fallen=(1, 2))
     assert (result.episodes, result.fallen) == (2, 1)
 
 
-def test_steps_and_their_height():
+def test_steps_are_counted_and_their_clearance_is_the_highest_lift():
     swing = [robots(0.5, 0.2, 2.0, lifted_m=height) for height in (0.05, 0.11, 0.08)]
     result = tallied(*swing, robots(0.5, 0.2, 2.0, touched=True))
     assert result.clearance_m == pytest.approx(0.11)
     assert result.steps_per_s == pytest.approx(1 / 0.08)
 
 
-def test_without_a_step_there_is_no_height():
+def test_a_walk_without_a_step_has_no_clearance():
     assert tallied(robots(0.5, 0.2, 2.0)).clearance_m == 0
 
 
@@ -75,5 +75,5 @@ def test_the_same_seed_gives_the_same_figures(monkeypatch):
     assert first == again != other
 
 
-def test_errors_that_were_never_counted_are_no_small_ones():
+def test_errors_without_a_counted_step_are_infinite():
     assert tallied(robots(0.5, 0.2, 0.5)).vx_error_m_s == np.inf

@@ -10,7 +10,7 @@ def walked(*contacts):
     return gait
 
 
-def test_clocks_of_a_step_with_the_left_foot():
+def test_the_clocks_follow_a_step_with_the_left_foot():
     gait = walked((1, 1), (0, 1), (0, 1), (0, 1))
     np.testing.assert_allclose(gait.air_s, [[0.06, 0]])
     np.testing.assert_allclose(gait.contact_s, [[0, 0.08]])

@@ -1,4 +1,4 @@
-"""The noise of hidden units: its two parts, and who draws a new lasting one."""
+"""The noise of hidden units: a white part, and a lasting part drawn for each episode."""
 
 import pytest
 
@@ -41,7 +41,7 @@ def test_both_parts_add_up():
     assert abs((first * second).mean() - 0.16) < 0.02
 
 
-def test_there_may_be_none():
+def test_noise_may_be_absent():
     assert not HiddenNoise()
     assert HiddenNoise(lasting=0.1)
     assert not source().draw(NOBODY).any()

@@ -1,4 +1,4 @@
-"""The robot as it is trained with."""
+"""The model of the robot in training."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ def built():
     return model.build_model()
 
 
-def test_it_moves_as_the_robot_that_is_deployed(built):
+def test_the_model_has_joints_and_masses_of_the_deployed_robot(built):
     whole = load()
     assert [built.joint(i).name for i in range(1, built.njnt)] == list(JOINTS)
     np.testing.assert_allclose(built.body_mass, whole.body_mass)

@@ -16,7 +16,7 @@ def fallen_a_little():
     return plant
 
 
-def test_the_motion_is_that_of_the_robot_alone():
+def test_the_motion_in_a_batch_equals_that_of_a_single_robot():
     plant = fallen_a_little()
     motion = Motion.from_states(plant.data.qpos[None], plant.data.qvel[None])
     one = state.read(plant.data)
@@ -37,7 +37,7 @@ def test_the_level_frame_turns_about_the_vertical_alone():
     np.testing.assert_allclose(motion.level_velocity[0, 0], forward @ plant.data.qvel[:2])
 
 
-def test_feet_from_sensors():
+def test_the_motion_of_the_feet_is_computed_from_their_sensors():
     sensors = np.zeros((1, 2, sum(SENSORS.values())))
     sensors[0, 0, [2, 5]] = 0.12, 0.055  # heights of left heel and toe
     sensors[0, 0, 6:9], sensors[0, 0, 9:12] = (1, 2, 3), (3, 2, 1)

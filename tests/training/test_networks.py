@@ -45,7 +45,7 @@ def test_the_critic_is_invariant():
     np.testing.assert_allclose(output(critic, OBSERVATION(x)), output(critic, x), atol=1e-13)
 
 
-def test_the_first_bias_breaks_the_symmetry_where_asked():
+def test_the_first_bias_breaks_the_symmetry_if_asked_to():
     actor, x = network(breaking=0.15), observations()
     assert np.abs(output(actor, OBSERVATION(x)) - JOINT(output(actor, x))).max() > 1e-3
     assert actor.k.requires_grad
@@ -61,7 +61,7 @@ def test_the_export_is_an_ordinary_network_that_acts_the_same(tmp_path):
     np.testing.assert_allclose(policy(x), output(actor, x), atol=1e-6)
 
 
-def test_noise_of_hidden_units_is_replayed():
+def test_hidden_noise_in_the_input_changes_the_output_in_a_repeatable_way():
     actor, x = network(), observations()
     noise = 0.03 * np.random.default_rng(1).standard_normal((5, NOISE_SIZE))
     noisy = np.concatenate((x, noise), axis=1)

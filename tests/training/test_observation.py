@@ -37,7 +37,7 @@ def test_parts_lie_where_the_interface_has_them(make):
     np.testing.assert_array_equal(seen[:, PARTS["last action"]], np.full((3, 19), 0.1))
 
 
-def test_noise_is_within_its_width_and_none_where_none_is_asked_for(make):
+def test_noise_is_within_its_width_and_absent_for_undisturbed_robots(make):
     rng = np.random.default_rng(0)
     calm, noisy = make(UNDISTURBED), make(Randomisation(observation_noise=2.0))
     assert np.array_equal(
@@ -48,14 +48,14 @@ def test_noise_is_within_its_width_and_none_where_none_is_asked_for(make):
     assert off.max() > 0.5
 
 
-def test_the_critic_sees_what_the_policy_does_and_more(make):
+def test_the_critic_observes_the_exact_observation_of_the_policy_and_more(make):
     env = make(UNDISTURBED)
     seen = observation.privileged(env)
     assert np.array_equal(seen[:, :69], observation.exact_observation(env, env.motion))
     assert seen.shape == (3, len(observation.PRIVILEGED.sign))
 
 
-def test_the_policy_observes_late_and_by_its_estimator_the_critic_does_not(make):
+def test_only_the_policy_observes_late_and_with_the_error_of_its_estimator(make):
     late = replace(UNDISTURBED, observation_delay_steps=(4, 4))
     env = make(replace(late, estimator=EstimatorErrors(scale=0.5)))
     before, action = env.motion, env.actions[0]

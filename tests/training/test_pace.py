@@ -11,14 +11,14 @@ from spikeport.training import pace
 from spikeport.training.pace import FORWARD, at_asked_speeds, mean_speed_m_s, scaled
 
 
-def test_a_scaled_policy_takes_a_command_for_a_larger_one():
+def test_a_scaled_policy_acts_as_on_a_larger_command():
     observation = np.random.RandomState(0).standard_normal(OBSERVATION_SIZE)
     larger = observation.copy()
     larger[FORWARD] *= 1.2
     np.testing.assert_allclose(scaled(load(), 1.2)(observation), load()(larger))
 
 
-def test_commands_are_scaled_by_what_robots_lack_in_speed(monkeypatch):
+def test_forward_commands_are_scaled_up_by_the_speed_that_robots_lack(monkeypatch):
     monkeypatch.setattr(pace, "mean_speed_m_s", lambda _policy, asked_m_s: 0.8 * asked_m_s)
     found, before = (policy.weights[0] for policy in (at_asked_speeds(load()), load()))
     np.testing.assert_allclose(found[:, FORWARD], 1.25 * before[:, FORWARD])

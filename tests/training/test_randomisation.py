@@ -26,7 +26,7 @@ def drawn(nominal, ranges, seed=0):
     return other
 
 
-def test_the_robot_as_it_is_described_stays_itself(nominal):
+def test_undisturbed_ranges_leave_the_robot_unchanged(nominal):
     other = drawn(nominal, UNDISTURBED)
     for name in (
         "dof_armature",
@@ -40,7 +40,7 @@ def test_the_robot_as_it_is_described_stays_itself(nominal):
     assert np.array_equal(other.actuator_biasprm, nominal.actuator_biasprm)
 
 
-def test_what_is_drawn_is_within_its_range_and_lengths_stay(nominal):
+def test_draws_are_within_their_ranges_and_lengths_stay(nominal):
     ranges = Randomisation()
     floor, torso = nominal.geom("right_ground").id, nominal.body("torso_link").id
     for seed in range(20):
@@ -67,7 +67,7 @@ def test_draws_begin_from_the_unchanged_robot(nominal):
         assert abs(other.body_mass[torso] - nominal.body_mass[torso]) <= 2.0
 
 
-def test_what_was_commanded_and_done_last_is_known_exactly_or_nearly():
+def test_the_last_action_has_no_noise_and_the_command_little():
     width = observation_noise()
     assert not width[PARTS["last action"]].any()
     assert set(width[PARTS["joint velocities"]]) == {0.5}

@@ -15,7 +15,7 @@ SETTINGS = RewardSettings(vx_sd_m_s=0.5, wz_sd_rad_s=0.25, drift_m_s=0.1, step_s
 
 @pytest.fixture
 def standing():
-    """Return one robot that stands as it should while it is asked to walk."""
+    """Return a step of a robot that stands upright while it is asked to walk."""
     motion = SimpleNamespace(
         gravity=np.array([[0.0, 0.0, -1.0]]),
         turn_rate=np.zeros((1, 3)),
@@ -61,7 +61,7 @@ def standing():
 
 
 def swinging(step, height_m=0.05, air_s=0.3):
-    """Return a motion whose left foot is up."""
+    """Lift the left foot in a step, and return the step."""
     step.feet.contact[0, 0] = False
     step.feet.height_m[0, 0] = height_m
     step.gait.air_s[0, 0], step.gait.contact_s[0, 0] = air_s, 0
@@ -85,7 +85,7 @@ def test_standing_still_costs_nothing_but_missed_speed(standing):
     assert set(costs.values()) == {0}
 
 
-def test_a_robot_that_sets_off_gains_by_going_to_no_side(standing):
+def test_setting_off_is_rewarded_most_without_drift_to_a_side(standing):
     swerving = replace(standing, moving_s=np.array([1.0]), drift=np.array([[0.3, 0.05, 0.0]]))
     assert value("set_off", swerving) == pytest.approx(np.exp(-1))
     assert value("set_off", replace(swerving, drift=np.array([[0.3, 0.0, 0.0]]))) == 1
@@ -122,12 +122,12 @@ def test_a_low_foot_that_moves_costs(standing):
     assert value("slide", standing) == 2
 
 
-def test_flight(standing):
+def test_a_flight_with_both_feet_in_the_air_costs(standing):
     standing.feet.contact[0] = False
     assert value("flight", standing) == 1
 
 
-def test_who_is_asked_to_stand_keeps_both_feet_on_the_floor(standing):
+def test_a_robot_asked_to_stand_gains_by_keeping_both_feet_on_the_floor(standing):
     still = replace(standing, moving=np.array([False]))
     assert value("stand", standing) == 0
     assert value("stand", still) == 1
@@ -136,13 +136,13 @@ def test_who_is_asked_to_stand_keeps_both_feet_on_the_floor(standing):
     assert value("stand", still) == 0
 
 
-def test_who_stands_on_uneven_ground_may_step(standing):
+def test_a_robot_asked_to_stand_on_uneven_ground_may_step(standing):
     rough = replace(standing, moving=np.array([False]), even=np.array([False]))
     assert value("stand", rough) == 0
     assert value("restless", swinging(rough)) == 0
 
 
-def test_posture(standing):
+def test_turned_hips_swinging_arms_and_bent_ankles_cost_their_excess(standing):
     standing.motion.q[0, JOINTS.index("left_hip_yaw")] += 0.2
     standing.motion.q[0, JOINTS.index("right_elbow")] -= 0.3
     standing.motion.q[0, JOINTS.index("left_ankle")] = -0.85
@@ -151,7 +151,7 @@ def test_posture(standing):
     assert value("ankle_limits", standing) == pytest.approx(0.05)
 
 
-def test_differences_of_actions(standing):
+def test_action_rate_and_jerk_are_squared_differences_of_actions(standing):
     newest, last, oldest = np.full((3, 1, 19), 0.0)
     newest[0, 0], last[0, 0] = 3.0, 1.0
     step = replace(standing, actions=(newest, last, oldest))
@@ -179,7 +179,7 @@ def test_a_foot_that_comes_down_fast_costs(standing):
     assert rewards.hard_touchdown(standing)[0] == pytest.approx(0.25 / 0.02)
 
 
-def test_joints_of_legs_are_to_stay_below_their_motors_speeds(standing):
+def test_leg_joints_cost_beyond_80_percent_of_their_motors_speed(standing):
     knee, elbow = JOINTS.index("left_knee"), JOINTS.index("left_elbow")
     standing.motion.dq[0, elbow] = 30.0
     standing.motion.dq[0, knee] = -0.8 * SPEED_LIMITS_RAD_S[knee]

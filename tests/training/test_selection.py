@@ -15,7 +15,7 @@ def entry(segment, fallen=0, vx=0.05, wz=0.05, stage="last"):
 
 @pytest.fixture
 def chosen(tmp_path):
-    """Return the segments on the shortlist of a log, of whose checkpoints some are ``gone``."""
+    """Return a function that gives the shortlist of a log; ``gone`` checkpoints are deleted."""
 
     def find(*log, gone=()):
         for each in log:
@@ -39,7 +39,7 @@ def test_falls_and_errors_count_against_their_goals(chosen):
     assert chosen(*log) == [3, 2, 1, 4]
 
 
-def test_no_more_are_walked_again_than_the_shortlist_holds(chosen):
+def test_the_shortlist_holds_no_more_checkpoints_than_its_size(chosen):
     assert chosen(*(entry(n, fallen=n) for n in range(SHORTLIST + 1))) == list(range(SHORTLIST))
 
 
@@ -47,15 +47,15 @@ def test_only_evaluated_checkpoints_are_candidates(chosen):
     assert chosen(entry(1, fallen=3), {"segment": 2}, entry(3, fallen=9)) == [1, 3]
 
 
-def test_only_the_last_stage_asks_for_all_that_is_wanted(chosen):
+def test_only_checkpoints_of_the_last_stage_are_candidates(chosen):
     assert chosen(entry(1, stage="easy"), entry(2, fallen=3), entry(3, fallen=2)) == [3, 2]
 
 
-def test_of_checkpoints_that_were_deleted_none_is_a_candidate(chosen):
+def test_deleted_checkpoints_are_no_candidates(chosen):
     assert chosen(entry(1), entry(2, fallen=3), entry(3, fallen=2), gone=(1,)) == [3, 2]
 
 
-def test_without_a_checkpoint_that_is_left_nothing_can_be_chosen(chosen, tmp_path):
+def test_a_log_whose_evaluated_checkpoints_are_deleted_is_refused(chosen, tmp_path):
     with pytest.raises(UsageError) as error:
         chosen(entry(1), {"segment": 2, "stage": "last"}, gone=(1,))
     assert str(error.value) == (
@@ -63,7 +63,7 @@ def test_without_a_checkpoint_that_is_left_nothing_can_be_chosen(chosen, tmp_pat
     )
 
 
-def test_without_an_evaluation_nothing_can_be_chosen(chosen):
+def test_a_log_without_an_evaluation_is_refused(chosen):
     with pytest.raises(UsageError) as error:
         chosen({"segment": 1}, {"segment": 2, "stage": "last"})
     assert str(error.value) == "no checkpoint was evaluated; train longer with --steps"

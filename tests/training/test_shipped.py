@@ -1,4 +1,4 @@
-"""The policy that is shipped walks, in the robot as it is deployed."""
+"""The walk of the shipped policy on the deployed robot."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def walked(policy, vx_m_s, wz_rad_s, seconds=8.0):
 
 
 @pytest.mark.parametrize(("vx", "wz"), [(0.8, 0.0), (0.4, 0.6)])
-def test_it_follows_its_command_on_alternating_feet(policy, vx, wz):
+def test_the_policy_follows_its_command_on_alternating_feet(policy, vx, wz):
     speed, turn, pelvis, left, right = walked(policy, vx, wz)
     assert pelvis.min() > 0.8
     half = len(speed) // 2
@@ -42,17 +42,17 @@ def test_it_follows_its_command_on_alternating_feet(policy, vx, wz):
     assert min(left[half:].max(), right[half:].max()) > 0.08
 
 
-def test_it_is_made_for_this_robot(policy):
+def test_the_policy_fits_the_joints_and_observations_of_the_robot(policy):
     assert policy.joints == JOINTS
     assert policy.weights[0].shape == (128, 69)
 
 
-def test_its_card_lies_beside_it():
+def test_the_card_of_the_policy_lies_beside_it():
     card = SHIPPED.with_suffix(".md").read_text()
     assert "spikeport train walk" in card
 
 
-def test_it_stands_still_when_asked_to(policy):
+def test_the_policy_stands_still_when_asked_to(policy):
     speed, turn, pelvis, left, right = walked(policy, 0.0, 0.0, seconds=30.0)
     assert pelvis.min() > 0.8
     assert speed.mean() == pytest.approx(0.0, abs=0.01)
@@ -61,7 +61,7 @@ def test_it_stands_still_when_asked_to(policy):
     assert max(np.ptp(left[settled:]), np.ptp(right[settled:])) < 0.01
 
 
-def test_its_arms_hang(policy):
+def test_the_policy_lets_the_arms_hang(policy):
     arms = [i for i, joint in enumerate(JOINTS) if "shoulder" in joint or "elbow" in joint]
     assert not policy.weights[-1][arms].any()
     assert not policy.biases[-1][arms].any()

@@ -20,7 +20,7 @@ def heights(ground, *xy):
     return ground.height_m(np.tile(np.array(xy), (200, 1, 1)))
 
 
-def test_ground_is_level_where_nothing_is_asked_for():
+def test_ground_is_level_except_for_the_rough_share_of_robots():
     assert not heights(drawn(Terrain()), (0.0, 0.0), (3.0, -4.0)).any()
     steep = drawn(Terrain(rough=0.5, slope_rad=0.1))
     level = ~heights(steep, (5.0, 5.0)).any(axis=1)
@@ -34,7 +34,7 @@ def test_slopes_are_no_steeper_than_asked_for():
     assert 0.08 < steepness.max() <= 0.1
 
 
-def test_boxes_are_level_and_of_their_height():
+def test_boxes_are_level_and_no_higher_than_asked_for():
     ground = drawn(Terrain(rough=1.0, box_m=0.03, square_m=(0.5, 0.5)))
     one, same, other = heights(ground, (0.1, 0.1), (0.4, 0.4), (0.6, 0.4)).T
     np.testing.assert_array_equal(one, same)

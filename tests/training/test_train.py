@@ -22,7 +22,7 @@ def silent(_what, _share):
 
 @pytest.fixture
 def options(tmp_path, monkeypatch):
-    """Return three segments of an update each; the last one has noise on hidden units."""
+    """Return options of three segments with an update each; the last one has hidden noise."""
     monkeypatch.setattr(evaluate, "EPISODE_STEPS", 3)
     noisy = next(stage for stage in STAGES if stage.hidden_noise)
     stages = (STAGES[0], replace(noisy, first_step=64))
@@ -57,7 +57,7 @@ def weights(options):
 
 
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_a_run_that_was_killed_ends_as_one_that_was_not(options, tmp_path, workers):
+def test_a_resumed_run_ends_with_the_weights_of_an_uninterrupted_one(options, tmp_path, workers):
     """With several workers, all of them start over with the weights that the first one kept."""
     options = replace(options, workers=workers)
     whole = replace(options, folder=tmp_path / "whole")
@@ -110,7 +110,7 @@ def test_a_run_with_another_seed_is_not_continued(options):
     )
 
 
-def test_a_run_with_hidden_noise_is_not_continued_without(options):
+def test_a_run_with_hidden_noise_is_not_continued_without_it(options):
     train(replace(options, steps=32), silent)
     with pytest.raises(UsageError, match="holds a run with hidden_noise True, not False"):
         train(replace(options, stages=without_hidden_noise(options.stages)), silent)
@@ -131,7 +131,7 @@ def test_a_run_of_another_number_of_processes_is_not_continued(options):
 
 
 def test_a_longer_run_is_not_cut_short(options):
-    """The policy chosen from it is none that a shorter run could choose."""
+    """A shorter run could not have chosen the policy of this one."""
     train(options, silent)
     with pytest.raises(UsageError) as error:
         train(replace(options, steps=64), silent)
@@ -164,7 +164,7 @@ def test_a_broken_checkpoint_is_refused(options):
     )
 
 
-def test_the_policy_is_evaluated_where_it_is_due_and_at_the_end(options):
+def test_the_policy_is_evaluated_when_it_is_due_and_at_the_end(options):
     log = train(replace(options, steps=128, evaluate_every=3), silent)
     assert [entry.get("episodes") for entry in log] == [None, None, 2, 2]
 
@@ -176,12 +176,12 @@ def test_evaluations_are_rarer_before_the_last_stage(options):
     run = replace(run, stages=(first, later))
     evaluated = [segment + 1 for segment in range(run.segments) if run.evaluates(segment)]
     assert evaluated == [8, 10, 12, 13]
-    # A run that ends before has the stage that it ends in as its last.
+    # The last stage of a shorter run is the one in which it ends.
     short = replace(run, steps=7 * options.steps_per_segment)
     assert [n for n in range(short.segments) if short.evaluates(n)] == [1, 3, 5, 6]
 
 
-def test_a_learner_without_its_networks_is_refused(options):
+def test_a_checkpoint_without_the_learners_networks_is_refused(options):
     state = checkpoint.Checkpoint(options.identity(), 1, {}, [])
     checkpoint.save(options.folder, state)
     with pytest.raises(UsageError, match=r"00001\.pt' is not a checkpoint of this version"):

@@ -13,7 +13,7 @@ RATES = np.linspace(-1, 1, 16)
 
 
 def moving(monkeypatch, lag_s, speed_m_s=0.5):
-    """Let robots move where they were heading ``lag_s`` before."""
+    """Let robots move in the direction that they were heading ``lag_s`` before."""
     course = speed_m_s * np.stack((np.cos(lag_s * RATES), -np.sin(lag_s * RATES)), axis=1)
     monkeypatch.setattr(turn_lag, "turning", lambda _policy: (course, RATES))
 
@@ -27,7 +27,7 @@ def test_gains_allow_for_the_lag(monkeypatch, lag_s, kp_heading):
     assert (found.kp_speed, found.kp_heading) == (KP_SPEED, pytest.approx(kp_heading))
 
 
-def test_no_lag_is_too_long_for_a_gain(monkeypatch):
+def test_the_gain_for_a_very_long_lag_is_limited(monkeypatch):
     moving(monkeypatch, 0.6)
     assert with_gains(load()).gains.kp_heading == pytest.approx(4.89, abs=0.01)
 

@@ -22,7 +22,7 @@ def test_without_errors_the_velocity_is_known():
     assert not belief.error.any()
 
 
-def test_leg_odometry_errs_by_the_feet_that_slip_and_by_its_filter():
+def test_the_error_of_leg_odometry_is_the_delay_of_its_filter_and_the_slip():
     belief, slip = begun(odometry=1.0), np.tile([0.2, 0.0, 0.0], (N, 1))
     belief.update(FORWARD, STILL)
     np.testing.assert_allclose(belief.error[:, 0], -0.8 * np.exp(-0.02 / 0.03))
@@ -31,7 +31,7 @@ def test_leg_odometry_errs_by_the_feet_that_slip_and_by_its_filter():
     np.testing.assert_allclose(belief.error, -slip, atol=1e-9)
 
 
-def test_others_are_off_by_a_factor_and_wander():
+def test_other_estimates_are_off_by_a_factor_and_wander():
     belief = begun(scale=0.2, wander_m_s=0.05)
     for _ in range(100):
         belief.update(FORWARD, STILL)
@@ -41,7 +41,7 @@ def test_others_are_off_by_a_factor_and_wander():
     )
 
 
-def test_a_share_has_leg_odometry():
+def test_a_share_of_the_robots_has_leg_odometry():
     belief = begun(odometry=0.3)
     belief.update(FORWARD, STILL)
     assert 0.2 < belief.error.any(axis=1).mean() < 0.4

@@ -13,14 +13,14 @@ from spikeport.training.workers import ALONE, Worker, others
 
 
 def add(worker, values):
-    """Add a value of every worker to those of the others."""
+    """Return the sum of one value of every worker."""
     total = torch.tensor(values[worker.rank])
     distributed.all_reduce(total)
     return total.item()
 
 
 @pytest.mark.slow
-def test_workers_meet():
+def test_workers_sum_their_values():
     values = [1.0, 10.0]
     with others(1, add, values):
         assert add(Worker(0, 2), values) == 11.0
@@ -34,18 +34,18 @@ def note_mask(worker, folder):
 
 
 @pytest.mark.slow
-def test_an_interrupt_is_for_the_first_worker_alone(tmp_path):
+def test_only_the_first_worker_can_be_interrupted(tmp_path):
     with others(1, note_mask, tmp_path):
         note_mask(Worker(0, 2), tmp_path)
     assert [(tmp_path / str(rank)).read_text() for rank in range(2)] == ["False", "True"]
 
 
-def test_nobody_is_met_alone():
+def test_a_single_worker_starts_no_process_group():
     with others(0, add, [1.0]):
         assert not distributed.is_initialized()
 
 
-def test_robots_are_shared_out():
+def test_robots_are_divided_among_the_workers():
     options = LearnerOptions(robots=8, horizon=4)
     assert [Learner(options, Worker(rank, 3)).robots for rank in range(3)] == [3, 3, 2]
     assert Learner(options, ALONE).robots == 8
