@@ -5,8 +5,8 @@ Michaelis, Lehr, Oed and Tetzlaff (2022), Brian2Loihi, Frontiers in Neuroinforma
     I <- I - sign(I) ceil(|I| decay_I / 4096) + weights
     v <- v - sign(v) ceil(|v| decay_v / 4096) + I
 
-rounds what is lost away from zero, that is what is left towards zero, as nengo-loihi does. There is
-one difference: nengo-loihi says that the chip adds 1 to the current's decay, and its discretiser
+rounds the lost part away from zero, and so the rest towards zero, as nengo-loihi does. There is one
+difference: nengo-loihi says that the chip adds 1 to the current's decay, and its discretiser
 subtracts that 1. So ``decay_u`` of an image is ``decay_I - 1``.
 """
 
@@ -63,7 +63,7 @@ class Weights(NamedTuple):
 
 @contextlib.contextmanager
 def with_ptp() -> Iterator[None]:
-    """Give arrays of units a method that brian2 2.9 names, once, and that NumPy 2 removed."""
+    """Give arrays the method ``ptp``, which brian2 2.9 names and NumPy 2 removed."""
     real = np.ndarray
     if hasattr(real, "ptp"):
         yield
@@ -160,7 +160,7 @@ def connect(brian: Any, pre: Any, post: Any, mantissas: np.ndarray) -> Any:
 
 
 def chip_image(weights: list[Weights], decay_u_offset: int) -> ChipImage:
-    """Return the same network; each group of neurons a block on a core of its own."""
+    """Return an image of the same network, with each group of neurons a block on its own core."""
     blocks = [
         Block(
             n=g.n,

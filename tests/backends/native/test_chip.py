@@ -1,4 +1,4 @@
-"""Refusals of the native backend, in whole sentences, before it steps."""
+"""Refusals of the native chip in whole sentences, before it steps, and joined steps."""
 
 from collections.abc import Callable
 from typing import Any
@@ -17,7 +17,7 @@ NOTHING = np.zeros(0, dtype=int)
 
 @pytest.fixture
 def chip() -> NativeChip:
-    """Return three sources and two, one block of two compartments that learns nothing."""
+    """Return a chip of inputs of three and two sources, and a block of two compartments."""
     return NativeChip(
         Parts(
             blocks=[Block(n=2, bias=5, vth=100)],
@@ -82,7 +82,7 @@ def assert_refused(chip: NativeChip, spikes: np.ndarray, message: str) -> None:
 
 
 @pytest.mark.parametrize("dtype", [np.int8, np.uint8, np.int32, np.uint64])
-def test_integers_of_any_width_are_spikes(chip: NativeChip, dtype: type) -> None:
+def test_spikes_may_be_integers_of_any_width(chip: NativeChip, dtype: type) -> None:
     chip.step(np.array([0, 2, 4], dtype), {})
     chip.step(NOTHING, {})
     assert chip.state.q.tolist() == [3 * 64, 3 * 64]
@@ -142,7 +142,7 @@ def test_an_image_with_a_target_outside_its_block_is_refused(
     ],
 )
 def test_an_image_with_a_route_to_nowhere_is_refused(axon: int, atom: int, reason: str) -> None:
-    """Else its spikes would be delivered to other axons."""
+    """Otherwise its spikes would be delivered to other axons."""
     group = Group(weights=[[[1], [2], [3]], [[4]]])
     route = Route(axon=[-1, axon], atom=[0, atom], input=0)
     with pytest.raises(ImageError) as caught:
@@ -170,7 +170,7 @@ def test_learning_axons_that_are_not_plain_are_refused(group: Group) -> None:
     )
 
 
-def test_a_joined_step_is_a_step_and_its_decoding() -> None:
+def test_a_joined_step_equals_a_step_and_its_decoding() -> None:
     image = Parts(
         blocks=[Block(n=2, bias=5, vth=100)],
         groups=[Group(weights=[[64, -128]])],
@@ -202,7 +202,7 @@ def test_a_joined_step_is_a_step_and_its_decoding() -> None:
     assert refusal(step) == "the chip is closed: it cannot step any more"
 
 
-def test_what_learns_takes_errors_and_joins_no_host() -> None:
+def test_a_chip_that_learns_joins_no_host() -> None:
     group = Group(weights=[[0, 0]], learning=(1, 4, -7, 10, 8.5, 2, 4))
     image = Parts([Block(n=2)], [group], [1], [Route([0], input=0)]).image()
     assert NativeChip(image, 0).join(np.zeros(1), Decoder(image, []).table, np.zeros(0)) is None

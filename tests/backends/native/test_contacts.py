@@ -6,7 +6,7 @@ from tests.helpers.images import Block, Group, Parts, Route
 
 
 def network() -> ChipImage:
-    """Return rows of two atoms and of one, read by three axons of which the last has no base."""
+    """Return rows of two atoms and of one, read by three axons, the last of which has no base."""
     group = Group([[[64], [128]], [192]], axon_row=[1, 0, 1], axon_base=[2, 1, -1], block=1)
     routes = [Route([1, 0], [1, 0], block=0), Route([1, 2], [0, 0], input=0)]
     return Parts([Block(2), Block(3, core=1)], [group], [2], routes).image()

@@ -1,4 +1,4 @@
-"""Each rule that exactness depends on, alone, with figures reckoned by hand."""
+"""Rules that exactness depends on, each alone, against figures computed by hand."""
 
 from typing import Any
 
@@ -27,7 +27,7 @@ Q_END, U_END, V_END = 2**21, 2**23, 2**31
 
 
 def one_source(weights: list[int], **of_block: Any) -> ChipImage:
-    """Return one input of one source, which reaches as many compartments as there are weights."""
+    """Return an image of one source on the host, which reaches a compartment with each weight."""
     return Parts(
         blocks=[Block(n=len(weights), **of_block)],
         groups=[Group(weights=[weights])],
@@ -37,7 +37,7 @@ def one_source(weights: list[int], **of_block: Any) -> ChipImage:
 
 
 def spikes_at(*steps: int, n_steps: int) -> list[np.ndarray]:
-    """Run a chip whose one source spikes at these steps, counted from 1."""
+    """Return the spikes of one source, which spikes at these steps, counted from 1."""
     return [np.zeros(int(t in steps), dtype=int) for t in range(1, n_steps + 1)]
 
 
@@ -78,7 +78,7 @@ def test_a_threshold_must_be_exceeded() -> None:
     assert states[0].v.tolist() == [10, 0]
 
 
-def test_current_decays_by_one_more_than_it_is_told_and_voltage_does_not() -> None:
+def test_current_decays_by_one_more_than_its_constant_and_voltage_does_not() -> None:
     image = one_source([8192], decay_u=0, decay_v=0)
     states = assert_equal_steps(image, 0, spikes_at(1, n_steps=4))
     assert column(states, "u") == [0, 8192, 8190, 8188]
@@ -95,7 +95,7 @@ def test_decays_round_towards_zero_on_both_sides() -> None:
 
 
 @pytest.mark.parametrize("keep", [0, 1, 2047, 4094, 4095, 4096])
-def test_any_voltage_decays_as_64_bits_say(keep: int) -> None:
+def test_any_voltage_decays_as_in_arithmetic_of_64_bits(keep: int) -> None:
     """The kernel multiplies in 32 bits; here from the smallest to the largest voltage."""
     voltages = np.concatenate([2 ** np.arange(31), 2 ** np.arange(31) - 1, [INT32_MAX]])
     voltages = np.concatenate([voltages, -voltages])
@@ -116,8 +116,8 @@ def test_input_wraps_at_22_bits() -> None:
     assert states[1].q.tolist() == [Q_END - 1, -Q_END, -Q_END, Q_END - 1, 0, -Q_END + 5]
 
 
-def test_input_wraps_at_22_bits_where_sums_have_16() -> None:
-    """As they do where all weights are multiples of 64, which those of a compiled image are."""
+def test_input_wraps_at_22_bits_even_if_sums_have_16() -> None:
+    """Sums have 16 bits if all weights are multiples of 64, as those of a compiled image are."""
     image = Parts(
         blocks=[Block(n=3)],
         groups=[Group(weights=[[64, Q_END - 64, -Q_END], [128, 3 * Q_END + 128, -64]])],
@@ -148,7 +148,7 @@ def test_weights_at_the_edges_of_16_bits_are_kept() -> None:
         assert column(states, "q") == [0, w]
 
 
-def test_the_smallest_weight_of_all_is_kept() -> None:
+def test_the_most_negative_weight_of_32_bits_adds_nothing() -> None:
     """Its magnitude does not fit into 32 bits."""
     states = assert_equal_steps(one_source([-INT32_MAX - 1, 7]), 0, spikes_at(1, n_steps=2))
     assert states[1].q.tolist() == [0, 7]
@@ -199,7 +199,7 @@ def test_voltage_is_clipped_before_it_is_compared() -> None:
 
 
 @pytest.mark.parametrize(("delay", "rest"), [(0, 0), (1, 0), (2, 1), (3, 2), (63, 62)])
-def test_a_delay_of_d_steps_silences_for_d_less_one(delay: int, rest: int) -> None:
+def test_a_refractory_delay_of_d_steps_silences_for_d_minus_one(delay: int, rest: int) -> None:
     """Delays 0 and 1 are the same: the count falls in the step of the spike already."""
     states = alone(Parts([Block(bias=10, vth=5, refract_delay=delay)]).image(), 2 * rest + 3)
     fired = [i for i, spiked in enumerate(column(states, "spiked")) if spiked]
@@ -208,7 +208,7 @@ def test_a_delay_of_d_steps_silences_for_d_less_one(delay: int, rest: int) -> No
     assert column(states, "refractory")[0] == rest
 
 
-def test_a_resting_compartment_spikes_where_its_threshold_is_negative() -> None:
+def test_a_refractory_compartment_spikes_if_its_threshold_is_negative() -> None:
     """Refractory means voltage zero, not silence."""
     states = alone(Parts([Block(vth=-1, refract_delay=5)]).image(), 4)
     assert column(states, "spiked") == [1, 1, 1, 1]
@@ -248,7 +248,7 @@ def test_an_atom_chooses_the_row_of_its_axon() -> None:
     assert [s.q.tolist() for s in states] == [[0, 0], [500, 600], [1, 2], [30, 40]]
 
 
-def test_an_axon_base_shifts_targets_and_minus_one_is_not_used() -> None:
+def test_an_axon_base_shifts_targets_and_an_axon_or_base_of_minus_one_adds_nothing() -> None:
     image = Parts(
         blocks=[Block(n=4)],
         groups=[Group(weights=[[1, 2]], axon_row=[0, 0, 0], axon_base=[0, 2, -1])],
@@ -267,7 +267,7 @@ def test_an_image_without_synapses_and_inputs_runs() -> None:
 
 @pytest.mark.parametrize("at_membrane", [0, 1])
 def test_noise_is_drawn_for_all_compartments_in_every_step(at_membrane: int) -> None:
-    """One stream, in the order of compartments, for those without noise too."""
+    """The one stream is drawn in the order of compartments, even for those without noise."""
     block = Block(
         n=3,
         decay_v=4096,
@@ -292,13 +292,13 @@ def test_noise_of_a_small_exponent_is_rounded_towards_zero() -> None:
     np.testing.assert_array_equal(state.q, np.trunc(drawn / 32))
 
 
-def test_noise_comes_before_input_wraps() -> None:
+def test_noise_is_added_before_input_wraps() -> None:
     image = one_source([Q_END - 1], noise_exp=7, noise_offset=2, enable_noise=1)
     states = assert_equal_steps(image, 0, spikes_at(1, n_steps=2))
     assert states[1].q[0] < 0
 
 
-def test_noise_at_the_membrane_comes_before_current_and_bias_wrap() -> None:
+def test_noise_at_the_membrane_is_added_before_current_and_bias_wrap() -> None:
     block = Block(
         bias=U_END - 1, noise_offset=2, noise_at_membrane=1, enable_noise=1, vth=INT32_MAX
     )
@@ -307,7 +307,7 @@ def test_noise_at_the_membrane_comes_before_current_and_bias_wrap() -> None:
 
 
 def test_a_source_that_spikes_twice_in_a_step_counts_twice() -> None:
-    """The host does not do that: but it is what nengo-loihi's emulator makes of it."""
+    """The host never sends such spikes, but nengo-loihi's emulator counts them like this."""
     image = Parts(
         groups=[Group(weights=[[3]])], inputs=[2], routes=[Route(axon=[0, 0], input=0)]
     ).image()
@@ -317,7 +317,7 @@ def test_a_source_that_spikes_twice_in_a_step_counts_twice() -> None:
         assert snapshot(chip).q.tolist() == [6]
 
 
-def test_outputs_hold_what_their_compartments_hold() -> None:
+def test_outputs_hold_the_state_of_their_compartments() -> None:
     block = Block(n=3, bias=[4, 40, 400], vth=100)
     reads = [Output(key, [2, 0, 2]) for key in ("voltage", "current", "spiked")]
     chip = NativeChip(Parts([block], outputs=reads).image(), 0)
@@ -327,7 +327,7 @@ def test_outputs_hold_what_their_compartments_hold() -> None:
 
 
 @pytest.mark.slow
-def test_blocks_of_a_thousand_compartments_are_equal_too() -> None:
+def test_blocks_of_a_thousand_compartments_step_as_on_the_emulator_and_the_oracle() -> None:
     """Vector instructions take over, and rows break into runs of all lengths."""
     rng = np.random.RandomState(4)
     n = 1024
@@ -371,7 +371,7 @@ def test_a_sum_of_several_terms_is_not_exact(
     assert found.tolist() == values
 
 
-def test_values_without_a_sum_are_not_decoded() -> None:
+def test_tables_without_values_decode_nothing() -> None:
     found = np.ones(2)
     none = np.zeros(0, dtype=int)
     assert not decode(np.zeros(3, dtype=np.int32), np.zeros(1, dtype=int), none, np.zeros(0), found)

@@ -1,4 +1,4 @@
-"""Learning on the native backend: weights, traces and the random stream are nengo-loihi's."""
+"""Learning on the native backend: weights, traces and the random stream against nengo-loihi's."""
 
 import itertools
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ RULE = (1, 4, -7, 10, 8.5, 2, 4)
 
 @pytest.fixture(scope="module")
 def pes() -> ChipImage:
-    """Return a communication channel that two errors teach."""
+    """Return an image of a communication channel that two errors teach."""
     with nengo.Network(seed=3) as net:
         stimulus = nengo.Node(lambda t: np.sin(9 * t), size_out=1)
         target = nengo.Node(lambda t: np.cos(9 * t), size_out=1)
@@ -95,7 +95,7 @@ def _assert_equal_learning(image: ChipImage, native: NativeChip, theirs: NengoLo
 
 
 @pytest.mark.parametrize("noise", [False, True])
-def test_a_compiled_network_learns_equally(pes: ChipImage, noise: bool) -> None:
+def test_a_compiled_network_learns_as_on_nengo_loihi(pes: ChipImage, noise: bool) -> None:
     assert len(learning_groups(pes)) == 2
     native = assert_learns_equally(with_noise(pes) if noise else pes)
     assert native.activity().learning_updates.sum() > 0
@@ -105,7 +105,7 @@ def test_a_compiled_network_learns_equally(pes: ChipImage, noise: bool) -> None:
 
 @pytest.mark.parametrize("indices", [[0, 1, 2, 3], [3, 1, 0, 2], [0, 2, 2, 1]])
 def test_learned_weights_reach_their_synapses_in_any_order(indices: list[int]) -> None:
-    """Also beside rows of which duplicate indices hide a synapse."""
+    """Other rows of the image have duplicate indices, which hide a synapse."""
     image = Parts(
         blocks=[Block(n=4, vth=2**16, vmin=-(2**16)), Block(n=4, core=1, bias=900, vth=2000)],
         groups=[

@@ -8,7 +8,7 @@ from spikeport.backends.native.wiring import LANES, wire
 from tests.helpers.images import Block, Group, Output, Parts, Route
 
 
-def test_decays_become_what_is_kept() -> None:
+def test_decays_are_stored_as_the_part_that_is_kept() -> None:
     neurons = neurons_of(Parts([Block(2, decay_u=[4095, 0], decay_v=[0, 4096])]).image())
     assert neurons.keep_u.tolist() == [0, 4095]
     assert neurons.keep_v.tolist() == [4096, 0]
@@ -19,13 +19,13 @@ def test_blocks_with_a_bias_throughout_are_always_active() -> None:
     assert neurons_of(image).block.tolist() == [[0, 2, 0, 0], [2, 5, 1, 1]]
 
 
-def test_outputs_are_read_where_they_lie() -> None:
+def test_outputs_are_read_as_pairs_of_compartment_and_key() -> None:
     outputs = [Output("spiked", [1, 0]), Output("current", [2])]
     image = Parts([Block(3)], outputs=outputs).image()
     assert neurons_of(image).read.tolist() == [[1, 2], [0, 2], [2, 1]]
 
 
-def test_stretches_end_where_the_clip_changes_and_are_not_too_long() -> None:
+def test_stretches_end_where_clipping_changes_and_have_a_largest_size() -> None:
     blocks = [Block(3), Block(2), Block(STRETCH + 1, vmin=0, vmax=511)]
     low, high = -(2**23) + 1, 2**23 - 1
     assert neurons_of(Parts(blocks).image()).stretch.tolist() == [
@@ -36,7 +36,9 @@ def test_stretches_end_where_the_clip_changes_and_are_not_too_long() -> None:
 
 
 @pytest.mark.parametrize(("weight", "dtype"), [(64, np.int16), (32, np.int32)])
-def test_sums_are_narrow_where_all_weights_are_coarse(weight: int, dtype: type) -> None:
+def test_sums_have_16_bits_only_if_all_weights_are_multiples_of_64(
+    weight: int, dtype: type
+) -> None:
     image = Parts([Block(5)], [Group([[weight] * 5])], [2], [Route([0, 0], input=0)]).image()
     state = resting_state(image, wire(image))
     assert state.sums.dtype == dtype

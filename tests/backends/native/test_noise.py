@@ -10,7 +10,7 @@ def drawn(n: int) -> np.ndarray:
     return np.random.RandomState(3).randint(-127, 128, size=n, dtype=np.int32)
 
 
-def test_exponent_and_offset_scale_what_is_drawn() -> None:
+def test_exponent_and_offset_scale_and_shift_the_noise() -> None:
     blocks = [
         Block(2, enable_noise=1, noise_exp=9, noise_offset=2),
         Block(1, enable_noise=1, noise_exp=7, noise_at_membrane=1),
@@ -23,13 +23,13 @@ def test_exponent_and_offset_scale_what_is_drawn() -> None:
     assert on_u.tolist() == [0, 0, uniform[2], 0]
 
 
-def test_without_noisy_compartments_the_stream_stands_still() -> None:
+def test_without_noisy_compartments_the_random_stream_does_not_advance() -> None:
     rng = np.random.RandomState(3)
     assert Noise(Parts([Block(4)]).image(), rng, drawn_anyway=False).draw().shape == (2, 0)
     assert rng.randint(-127, 128, size=4, dtype=np.int32).tolist() == drawn(4).tolist()
 
 
-def test_the_stream_advances_where_others_need_it_to() -> None:
+def test_the_random_stream_advances_without_noise_if_others_need_it() -> None:
     rng = np.random.RandomState(3)
     noise = Noise(Parts([Block(4)]).image(), rng, drawn_anyway=True)
     assert noise.draw().shape == (2, 0)  # drawn, and nowhere to be added

@@ -1,4 +1,4 @@
-"""The native backend has the bits of nengo-loihi's emulator, and both have the oracle's."""
+"""Random images on the native backend, nengo-loihi's emulator and the oracle, bit for bit."""
 
 from unittest import mock
 

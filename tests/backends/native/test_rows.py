@@ -1,4 +1,4 @@
-"""Rows of weights as spikes add them: split by atom, by ascending target, nothing hidden."""
+"""Rows of weights as spikes add them: split by atom, by ascending target, without hidden ones."""
 
 import numpy as np
 import pytest
@@ -12,8 +12,8 @@ def image_of(*groups: Group, n: int = 9) -> ChipImage:
     return Parts([Block(n)], list(groups)).image()
 
 
-def test_of_equal_targets_the_last_one_counts() -> None:
-    """nengo-loihi's ``q[indices] += weights`` adds the last of them alone."""
+def test_only_the_last_of_equal_targets_counts() -> None:
+    """nengo-loihi's ``q[indices] += weights`` adds the last weight alone."""
     q = np.zeros(9, dtype=int)
     q[[5, 2, 5]] += [64, 128, 192]
     rows = rows_of(image_of(Group([[64, 128, 192]], [[[5, 2, 5]]])))
@@ -23,7 +23,7 @@ def test_of_equal_targets_the_last_one_counts() -> None:
     assert rows.operations.tolist() == [3]  # the chip reads all three
 
 
-def test_rows_in_order_are_taken_as_they_are() -> None:
+def test_rows_of_ascending_targets_are_taken_as_they_are() -> None:
     start, kept = kept_synapses(image_of(Group([[64, 64], [64, 64]], [[[3, 4]], [[0, 1]]])))
     assert (start.tolist(), kept) == ([0, 2, 4], slice(None))
 
@@ -39,19 +39,19 @@ def test_atoms_are_rows_of_their_own() -> None:
     ("weights", "shift"),
     [([64, 128], 6), ([64, -32], 5), ([3, 4], 0), ([0, 0], MOST_SHIFT), ([-(2**31)], 31)],
 )
-def test_a_group_is_shifted_by_the_zeros_that_all_its_weights_end_in(
+def test_a_group_is_shifted_by_the_zero_bits_at_the_end_of_its_weights(
     weights: list[int], shift: int
 ) -> None:
     assert rows_of(image_of(Group([weights]))).shift.tolist() == [shift]
 
 
-def test_the_common_shift_is_the_least() -> None:
+def test_the_common_shift_is_the_smallest_of_the_groups() -> None:
     rows = rows_of(image_of(Group([[64]]), Group([[48], [32]])))
     assert rows.shift.tolist() == [6, 4, 4]
     assert rows.common_shift == 4
 
 
-def test_nothing_is_shifted_where_something_learns() -> None:
+def test_the_common_shift_is_zero_if_a_group_learns() -> None:
     learning = Group([[64] * 9], learning=(1, 4, -7, 10, 8.5, 2, 4))
     assert rows_of(image_of(Group([[64]]), learning)).common_shift == 0
 

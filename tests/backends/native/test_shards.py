@@ -1,4 +1,4 @@
-"""A chip whose cores are divided among threads has the bits of one on a single thread."""
+"""A chip with its cores divided among threads, against a chip on one thread, bit for bit."""
 
 import os
 import signal
@@ -34,7 +34,7 @@ def test_any_image_has_equal_state_outputs_and_counts(image: ChipImage, seed: in
 
 
 def ring(n_cores: int, **options: object) -> ChipImage:
-    """Return blocks of 40, a core each, wired to the next; the host drives the first."""
+    """Return blocks of 40 on a core each, wired to the next; the host drives the first."""
     blocks = [Block(40, core, bias=90, vth=640) for core in range(n_cores)]
     weights = np.full((40, 40), 64)
     groups = [Group(list(weights[:, np.newaxis]), block=core, **options) for core in range(n_cores)]
@@ -43,13 +43,13 @@ def ring(n_cores: int, **options: object) -> ChipImage:
     return Parts(blocks, groups, [40], [*routes, Route(axons, group=0, input=0)]).image()
 
 
-def test_a_source_on_the_host_may_spike_more_often_than_there_are_sources() -> None:
+def test_the_host_may_send_more_spikes_in_a_step_than_there_are_sources() -> None:
     image = ring(4)
     often = np.repeat(np.arange(40), 20)
     assert_equal_threads(image, 0, [often, often, np.arange(40)] * 3, n=2)
 
 
-def test_cores_are_divided_by_their_synapses() -> None:
+def test_cores_with_equal_work_are_divided_evenly() -> None:
     assert [mine.tolist() for mine in divided(ring(8), 2)] == [[0, 1, 2, 3], [4, 5, 6, 7]]
     assert [mine.tolist() for mine in divided(ring(3), 8)] == [[0], [1], [2]]
 
@@ -61,7 +61,7 @@ def test_spikes_of_no_source_are_refused() -> None:
     chip.close()
 
 
-def test_what_learns_takes_one_thread() -> None:
+def test_an_image_that_learns_runs_on_one_thread() -> None:
     learning = Group(weights=[[0, 0]], learning=(1, 4, -7, 10, 8.5, 2, 4))
     image = Parts([Block(2, 0), Block(2, 1)], [learning]).image()
     assert NativeChip(image, 0, threads=2)._threads is None
@@ -74,7 +74,7 @@ def test_a_forked_process_has_threads_of_its_own() -> None:
         one.step(spikes, {})
     child = os.fork()
     if child == 0:
-        signal.alarm(20)  # it would wait for a thread that is not there
+        signal.alarm(20)  # without threads of its own, the child would wait forever
         chip.step(spikes, {})
         os._exit(0)
     assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0

@@ -57,7 +57,7 @@ def test_contacts_that_the_same_sources_reach_are_one_delivery() -> None:
 
 
 def test_short_runs_are_lists_of_targets_and_values() -> None:
-    """Between long ones, and with the shift of their group."""
+    """Short runs may lie between long ones, and keep the shift of their group."""
     groups = [
         Group([[64] * 9, [64, 128]], indices=[[range(9)], [[3, 7]]]),
         Group([[320, 448, 192]], block=1),
@@ -94,7 +94,7 @@ def test_runs_are_lined_up_in_whole_vectors() -> None:
     assert lined_up.weights.ctypes.data % 64 == 0
 
 
-def test_runs_that_share_weights_share_them_lined_up() -> None:
+def test_runs_that_share_weights_still_share_them_once_lined_up() -> None:
     group = Group([[64] * 40], axon_row=[0, 0, 0], axon_base=[9, 2, 30])
     wired = wire(Parts([Block(80)], [group], [3], [Route([0, 1, 2], input=0)]).image())
     lined_up = line_up(wired)
@@ -104,25 +104,25 @@ def test_runs_that_share_weights_share_them_lined_up() -> None:
     assert len(lined_up.weights) == 64
 
 
-def test_runs_stay_as_they_are_where_zeros_would_fill_the_memory() -> None:
+def test_runs_are_not_lined_up_if_zeros_would_fill_the_memory() -> None:
     groups = [Group([[64] * 9] * 20, axon_base=[28] * 20)]
     wired = wire(Parts([Block(40)], groups, [20], [Route(range(20), input=0)]).image())
     assert line_up(wired) is wired
 
 
-def test_what_learns_is_not_scattered() -> None:
+def test_runs_of_a_group_that_learns_are_not_scattered() -> None:
     group = Group([[0, 0]], learning=(1, 4, -7, 10, 8.5, 2, 4))
     wired = wire(Parts([Block(2)], [group], [1], [Route([0], input=0)]).image())
     assert (len(wired.run), len(wired.target)) == (1, 0)
 
 
 @pytest.mark.parametrize(("largest", "dtype"), [(127, np.int8), (128, np.int16), (2**15, np.int32)])
-def test_weights_are_as_narrow_as_they_fit(largest: int, dtype: type) -> None:
+def test_weights_have_the_narrowest_type_that_holds_them(largest: int, dtype: type) -> None:
     image = Parts([Block(2)], [Group([[1, largest]])], [1], [Route([0], input=0)]).image()
     assert wire(image).weights.dtype == dtype
 
 
-def test_spikes_cost_what_they_read_on_each_core() -> None:
+def test_a_spike_costs_the_synapses_that_it_reads_on_each_core() -> None:
     wired = wire(two_blocks())
     costs = [
         wired.cost[wired.fan_start[fan] : wired.fan_start[fan + 1]].tolist() for fan in wired.fan
@@ -131,14 +131,14 @@ def test_spikes_cost_what_they_read_on_each_core() -> None:
     assert costs == [[[1, 3, 0]], [[1, 1, 0]], [], [], [], [[1, 1, -1]]]
 
 
-def test_an_axon_without_a_base_is_a_message_and_no_delivery() -> None:
+def test_an_axon_without_a_base_costs_a_message_and_delivers_nothing() -> None:
     group = Group([[64, 64]], axon_base=[-1])
     wired = wire(Parts([Block(2)], [group], [1], [Route([0], input=0)]).image())
     assert wired.delivery.tolist() == []
     assert wired.cost.tolist() == [[0, 0, -1]]
 
 
-def test_rows_that_are_shared_out_of_all_proportion_are_refused(
+def test_rows_that_too_many_axons_share_are_refused(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(wiring, "MOST_PARTS", 3)

@@ -1,4 +1,4 @@
-"""The Verilog beside the native chip, every state of every compartment after every step."""
+"""The Verilog against the native chip: every state of every compartment after every step."""
 
 import shutil
 from collections.abc import Iterator
@@ -48,9 +48,7 @@ def test_any_image_has_the_native_states(image: ChipImage, seed: int) -> None:
 
 @settings(max_examples=5)
 @given(image=soft_images(), seed=st.integers(0, 2**32 - 1))
-def test_any_image_moves_the_messages_and_weights_of_its_spikes(
-    image: ChipImage, seed: int
-) -> None:
+def test_a_step_counts_the_messages_and_weights_of_its_spikes(image: ChipImage, seed: int) -> None:
     memory = written(image, BUILD.unit, BUILD.cores)
     simulation, lists, n = Simulation(memory, BUILD), memory.messages_by_source(), len(memory.order)
     for spikes in random_spikes(image, 20, seed):
@@ -65,7 +63,7 @@ def test_any_image_moves_the_messages_and_weights_of_its_spikes(
     simulation.close()
 
 
-def test_wide_rows_and_queues_that_are_full() -> None:
+def test_an_image_of_wide_rows_and_full_queues_has_the_native_states() -> None:
     """Nine sources of the host spike at once, each to three blocks, into queues of four."""
     image = wide_image(2)
     steps = [np.repeat(np.arange(9), 3)] * 10 + random_spikes(image, 30, 1)
@@ -73,7 +71,7 @@ def test_wide_rows_and_queues_that_are_full() -> None:
     assert chip.worst_cycles > 3000
 
 
-def test_a_session_says_what_it_compared() -> None:
+def test_a_session_reports_the_states_that_it_compared() -> None:
     printed: list[str] = []
     machine = Machine("rtl", lambda image, seed: RtlChip(image, seed, printed.append, BUILD))
     clock, native = FakeClock(), NativeChip(small_image(), 0)
@@ -104,7 +102,7 @@ class Wrong(SoftChip):
         pass
 
 
-def test_the_first_step_that_differs_is_named_at_once_and_the_chip_at_the_end() -> None:
+def test_the_first_step_that_differs_is_reported_at_once_and_the_chip_at_the_end() -> None:
     printed: list[str] = []
     image = small_image()
     image = replace(image, manifest=replace(image.manifest, chip="softcore-up5k"))
@@ -124,7 +122,7 @@ def simulation() -> Iterator[Simulation]:
     made.close()
 
 
-def test_a_weight_that_is_wrong_is_found(simulation: Simulation) -> None:
+def test_states_differ_if_the_native_chip_gets_another_spike(simulation: Simulation) -> None:
     native, memory = NativeChip(small_image(), 0), written(small_image(), unit=0)
     for _ in range(2):
         simulation.step(memory.messages(np.array([0])))
@@ -133,5 +131,5 @@ def test_a_weight_that_is_wrong_is_found(simulation: Simulation) -> None:
     assert simulation.state[:3, 2].tolist() == [64, -64, 128]
 
 
-def test_a_step_of_nothing_takes_as_long_as_its_largest_core(simulation: Simulation) -> None:
+def test_a_step_without_messages_takes_as_long_as_its_largest_core(simulation: Simulation) -> None:
     assert simulation.step(np.zeros((0, 2))).cycles < 3 + 20

@@ -7,7 +7,7 @@ from tests.helpers.soft_boards import pool
 from tests.helpers.soft_images import wide_image
 
 
-def test_cores_are_cut_to_size() -> None:
+def test_parameters_are_cut_to_the_memory_image() -> None:
     assert parameters(written(small_image()), 6, pool()).splitlines() == [
         "`define CORES 2",
         "`define CORE 1",
@@ -26,7 +26,7 @@ def test_the_list_of_outputs_has_room_for_its_end() -> None:
         assert f"`define LOG_OUTPUTS {bits}\n" in parameters(memory, n, pool())
 
 
-def test_the_first_core_has_the_lowest_bits() -> None:
+def test_the_words_of_the_first_core_have_the_lowest_bits() -> None:
     memory = written(wide_image(1))
     assert (len(memory.cores[0].rows), len(memory.cores[1].rows)) == (3837, 4020)
     memory.cores[0].rows.resize(4097, refcheck=False)

@@ -1,4 +1,4 @@
-"""Bounded proofs of the queue, the bus and the barrier: all that can happen in 14 cycles."""
+"""Bounded proofs of the queue, the bus and the barrier, over every course of 14 cycles."""
 
 import shutil
 import subprocess
@@ -28,7 +28,7 @@ def proved(top: str, folder: Path, change: tuple[str, str] = ("", "")) -> bool:
 
 
 @pytest.mark.parametrize("top", ["queue_order", "quiet_stays"])
-def test_it_holds(top: str, tmp_path: Path) -> None:
+def test_the_assertions_hold(top: str, tmp_path: Path) -> None:
     assert proved(top, tmp_path)
 
 
@@ -41,5 +41,7 @@ def test_it_holds(top: str, tmp_path: Path) -> None:
         ("quiet_stays", ("else if (valid) valid <= !moved", "else if (0) valid <= 0")),
     ],
 )
-def test_a_fault_is_found(top: str, change: tuple[str, str], tmp_path: Path) -> None:
+def test_the_proof_fails_for_a_fault_in_the_verilog(
+    top: str, change: tuple[str, str], tmp_path: Path
+) -> None:
     assert not proved(top, tmp_path, change)

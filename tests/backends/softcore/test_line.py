@@ -75,7 +75,7 @@ def test_a_board_has_the_native_outputs(baud_cycles: int, baud_error: float) -> 
 
 
 class Disturbed:
-    """A line to a board that flips a bit of a byte, counted from the question for an answer on."""
+    """A line to a board that flips a bit of a byte, counted back from the request for an answer."""
 
     def __init__(self, line: VerilatedLine) -> None:
         self._line = line
@@ -105,7 +105,7 @@ def test_a_line_without_an_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
 @pytest.mark.parametrize(("image", "flips"), [(SMALL, ROW_BYTE), (ONE_CORE.image(), CORE_BYTE)])
-def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_begins_anew(
+def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_is_right(
     image: ChipImage, flips: int
 ) -> None:
     line = Disturbed(board_line(image, FIFO))
@@ -121,7 +121,7 @@ def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_begins_a
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
-def test_an_image_without_outputs_has_none() -> None:
+def test_a_step_of_an_image_without_outputs_returns_none() -> None:
     image = replace(ONE_CORE, outputs=[]).image()
     chip = DeviceChip(image, 0, board_line(image, FIFO))
     assert chip.step(np.array([0]), {}) == []
@@ -144,7 +144,9 @@ def test_a_serial_line_carries_bytes_both_ways() -> None:
     os.close(theirs)
 
 
-def test_a_device_that_talks_by_itself_is_no_board(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_device_that_sends_without_being_asked_is_refused(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr("spikeport.backends.softcore.line.PATIENCE_S", 0.0)
     ours, theirs = os.openpty()
     line = SerialLine(Path(os.ttyname(theirs)), 115200)
@@ -156,7 +158,7 @@ def test_a_device_that_talks_by_itself_is_no_board(monkeypatch: pytest.MonkeyPat
     os.close(theirs)
 
 
-def test_a_board_that_stays_silent_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_answer_that_is_too_short_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("spikeport.backends.softcore.line.PATIENCE_S", 0.05)
     ours, theirs = os.openpty()
     tty.setraw(ours)
@@ -167,7 +169,7 @@ def test_a_board_that_stays_silent_is_named(monkeypatch: pytest.MonkeyPatch) -> 
     line.close()
 
 
-def test_what_is_no_serial_line_is_refused(tmp_path: Path) -> None:
+def test_paths_that_are_not_serial_lines_and_unknown_rates_are_refused(tmp_path: Path) -> None:
     with pytest.raises(UsageError, match="cannot be opened: No such file"):
         SerialLine(tmp_path / "none")
     (tmp_path / "file").write_text("")

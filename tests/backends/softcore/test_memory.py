@@ -18,7 +18,7 @@ def test_every_word_is_written_once_at_its_address() -> None:
     assert (low & 0xFFFFFF, high >> 14) == (40, 1)  # its bias, and that it sends
 
 
-def test_messages_of_the_host_are_those_of_each_source() -> None:
+def test_each_spike_of_the_host_sends_the_messages_of_its_source() -> None:
     memory = written(small_image())
     assert len(memory.messages(np.zeros(0, dtype=int))) == 0
     twice = memory.messages(np.array([2, 2]))
@@ -26,7 +26,7 @@ def test_messages_of_the_host_are_those_of_each_source() -> None:
     assert len(memory.cores[0].rows) == 2 + 2
 
 
-def test_bits_of_a_core() -> None:
+def test_the_number_of_a_core_has_as_many_bits_as_all_cores_need() -> None:
     assert [core_bits(n) for n in (1, 2, 3, 6, 8, 9)] == [1, 1, 2, 3, 3, 4]
 
 

@@ -1,4 +1,4 @@
-"""The cores as yosys maps them to the cells of an iCE40, beside the native chip."""
+"""The cores as yosys maps them to the cells of an iCE40, against the native chip."""
 
 import shutil
 import subprocess

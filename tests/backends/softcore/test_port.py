@@ -38,7 +38,7 @@ def test_loading_ends_with_the_list_of_outputs() -> None:
     assert sent.startswith(bytes.fromhex("00 00 0000 0003"))
 
 
-def test_a_step_is_sent_in_parts_that_a_board_holds() -> None:
+def test_a_step_is_sent_in_parts_that_fit_the_buffer_of_a_board() -> None:
     (one,) = port.stepping(np.array([[2, 0x1234]]))
     assert one == bytes.fromhex("09 00 0000 0001 00  08 00 0000 0001 021234") + port.ASK
     (cleared,) = port.stepping(np.zeros((0, 2), dtype=int), clear=True)
@@ -62,7 +62,7 @@ def test_an_answer_is_read_in_the_list_s_order() -> None:
 
 
 @pytest.mark.parametrize("place", range(14))
-def test_any_bit_that_is_wrong_is_found(place: int) -> None:
+def test_a_wrong_bit_in_any_byte_of_an_answer_is_found(place: int) -> None:
     content = bytes.fromhex("00000123 ffffff 000102 80 80")
     received = bytearray(content + binascii.crc_hqx(b"sent" + content, 0).to_bytes(2, "big"))
     received[place] ^= 4

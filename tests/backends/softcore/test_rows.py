@@ -37,17 +37,17 @@ def test_weights_of_8_bits_are_one_row_whatever_their_shift() -> None:
     assert words.tolist() == [1 << 10 | 4, 100, 0x7F80, 0x0100, 0x00FF]
 
 
-def test_a_wide_gap_has_entries_of_nothing_on_its_way() -> None:
+def test_a_wide_gap_is_bridged_by_entries_of_weight_zero() -> None:
     (words,) = encoded(0, np.array([3, 600]), np.array([1, 2]), unit=0)
     assert words.tolist() == [3, 3, 1, 255 << 8, 255 << 8, 87 << 8 | 2]
 
 
 @pytest.mark.parametrize("weights", [[0, 0], [2**22, -(2**22)]])
-def test_weights_that_add_nothing_are_no_row(weights: list[int]) -> None:
+def test_weights_that_add_nothing_give_no_row(weights: list[int]) -> None:
     assert encoded(0, np.arange(2), np.array(weights), unit=0) == []
 
 
-def test_weights_of_more_bits_are_split() -> None:
+def test_weights_of_more_than_8_bits_are_split_into_rows() -> None:
     rows = encoded(0, np.arange(2), np.array([2**20 + 1, -(2**20)]), unit=0)
-    assert len(rows) == 2  # of the bits between, none is set
+    assert len(rows) == 2  # no bit between these is set
     assert summed(rows, 0)[:2].tolist() == [2**20 + 1, -(2**20)]

@@ -9,7 +9,7 @@ from spikeport.backends.softcore.verilated import PROGRAMS, Build, require_veril
 from spikeport.errors import BackendError, MissingExtraError
 
 
-def test_without_verilator_it_says_what_to_install(
+def test_without_verilator_the_error_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -17,7 +17,7 @@ def test_without_verilator_it_says_what_to_install(
         require_verilator()
 
 
-def test_a_verilator_that_does_not_start_is_an_error_of_the_backend(
+def test_a_verilator_that_does_not_start_raises_an_error_of_the_backend(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     for program in PROGRAMS:
@@ -47,7 +47,7 @@ def test_the_number_of_a_core_has_as_many_bits_as_it_needs() -> None:
     assert {"-GCORES=6", "-GCORE=3", "-GWIDTH=16"} <= set(Build(6, unit=6).options)
 
 
-def test_every_file_of_verilog_says_what_it_computes() -> None:
+def test_every_file_of_verilog_begins_with_a_comment_and_is_short() -> None:
     assert len(sources()) == 10
     for path in sources():
         text = path.read_text(encoding="utf-8")

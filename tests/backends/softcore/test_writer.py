@@ -1,4 +1,4 @@
-"""The writer: an image always gives the same words, and what a core cannot hold is refused."""
+"""The writer of memory images: the words of an image, and refusals of what a core cannot hold."""
 
 from collections.abc import Sequence
 
@@ -36,11 +36,11 @@ def assert_same_integers(image: ChipImage) -> None:
 
 @settings(max_examples=150)
 @given(image=soft_images())
-def test_any_image_comes_back(image: ChipImage) -> None:
+def test_the_memory_of_any_image_holds_its_integers(image: ChipImage) -> None:
     assert_same_integers(image)
 
 
-def test_wide_rows_come_back() -> None:
+def test_the_memory_of_wide_rows_holds_their_integers() -> None:
     image = wide_image(1)
     assert of_image(image).weights.nnz > 40_000
     assert_same_integers(image)
@@ -56,7 +56,7 @@ def test_a_silent_compartment_behind_a_full_table_of_axons_sends_nothing() -> No
     assert_same_integers(image)
 
 
-def test_a_changed_weight_is_seen() -> None:
+def test_a_changed_word_of_memory_changes_the_weights_read_from_it() -> None:
     image = wide_image(1)
     memory = written(image)
     row = int(memory.cores[0].axons[0]) & 0xFFFF
@@ -65,7 +65,7 @@ def test_a_changed_weight_is_seen() -> None:
 
 
 def sparse_rows(n: int) -> Group:
-    """Return n different rows of 340 weights, each two words more."""
+    """Return n different rows of 340 weights; a row takes two words more than it has weights."""
     rng = np.random.RandomState(0)
     weights = rng.randint(1, 100, (n, 1, 340))
     return Group(list(weights), [np.arange(0, 1020, 3)[np.newaxis]] * n)
@@ -106,13 +106,13 @@ def parts(block: Block, groups: Sequence[Group] = (), routes: Sequence[Route] = 
         ),
     ],
 )
-def test_what_a_core_cannot_hold_is_refused_by_rule(refused: Parts, reason: str) -> None:
+def test_images_that_a_core_cannot_hold_are_refused_by_rule(refused: Parts, reason: str) -> None:
     with pytest.raises(BackendError, match="the soft core cannot hold the image") as caught:
         written(refused.image())
     assert reason in str(caught.value)
 
 
-def test_blocks_of_a_core_share_their_bounds() -> None:
+def test_blocks_of_a_core_with_different_bounds_are_refused() -> None:
     image = Parts(blocks=[Block(vmin=-5), Block(vmin=-6)]).image()
     with pytest.raises(BackendError, match="SP108 shared settings: 2 of clipping, limit 1"):
         written(image)
