@@ -1,4 +1,4 @@
-"""A chip with figures that are easy to reckon with, and activities to reckon on."""
+"""A toy chip with round figures, and activities to estimate from."""
 
 from collections.abc import Callable
 from typing import Any
@@ -22,7 +22,7 @@ def figure(value: float, unit: str, low: float | None = None, high: float | None
 
 
 def toy_data() -> dict[str, Any]:
-    """Return a chip of 2 x 2 tiles, two cores each; every figure from 50 % to 200 %."""
+    """Return a chip of 2 x 2 tiles, two cores each; energies and times from 50 % to 200 %."""
     energies = {
         "synaptic_operation": 1,
         "update_active": 10,

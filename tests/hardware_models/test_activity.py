@@ -5,7 +5,7 @@ from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import Activity
 
 
-def test_shapes_are_checked(make_activity):
+def test_counts_of_a_wrong_shape_are_refused(make_activity):
     with pytest.raises(ValueError, match="messages_in") as caught:
         make_activity(messages_in=[[1, 2, 3]])
     assert str(caught.value) == "messages_in has shape (1, 3), not (2, 2) (n_kept, n_cores)"
@@ -20,18 +20,18 @@ def test_shapes_are_checked(make_activity):
     assert str(caught.value) == "host_spikes has shape (1,), not (2,) (n_kept,)"
 
 
-def test_counts_are_numbers(make_activity):
+def test_counts_that_are_not_numbers_are_refused(make_activity):
     with pytest.raises(ValueError, match=r"^spikes is of bool, but counts are numbers$"):
         make_activity(spikes=[[False, True], [True, True]])
 
 
-def test_counts_of_a_run_sum_to_integers_and_expected_ones_need_not(make_activity):
+def test_totals_of_a_run_are_integers_and_expected_ones_may_be_fractions(make_activity):
     assert repr(make_activity(spikes=[[0, 1], [2, 3]]).totals()["spikes"]) == "6"
     expected = make_activity(n_steps=1, spikes=[[0.25, 1.5]])
     assert expected.totals()["spikes"] == 1.75
 
 
-def test_totals_and_sums_per_core(make_activity):
+def test_totals_and_sums_per_core_add_up_every_step(make_activity):
     activity = make_activity(
         spikes=[[1, 2], [3, 4]],
         messages=[[5, 6], [7, 8]],
@@ -58,7 +58,7 @@ def test_totals_and_sums_per_core(make_activity):
     assert per_core["messages_host"].tolist() == [9, 0]
 
 
-def test_it_is_a_line_a_screen_and_a_table(make_activity):
+def test_an_activity_is_shown_as_a_line_as_text_and_as_a_table(make_activity):
     activity = make_activity(spikes=[[1, 2], [3, 4]], messages_host=[9, 0])
     assert repr(activity) == "<Activity: 2 steps of 1 ms on 2 cores, 10 spikes>"
     title, header, spikes, *_, host, sent = str(activity).splitlines()
@@ -75,14 +75,14 @@ def test_spikes_of_the_host_have_a_sum_a_mean_and_a_maximum(make_activity):
     assert make_activity(n_steps=0).from_host == (0, 0.0, 0)
 
 
-def test_no_steps_is_an_activity(make_activity):
+def test_an_activity_may_have_no_steps(make_activity):
     activity = make_activity(n_steps=0)
     assert activity.n_steps == 0
     assert str(activity).startswith("0 steps of 1 ms on ")
     assert set(activity.totals().values()) == {0}
 
 
-def test_concatenate(make_activity):
+def test_concatenating_appends_steps_and_adds_messages(make_activity):
     a = make_activity(
         n_steps=1, spikes=[[1, 2]], messages=[[1, 0], [0, 0]], host_spikes=[4], readout_spikes=1
     )
@@ -97,7 +97,7 @@ def test_concatenate(make_activity):
     assert np.issubdtype(both.messages_host.dtype, np.integer)
 
 
-def test_only_runs_of_the_same_cores_concatenate(make_activity):
+def test_only_activities_of_the_same_cores_and_time_step_are_concatenated(make_activity):
     message = "^only activities of the same cores and dt_s make one run$"
     with pytest.raises(UsageError, match=message):
         Activity.concatenate([make_activity(), make_activity(n_cores=3)])

@@ -103,7 +103,7 @@ CORES = '[limits.cores]\nvalue = 128\nunit = "1"\nsource = "Davies 2018"\n'
         ),
     ],
 )
-def test_one_problem(tmp_path, old, new, problem):
+def test_a_problem_of_a_chip_file_is_named(tmp_path, old, new, problem):
     path = edited(tmp_path, (old, new))
     several = {
         "[limits.kernels]": "limits.cores: is missing\n  limits.kernels: is not a known key",
@@ -112,7 +112,7 @@ def test_one_problem(tmp_path, old, new, problem):
     assert_refused(path, f"{path}: not a chip:\n  {problem or several[new]}")
 
 
-def test_all_problems_are_told_at_once(tmp_path):
+def test_all_problems_are_reported_at_once(tmp_path):
     path = edited(
         tmp_path,
         ("schema = 1", "schema = 9"),
@@ -129,30 +129,30 @@ def test_all_problems_are_told_at_once(tmp_path):
     )
 
 
-def test_no_such_file(tmp_path):
+def test_a_missing_file_is_refused(tmp_path):
     path = tmp_path / "none.toml"
     assert_refused(path, f"{path}: no such file")
 
 
-def test_a_folder_is_not_a_file(tmp_path):
+def test_a_folder_is_refused(tmp_path):
     assert_refused(tmp_path, f"{tmp_path}: cannot be read: Is a directory")
 
 
-def test_not_toml(tmp_path):
+def test_a_file_that_is_not_toml_is_refused(tmp_path):
     path = tmp_path / "chip.toml"
     path.write_text("schema: 1\n", encoding="utf-8")
     with pytest.raises(ChipFileError, match=rf"^{re.escape(str(path))}: not TOML: .*line 1"):
         chips.load(path)
 
 
-def test_not_text(tmp_path):
+def test_a_file_that_is_not_text_is_refused(tmp_path):
     path = tmp_path / "chip.toml"
     path.write_bytes(b"\xff")
     with pytest.raises(ChipFileError, match=rf"^{re.escape(str(path))}: not TOML: "):
         chips.load(path)
 
 
-def test_names_and_get():
+def test_every_built_in_chip_is_found_by_its_name():
     assert "loihi" in chips.names()
     assert all(chips.get(name).name == name for name in chips.names())
 
@@ -162,13 +162,13 @@ def test_get_takes_a_path(tmp_path):
     assert chips.get(str(path)).name == "mine"
 
 
-def test_unknown_chip():
+def test_an_unknown_chip_is_refused_with_the_known_names():
     with pytest.raises(UsageError) as caught:
         chips.get("lohi")
     assert str(caught.value) == f"unknown chip 'lohi'; choose from: {', '.join(chips.names())}"
 
 
-def test_unknown_calibration():
+def test_an_unknown_calibration_is_refused_with_the_known_names():
     with pytest.raises(UsageError) as caught:
         chips.get("loihi").calibration("spice")
     assert str(caught.value) == "unknown calibration 'spice'; choose from: davies2018, nahuku-fit"

@@ -1,4 +1,4 @@
-"""Conventional computers beside a chip, by hand."""
+"""Conventional computers beside a chip, against values by hand."""
 
 import itertools
 
@@ -10,7 +10,7 @@ CHIP = OnChip(1000, 2e-12, 1e-9, static_w=0.1, dt_s=1e-3)  # 3 nJ a step: 3 uW b
 
 
 def computer(idle_w: float | None = None) -> Computer:
-    """Return one that takes 1 uJ for 1,000 operations."""
+    """Return a computer that takes 1 uJ for 1,000 operations."""
     known = {"source": "a paper", "evidence": "vendor"}
     idle = None if idle_w is None else {"value": idle_w, "unit": "W", **known}
     energy = {"value": 1000, "unit": "nJ", **known}
@@ -23,7 +23,7 @@ def test_energy_grows_with_operations_and_idle_power_with_time():
     assert computer(0.5).in_period(2000, 0.02) == pytest.approx(2e-6 + 0.01)
 
 
-def test_a_computer_that_draws_less_than_the_chip_at_rest_loses_at_a_higher_rate_alone():
+def test_a_computer_that_draws_less_than_the_chip_at_rest_loses_only_at_a_higher_rate():
     found = break_even(CHIP, computer(), 2000, rate_hz=50)  # 100 uW
     assert found.synaptic_operations is found.dynamic_j is None
     assert found.static_w == pytest.approx(100e-6 - 3e-6)

@@ -28,7 +28,7 @@ def activity(make_activity):
     )
 
 
-def test_dynamic_energy_by_hand(chip, activity):
+def test_dynamic_energy_equals_values_by_hand(chip, activity):
     report = energy(activity, chip, chip.calibration("bench"))
     expected = {
         "synaptic_operation": (48, 48 * 1),
@@ -52,7 +52,7 @@ def test_dynamic_energy_by_hand(chip, activity):
     assert report.dynamic_run.source == "a paper [vendor]"
 
 
-def test_the_energies_of_the_cores_add_up_to_all(chip, activity):
+def test_the_energies_of_the_cores_add_up_to_the_total(chip, activity):
     report = energy(activity, chip, chip.calibration("bench"))
     whole = sum(core.energy_step.value for core in report.cores)
     assert whole == pytest.approx(report.dynamic.energy_step.value)
@@ -68,14 +68,14 @@ def test_events_without_any_public_figure_have_no_energy(chip, activity):
     assert report.system.power.format() == "1 W [>= 1]"
 
 
-def test_learning_without_figure_and_without_updates_is_not_missing(chip, activity):
+def test_a_figure_of_learning_is_not_missing_if_there_are_no_updates(chip, activity):
     report = energy(activity, chip, chip.calibration("bench"))
     assert (report.terms[-1].event, report.terms[-1].count) == ("learning_update", 0)
     assert report.terms[-1].energy is None
     assert report.missing == ()
 
 
-def test_static_and_system_by_hand(chip, activity):
+def test_static_and_system_power_equal_values_by_hand(chip, activity):
     report = energy(activity, chip, chip.calibration("bench"))
     # steps take less than dt: 100 mW and 1 W over 1 ms
     assert report.period_s == pytest.approx(1e-3)
@@ -94,7 +94,7 @@ def test_a_step_longer_than_dt_draws_static_power_for_longer(chip, make_activity
     assert report.dynamic.power.value == pytest.approx(4000e-12 / 2 / 3.5e-6)
 
 
-def test_what_has_no_public_figure_is_named_and_leaves_no_upper_bound(chip, make_activity):
+def test_an_event_without_a_public_figure_is_named_and_leaves_no_upper_bound(chip, make_activity):
     activity = make_activity(spikes=[[1, 0], [0, 0]], learning_updates=[[0, 7], [0, 0]])
     report = energy(activity, chip, chip.calibration("bench"))
     assert report.missing == ("learning_update",)
@@ -104,7 +104,7 @@ def test_what_has_no_public_figure_is_named_and_leaves_no_upper_bound(chip, make
     assert report.dynamic_run.format() == "100 pJ [>= 50]"
 
 
-def test_powers_without_public_figure(data, make_activity):
+def test_powers_without_a_public_figure_are_named_and_absent(data, make_activity):
     chip = ChipModel.model_validate(data | {"power": {}})
     report = energy(make_activity(), chip, chip.calibration("bench"))
     assert report.static is None
@@ -112,7 +112,7 @@ def test_powers_without_public_figure(data, make_activity):
     assert report.missing == ("static_chip_w", "board_idle_w")
 
 
-def test_energies_add_up_over_runs_one_after_the_other(make_activity):
+def test_energies_of_consecutive_runs_add_up(make_activity):
     loihi = chips.get("loihi")
     for seed in range(20):
         rng = np.random.RandomState(seed)
@@ -152,7 +152,7 @@ def test_davies_has_no_figure_for_messages(make_activity):
     assert report.static.power.format() == "104 mW [29, 110]"
 
 
-def test_no_steps_have_no_energy(chip, make_activity):
+def test_the_energy_of_no_steps_is_refused(chip, make_activity):
     with pytest.raises(UsageError, match=r"^no time or energy in 0 steps of 2 cores; "):
         energy(make_activity(n_steps=0), chip, chip.calibration("bench"))
 

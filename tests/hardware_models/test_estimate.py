@@ -18,7 +18,7 @@ def test_an_unknown_bound_is_unknown_in_every_sum_and_multiple():
     assert no_low.scaled(3.0) == Estimate(3.0, None, 6.0, "J", "c")
 
 
-def test_zero_changes_nothing_and_an_unknown_share_takes_the_upper_bound():
+def test_zero_changes_nothing_and_an_unknown_share_removes_the_upper_bound():
     assert zero("J") + a == a
     assert a + at_least_zero("J") == Estimate(2.0, 1.0, None, "J", "a [code]")
 
@@ -27,7 +27,7 @@ def test_scaling_can_change_the_unit():
     assert a.scaled(2.0, unit="W") == Estimate(4.0, 2.0, 8.0, "W", "a [code]")
 
 
-def test_units_do_not_mix():
+def test_a_sum_of_different_units_is_refused():
     with pytest.raises(ValueError, match=r"^cannot add W to J$"):
         a + zero("W")
 
@@ -52,7 +52,7 @@ def test_negative_factors_are_refused():
         (4.5e10, None, None, "45000 MJ [no interval]"),
     ],
 )
-def test_format(value, low, high, text):
+def test_an_estimate_is_written_with_a_prefix_of_its_unit_and_its_bounds(value, low, high, text):
     assert Estimate(value, low, high, "J", "").format() == text
 
 

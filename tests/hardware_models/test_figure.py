@@ -20,7 +20,7 @@ class Sheet(BaseModel):
     ("value", "unit", "si", "expected"),
     [(23.6, "pJ", "J", 23.6e-12), (3, "ms", "s", 0.003), (0.5, "mW", "W", 5e-4), (8, "1", "1", 8)],
 )
-def test_a_figure_is_brought_to_si_with_its_bounds(value, unit, si, expected):
+def test_a_figure_is_converted_to_si_with_its_bounds(value, unit, si, expected):
     figure = in_si(si, Figure(value=value, unit=unit, low=value / 2, **ORIGIN))
     assert (figure.value, figure.unit) == (pytest.approx(expected, rel=1e-15), si)
     assert (figure.low, figure.high) == (pytest.approx(expected / 2), None)
@@ -31,7 +31,7 @@ def test_a_unit_of_another_kind_is_refused():
         in_si("J", Figure(value=1, unit="ns", **ORIGIN))
 
 
-def test_a_figure_is_a_quantity_with_its_evidence():
+def test_the_estimate_of_a_figure_has_its_bounds_and_evidence():
     figure = Figure(value=2, unit="J", low=1, high=4, **ORIGIN)
     assert figure.estimate == Estimate(2, 1, 4, "J", "a paper [vendor]")
 
@@ -49,7 +49,7 @@ def test_a_figure_is_a_quantity_with_its_evidence():
         ({"colour": "red"}, "Extra inputs are not permitted"),
     ],
 )
-def test_a_figure_that_cannot_be_is_refused(change, message):
+def test_an_invalid_figure_is_refused(change, message):
     with pytest.raises(ValidationError, match=message):
         Figure(**{"value": 2, "unit": "J", **ORIGIN, **change})
 

@@ -46,7 +46,7 @@ def folded_at(activity: Activity, *ends: int, chip: chips.ChipModel | None) -> A
 
 
 def close_to(report: dict) -> object:
-    """Return what a report is to be: numbers to 12 digits, everything else the same."""
+    """Return the report to expect: numbers to 12 digits, everything else the same."""
     if isinstance(report, dict):
         return {key: close_to(value) for key, value in report.items()}
     if isinstance(report, list):
@@ -76,7 +76,7 @@ def test_the_longest_step_is_counted_from_the_first_of_the_run(whole, step):
     assert (report.worst_step, report.limiting_core) == (step, "core 1")
 
 
-def test_of_two_longest_steps_the_first_is_named(whole):
+def test_the_first_of_two_longest_steps_is_named(whole):
     whole.synaptic_operations[[50, 350], [2, 0]] = 10**6
     loihi = chips.get("loihi")
     report = timing(folded_at(whole, 200, chip=loihi), loihi, loihi.calibration("nahuku-fit"))

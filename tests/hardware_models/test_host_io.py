@@ -1,4 +1,4 @@
-"""Host input and output: what crosses in a step, and a verdict in words."""
+"""Host input and output: the traffic of a step, and a verdict in words."""
 
 import dataclasses
 import json
@@ -44,7 +44,9 @@ def step(value: float, low: float | None = None, high: float | None = None) -> d
         (step(8, 1.1), "excluded", "published steps with host I/O take 1.1 ms at least"),
     ],
 )
-def test_a_step_is_shown_by_the_worst_and_excluded_by_the_best(published, verdict, reason):
+def test_a_step_is_shown_by_the_worst_published_time_and_excluded_by_the_best(
+    published, verdict, reason
+):
     found = host_io(TRAFFIC, chip_with(**published))
     assert (found.verdict, found.reason) == (verdict, reason)
 
@@ -66,7 +68,7 @@ def test_without_a_figure_nothing_is_shown(name):
     assert found.bytes_back is None
 
 
-def test_what_talks_to_no_host_needs_no_figure():
+def test_a_network_without_host_traffic_needs_no_figure():
     alone = HostTraffic(0.001, 0, 0.0, 0, 0, 0, (), 0)
     found = host_io(alone, chip_with(**step(8, 1.1)))
     assert (found.verdict, found.reason) == ("shown", "nothing crosses between host and chip")
@@ -96,6 +98,6 @@ def test_spikes_are_expected_before_a_run_and_counted_in_one(make_activity):
 
 
 @pytest.mark.parametrize("name", chips.names())
-def test_plain_data_is_the_report_again(name):
+def test_a_report_is_read_back_from_its_plain_data(name):
     found = host_io(TRAFFIC, chips.get(name))
     assert HostIoReport.of(json.loads(json.dumps(found.to_dict()))) == found

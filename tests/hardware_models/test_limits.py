@@ -8,7 +8,7 @@ FULL = CoreUse("full", 10, 10, 10, 640, 10, 10, 10)
 OVER = CoreUse("over", 11, 10, 12, 641, 13, 10, 14)
 
 
-def test_what_is_exactly_full_fits(chip):
+def test_a_chip_that_is_exactly_full_exceeds_no_limit(chip):
     assert not any(usage.exceeded for usage in usages([EMPTY] * 7 + [FULL], chip))
 
 
@@ -17,7 +17,7 @@ def test_every_resource_of_every_core_is_listed(chip):
     assert len(usages([FULL, OVER], chip)) == 1 + 2 * 7
 
 
-def test_all_that_is_exceeded_is_found_at_once(chip):
+def test_every_exceeded_limit_is_found_at_once(chip):
     cores = [EMPTY] * 7 + [FULL, OVER]
     assert [usage for usage in usages(cores, chip) if usage.exceeded] == [
         Usage("toy", "cores", 9, 8, "1"),
@@ -29,7 +29,7 @@ def test_all_that_is_exceeded_is_found_at_once(chip):
     ]
 
 
-def test_totals_are_against_all_cores_of_the_chip(chip):
+def test_totals_are_limited_by_all_cores_of_the_chip(chip):
     sums = totals([FULL, OVER], chip)
     assert sums["cores"] == Usage("toy", "cores", 2, 8, "1")
     assert sums["compartments"] == Usage("toy", "compartments", 21, 80, "1")
@@ -37,7 +37,7 @@ def test_totals_are_against_all_cores_of_the_chip(chip):
     assert not any(usage.exceeded for usage in sums.values())
 
 
-def test_no_cores(chip):
+def test_no_cores_use_no_resources(chip):
     assert usages([], chip) == [Usage("toy", "cores", 0, 8, "1")]
     assert all(usage.used == 0 for usage in totals([], chip).values())
 
@@ -76,7 +76,7 @@ def test_soft_cores_share_blocks_of_memory():
     ]
 
 
-def test_rows_may_have_memory_of_their_own():
+def test_rows_with_memory_of_their_own_take_no_memory_blocks():
     soft = chips.get("softcore-up5k")
     core = EMPTY._replace(out_axons=1000, synapse_bits=1)
     assert totals([core], soft)["memory_blocks"] == Usage(soft.name, "memory_blocks", 1, 4, "1")

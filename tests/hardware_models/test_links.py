@@ -14,7 +14,7 @@ def board(chip):
     return chip.model_copy(update={"limits": chip.limits.model_copy(update={"chips": two})})
 
 
-def test_no_link_within_a_tile(chip):
+def test_messages_within_a_tile_load_no_link(chip):
     assert cost(chip, (0, 1, 9), (2, 2, 9)) == Cost(0, 0, 0)
 
 
@@ -26,7 +26,7 @@ def test_messages_move_along_the_row_and_then_the_column(chip):
     assert cost(chip, (0, 6, 5), (0, 3, 4)) == Cost(0, 5, 2 * 5 + 4)
 
 
-def test_a_message_loads_no_link_behind_its_target(chip):
+def test_a_message_loads_no_link_beyond_its_target(chip):
     tiles = {"tiles_x": 1.0, "tiles_y": 4.0}
     topology = chip.topology.model_copy(
         update={
@@ -38,7 +38,7 @@ def test_a_message_loads_no_link_behind_its_target(chip):
     assert cost(column, (0, 2, 5), (4, 6, 4)) == Cost(0, 5, 5 + 4)
 
 
-def test_directions_of_a_link_do_not_share_it(chip):
+def test_the_two_directions_of_a_link_are_loaded_apart(chip):
     assert cost(chip, (0, 4, 5), (4, 0, 3)) == Cost(0, 5, 8)
 
 
@@ -54,8 +54,8 @@ def test_another_chip_is_further_than_any_tile(chip):
     assert distance[0].tolist() == [0, 0, 1, 1, 1, 1, 2, 2] + [3] * 8
 
 
-def test_what_several_sets_of_messages_ask_is_what_each_does(chip):
-    """The loads of all links are those of each set alone; negative messages are taken away."""
+def test_several_sets_of_messages_load_links_as_each_does_alone(chip):
+    """Negative messages are taken away from the loads."""
     links = Links(16, board(chip))
     rng = np.random.RandomState(0)
     source, target, messages, of = (rng.randint(high, size=60) for high in (16, 16, 9, 3))

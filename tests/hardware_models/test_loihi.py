@@ -12,7 +12,7 @@ NAHUKU = LOIHI.calibration("nahuku-fit")
 
 
 def figures(model: BaseModel) -> list[Figure]:
-    """Yield all figures inside a model, however deep."""
+    """Return all figures inside a model, however deep."""
     found = [model] if isinstance(model, Figure) else []
     for name in type(model).model_fields:
         field = getattr(model, name)
@@ -30,7 +30,7 @@ def test_every_figure_has_source_and_evidence_and_is_in_si():
         assert figure.unit in {"1", "bit", "J", "s", "W"}
 
 
-def test_limits_and_topology():
+def test_limits_and_topology_are_as_published():
     limits = {name: getattr(LOIHI.limits, name).count for name in type(LOIHI.limits).model_fields}
     assert limits == {
         "cores": 128,
@@ -48,14 +48,14 @@ def test_limits_and_topology():
     assert "16" in LOIHI.limits.synapse_profiles.note
 
 
-def test_host_io():
+def test_figures_of_host_io_are_as_published():
     published = LOIHI.host_io
     step = published.step
     assert (step.low, step.value, step.high) == (0.95e-3, 8e-3, 9e-3)
     assert (step.evidence, published.word.count, published.packet.count) == ("thread", 32, 64)
 
 
-def test_powers():
+def test_powers_are_as_published():
     power = LOIHI.power
     static = power.static_chip_w
     assert (static.low, static.value, static.high) == (0.029, 0.104, 0.110)
@@ -123,7 +123,7 @@ def test_nahuku_times_are_within_25_percent(event, value, lowest, highest):
     assert figure.high == pytest.approx(highest * 1.25e-9)
 
 
-def test_barriers():
+def test_barriers_are_as_published():
     davies = [(point.tiles, point.value) for point in DAVIES.barrier]
     assert davies == [(1, pytest.approx(113e-9)), (32, pytest.approx(465e-9))]
     for point, (tiles, us) in zip(
@@ -135,7 +135,7 @@ def test_barriers():
         )
 
 
-def test_what_is_not_public_is_absent():
+def test_figures_that_are_not_public_are_absent():
     assert DAVIES.energies.message is None
     assert DAVIES.times.message_in is None
     assert NAHUKU.energies.learning_update is None

@@ -1,4 +1,4 @@
-"""The figures of loihi2.toml and spinnaker2.toml, and what follows where there are none."""
+"""The figures of loihi2.toml and spinnaker2.toml, and reports where figures are absent."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from spikeport.hardware_models.timing import timing
 LOIHI2, SPINNAKER2 = chips.get("loihi2"), chips.get("spinnaker2")
 
 
-def test_loihi_2_is_relative_to_loihi_1():
+def test_times_of_loihi_2_are_fractions_of_those_of_loihi_1():
     davies = chips.get("loihi").calibration("davies2018").times
     relative = LOIHI2.calibration("intel-relative").times
     factors = {"synaptic_operation": 5, "update_active": 2, "update_inactive": 2, "spike": 10}
@@ -20,7 +20,7 @@ def test_loihi_2_is_relative_to_loihi_1():
         )
 
 
-def test_what_is_not_public_of_loihi_2_is_absent():
+def test_figures_of_loihi_2_that_are_not_public_are_absent():
     assert LOIHI2.limits.compartments.count == 8192
     assert LOIHI2.limits.in_axons is None
     (calibration,) = LOIHI2.calibrations
@@ -44,7 +44,7 @@ def test_spinnaker_2_has_energies_and_no_times(make_activity):
     assert (report.static, report.system) == (None, None)
 
 
-def test_a_mesh_that_is_not_public_has_no_hops_and_one_barrier(make_activity):
+def test_a_mesh_that_is_not_public_has_no_hops(make_activity):
     assert SPINNAKER2.topology is None
     activity = make_activity(n_cores=200, messages=np.ones((200, 200), dtype=int))
     terms = {t.event: t for t in energy(activity, SPINNAKER2, SPINNAKER2.calibrations[0]).terms}
@@ -58,5 +58,5 @@ def test_a_step_of_loihi_2_is_its_longest_core_and_the_barrier(make_activity):
 
 
 @pytest.mark.parametrize("chip", [LOIHI2, SPINNAKER2], ids=lambda chip: chip.name)
-def test_every_report_on_them_says_what_the_fit_means(chip):
+def test_both_chips_have_a_caveat_on_their_integers(chip):
     assert "the integers are those of nengo-loihi for Loihi 1" in chip.caveat

@@ -3,9 +3,9 @@
 SANA-FE is GPL-3.0 and not a dependency. `make referees` installs it apart from spikeport;
 SANAFE_PYTHON names the Python of another place that has it.
 
-Both count the same spikes: every neuron of an image spikes with a period of its own, and what it
-reaches is what the image's wiring and placement say. The host's spikes
-to the arm are left out: SANA-FE has no host.
+Both count the same spikes: every neuron of an image spikes with a period of its own, and reaches
+its targets along the image's wiring and placement. The host's spikes to the arm are left out, since
+SANA-FE has no host.
 """
 
 import json
@@ -62,7 +62,7 @@ def arm() -> ChipImage:
 
 
 def ring() -> ChipImage:
-    """Return twelve cores, on three tiles, each wired to three others and to itself."""
+    """Return an image of twelve cores on three tiles, each wired to three others and to itself."""
     rng = np.random.RandomState(1)
     with nengo.Network(seed=1) as network:
         groups = [nengo.Ensemble(20, 1, gain=np.ones(20), bias=np.ones(20)) for _ in range(12)]
@@ -97,7 +97,7 @@ def counted(image: ChipImage, periods: np.ndarray) -> Activity:
 
 
 def netlist(image: ChipImage, periods: np.ndarray) -> str:
-    """Return the same in SANA-FE's format: a bias of 1, and a threshold just below the period."""
+    """Return the image in SANA-FE's format, with biases of 1 and thresholds just below periods."""
     n = image.n_compartments
     lines = [f"g {n} soma_hw_name=loihi_lif synapse_hw_name=loihi_dense_synapse leak_decay=1"]
     lines += [f"n 0.{i} bias=1 threshold={period - 0.5}" for i, period in enumerate(periods)]
@@ -145,10 +145,10 @@ def test_energies_agree_to_1_percent(theirs: dict, ours: EnergyReport, name: str
     )
 
 
-def test_the_whole_agrees_to_1_percent(theirs: dict, ours: EnergyReport) -> None:
+def test_total_energies_agree_to_1_percent(theirs: dict, ours: EnergyReport) -> None:
     assert ours.dynamic_run.value == pytest.approx(theirs["energy"]["total"], rel=0.01)
 
 
-def test_steps_take_as_long_but_for_a_quarter(theirs: dict, our_time: float) -> None:
-    # They let work and messages of a core overlap, and messages wait for each other on their way.
+def test_times_of_steps_agree_to_25_percent(theirs: dict, our_time: float) -> None:
+    # In SANA-FE a core's work and messages overlap, and messages wait for each other on their way.
     assert 0.75 < our_time / theirs["sim_time"] < 1.25

@@ -41,7 +41,9 @@ def test_a_core_takes_its_events_one_after_the_other(chip, make_activity):
     ]
 
 
-def test_what_has_no_public_figure_takes_no_time_and_has_no_upper_bound(chip, make_activity):
+def test_an_event_without_a_public_figure_takes_no_time_and_leaves_no_upper_bound(
+    chip, make_activity
+):
     activity = make_activity(learning_updates=[[1, 0]], spikes=[[0, 1]], n_steps=1)
     times = chip.calibration("bench").times
     assert core_times(activity, times, "value") * 1e9 == pytest.approx(np.array([[0, 100]]))
@@ -57,10 +59,10 @@ def test_a_step_is_its_longest_core_and_the_barrier(chip, make_activity):
     assert steps.high * 1e9 == pytest.approx([2060, 2020])
 
 
-def test_without_a_barrier_of_a_source_there_is_none(chip):
+def test_a_calibration_without_points_of_a_barrier_has_no_barrier(chip):
     assert barrier(1, chip.calibration("empty")) is None
 
 
-def test_a_bound_that_is_not_known_is_none():
+def test_an_unknown_bound_is_none():
     assert known(float("nan")) is None
     assert known(2.0) == 2.0

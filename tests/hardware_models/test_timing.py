@@ -14,7 +14,7 @@ def ns(estimate):
     return [None if x is None else x * 1e9 for x in (estimate.value, estimate.low, estimate.high)]
 
 
-def test_by_hand(chip, make_activity):
+def test_times_of_steps_equal_values_by_hand(chip, make_activity):
     activity = make_activity(
         updates_active=[[2, 0], [2, 1]],
         updates_inactive=[[0, 3], [1, 2]],
@@ -35,7 +35,7 @@ def test_by_hand(chip, make_activity):
     assert report.missing == ()
 
 
-def test_the_longest_core_counts_step_by_step(chip, make_activity):
+def test_the_longest_core_of_each_step_counts(chip, make_activity):
     activity = make_activity(synaptic_operations=[[30, 0], [0, 10]])
     assert timing(activity, chip, chip.calibration("bench")).mean.value == pytest.approx(1020e-9)
 
@@ -44,7 +44,7 @@ def test_the_longest_core_counts_step_by_step(chip, make_activity):
     ("dt_s", "fits", "fits_at_high"),
     [(1.0e-6, True, False), (0.9e-6, False, False), (2.0e-6, True, True)],
 )
-def test_fits(chip, make_activity, dt_s, fits, fits_at_high):
+def test_steps_fit_if_they_take_no_longer_than_dt(chip, make_activity, dt_s, fits, fits_at_high):
     report = timing(make_activity(dt_s=dt_s), chip, chip.calibration("bench"))
     assert (report.fits, report.fits_at_high) == (fits, fits_at_high)
 
@@ -55,7 +55,7 @@ def test_barrier_is_that_of_the_tiles_in_use(chip, make_activity):
     ).mean.value == pytest.approx(1.5e-6)
 
 
-def test_what_has_no_public_figure_is_named_and_leaves_no_upper_bound(chip, make_activity):
+def test_an_event_without_a_public_figure_is_named_and_leaves_no_upper_bound(chip, make_activity):
     activity = make_activity(learning_updates=[[0, 1], [0, 0]])
     report = timing(activity, chip, chip.calibration("bench"))
     assert report.missing == ("learning_update",)
@@ -97,14 +97,14 @@ def test_messages_between_chips_without_a_figure_leave_no_upper_bound(data, make
     assert ns(report.worst) == [pytest.approx(1500), pytest.approx(750), None]
 
 
-def test_a_calibration_without_figures(chip, make_activity):
+def test_a_calibration_without_figures_gives_a_time_without_an_upper_bound(chip, make_activity):
     report = timing(make_activity(spikes=[[1, 0], [0, 0]]), chip, chip.calibration("empty"))
     assert report.missing == ("spike", "barrier")
     assert report.barrier is None
     assert report.worst == Estimate(0.0, 0.0, None, "s", "")
 
 
-def test_no_steps_have_no_time(chip, make_activity):
+def test_the_time_of_no_steps_is_refused(chip, make_activity):
     with pytest.raises(UsageError) as caught:
         timing(make_activity(n_steps=0), chip, chip.calibration("bench"))
     assert str(caught.value) == (

@@ -25,11 +25,11 @@ def test_the_last_core_of_loihi_is_in_the_far_corner():
     assert tile_xy(128, chips.get("loihi"))[-1].tolist() == [7, 3]
 
 
-def test_tiles_used(chip):
+def test_cores_use_as_many_tiles_as_they_need(chip):
     assert [tiles_used(n, chip) for n in (1, 2, 3, 8)] == [1, 1, 2, 4]
 
 
-def test_hops(chip):
+def test_hops_are_counted_at_the_sender_in_both_directions(chip):
     messages = np.zeros((8, 8), dtype=int)
     messages[0, 1] = 1000  # within a tile: no hop
     messages[0, 2] = 5  # (0, 0) -> (0, 1): 5 north-south
@@ -45,7 +45,7 @@ def test_a_mesh_that_is_not_public_has_no_hops(data):
     assert tiles_used(5, chip) == 1
 
 
-def test_cores_beyond_the_mesh(chip):
+def test_cores_beyond_the_mesh_are_refused(chip):
     with pytest.raises(CompileError) as caught:
         tile_xy(9, chip)
     assert str(caught.value) == (
@@ -67,7 +67,7 @@ def test_the_cores_of_a_second_chip_lie_on_a_mesh_of_their_own(chip):
         tile_xy(17, two)
 
 
-def test_chips_that_use_less_than_their_mesh_end_where_their_cores_do(chip):
+def test_chips_with_fewer_cores_than_their_mesh_end_with_their_last_core(chip):
     cores = chip.limits.cores.model_copy(update={"value": 3.0})
     limits = chip.limits.model_copy(update={"cores": cores})
     two = board(chip.model_copy(update={"limits": limits}), 2)
