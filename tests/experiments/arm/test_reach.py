@@ -31,7 +31,7 @@ def names(folder):
 
 
 @pytest.mark.slow
-def test_a_rehearsal_is_kept_for_controllers_of_other_neurons(tmp_path, monkeypatch):
+def test_a_cached_rehearsal_serves_controllers_with_other_neurons(tmp_path, monkeypatch):
     options = Options(1.0, cache=Cache(tmp_path))
     region = ReachTrial(ReachSettings(), options)._rehearsed()
     monkeypatch.setattr(trial, "record_region", None)
@@ -48,12 +48,12 @@ def test_a_rehearsal_is_kept_for_controllers_of_other_neurons(tmp_path, monkeypa
         ({"calibrated": True}, {"backend": "analytic"}, "'analytic' has no neurons to calibrate"),
     ],
 )
-def test_what_a_run_would_refuse_is_refused_without_one(settings, options, why):
+def test_check_refuses_settings_that_a_run_would_refuse(settings, options, why):
     with pytest.raises(UsageError, match=why):
         ReachTrial(ReachSettings(**settings), Options(1.0, **options)).check()
 
 
-# how well it reaches
+# quality of the reaching
 
 
 @pytest.mark.slow
@@ -91,7 +91,7 @@ def test_the_lean_controller_reaches_on_the_emulated_chip(run):
 
 
 @pytest.mark.slow
-def test_a_small_controller_reaches_at_the_pace_on_the_emulated_chip(loihi):
+def test_a_small_controller_reaches_three_targets_a_second_on_the_emulated_chip(loihi):
     figures = loihi.result["metrics"]
     assert figures["reaches"] >= 3
     assert figures["readout_spikes"] == 0
@@ -99,7 +99,7 @@ def test_a_small_controller_reaches_at_the_pace_on_the_emulated_chip(loihi):
     assert 0 < max(figures["torque_error_rms_nm"]) < 5
 
 
-# what it runs
+# network and settings
 
 
 @pytest.mark.slow
@@ -108,7 +108,7 @@ def test_the_built_in_network_gives_the_runs_image(loihi):
     assert loihi.result["image_digest"] == image.digest
 
 
-def test_the_network_seed_changes_the_image_and_sizes_replace_the_presets():
+def test_settings_of_sizes_replace_those_of_the_preset():
     settings = ReachSettings(preset="paper", cb=30)
     assert settings.sizes == ArmSizes(m1=8000, cb=30, s1=50)
     assert ReachSettings().sizes == PRESETS["lean"]
@@ -132,7 +132,7 @@ def test_a_wrong_setting_says_what_is_allowed(wrong, message):
     assert str(caught.value) == message
 
 
-# what it writes
+# files of a run
 
 
 @pytest.mark.slow
@@ -200,9 +200,9 @@ def test_two_runs_differ_in_wall_clock_time_only(tmp_path):
 
 
 def failing_arm(value):
-    """Return a controller whose torque is ``value`` after 50 ms.
+    """Return a builder of a controller whose torque is the infinite ``value`` after 50 ms.
 
-    It is built up by a sum: Nengo itself refuses a node that returns what is not finite.
+    The torque becomes infinite in a sum: Nengo itself refuses a node with an infinite output.
     """
 
     def build(_law):
@@ -221,7 +221,7 @@ def failing_arm(value):
 
 @pytest.mark.filterwarnings("ignore:overflow")
 @pytest.mark.parametrize("value", [np.inf, -np.inf])
-def test_a_controller_that_fails_ends_the_run_and_leaves_the_last_states(
+def test_an_infinite_torque_ends_the_run_and_leaves_the_last_states(
     tmp_path, spikeport, monkeypatch, value
 ):
     out = tmp_path / "run"
@@ -271,7 +271,7 @@ def test_a_robot_out_of_range_ends_the_run_and_leaves_the_last_states(
             plant.data.qvel[-1] = 1e4
         step(plant)
 
-    # Only the run's own plant: the exact controller needs no other.
+    # The run has only one plant to throw, since the exact controller needs none of its own.
     monkeypatch.setattr(Plant, "step", thrown)
     code, _, error = spikeport(*ANALYTIC, "--out", out)
     assert code == 1
@@ -306,7 +306,7 @@ def test_a_failure_while_writing_leaves_no_result(tmp_path, monkeypatch, module,
     assert "result.json" not in names(tmp_path)
 
 
-# what it cannot do
+# refusals
 
 
 def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
@@ -323,7 +323,7 @@ def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
     assert not out.exists()
 
 
-# what a machine may lack
+# absent packages and graphics
 
 
 def test_a_video_that_cannot_be_made_is_refused_before_the_run(tmp_path, spikeport, monkeypatch):
@@ -340,7 +340,7 @@ def test_a_video_that_cannot_be_made_is_refused_before_the_run(tmp_path, spikepo
     assert not out.exists()
 
 
-def test_a_run_without_graphics_has_a_figure_all_the_same(tmp_path, monkeypatch):
+def test_a_run_without_graphics_still_has_a_figure(tmp_path, monkeypatch):
     from spikeport.errors import RenderError
     from spikeport.experiments import pictures
 
