@@ -121,7 +121,7 @@ def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_is_right
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
-def test_a_step_of_an_image_without_outputs_returns_none() -> None:
+def test_a_step_of_an_image_without_outputs_returns_an_empty_list() -> None:
     image = replace(ONE_CORE, outputs=[]).image()
     chip = DeviceChip(image, 0, board_line(image, FIFO))
     assert chip.step(np.array([0]), {}) == []
