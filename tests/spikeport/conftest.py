@@ -142,7 +142,7 @@ def returns_text():
 
 
 class Done(NamedTuple):
-    """The end of a command: its exit code, and what it printed, but for lines of progress."""
+    """The end of a command: its exit code, and its output without lines of progress."""
 
     code: int
     out: str
@@ -194,7 +194,7 @@ def start() -> Callable[..., subprocess.Popen[str]]:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Let SIGINT and SIGHUP be heard, also where tests were started in the background."""
+    """Let SIGINT and SIGHUP reach the process, also if tests were started in the background."""
     usual = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: signal.SIG_DFL}
     before = {number: signal.signal(number, handler) for number, handler in usual.items()}
     yield

@@ -31,7 +31,7 @@ def test_missing_folders_are_made(tmp_path):
     assert (tmp_path / "b" / "c" / "a.txt").read_text() == "x"
 
 
-def test_nothing_is_there_before_the_end(tmp_path):
+def test_the_path_does_not_exist_until_the_file_is_whole(tmp_path):
     path = tmp_path / "a.txt"
     with atomic_path(path) as temporary:
         temporary.write_text("half")
@@ -63,7 +63,9 @@ def test_a_failure_before_the_first_byte_leaves_nothing(tmp_path):
 
 
 @pytest.mark.parametrize("step", ["fsync", "replace"])
-def test_a_full_disk_leaves_the_old_file_and_names_it(tmp_path, monkeypatch, step):
+def test_the_error_of_a_full_disk_names_the_file_and_leaves_the_old_one(
+    tmp_path, monkeypatch, step
+):
     path = tmp_path / "a.txt"
     path.write_text("old")
 
@@ -78,7 +80,7 @@ def test_a_full_disk_leaves_the_old_file_and_names_it(tmp_path, monkeypatch, ste
     assert names(tmp_path) == ["a.txt"]
 
 
-def test_where_nothing_can_be_written_the_users_path_and_a_cure_are_named(tmp_path, monkeypatch):
+def test_the_error_of_a_read_only_file_system_names_the_path_and_a_cure(tmp_path, monkeypatch):
     def read_only(path, *_):
         raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
 
@@ -90,7 +92,7 @@ def test_where_nothing_can_be_written_the_users_path_and_a_cure_are_named(tmp_pa
     )
 
 
-def test_a_file_is_no_folder_for_another(tmp_path):
+def test_a_path_below_a_file_is_refused(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(UsageError) as caught:
         write_text(tmp_path / "file" / "a.txt", "new")
@@ -100,7 +102,9 @@ def test_a_file_is_no_folder_for_another(tmp_path):
 
 
 @pytest.mark.parametrize("function", ["open", "write"])
-def test_an_error_of_the_half_written_file_names_the_whole_one(tmp_path, monkeypatch, function):
+def test_an_error_of_the_temporary_file_names_the_path_that_was_asked_for(
+    tmp_path, monkeypatch, function
+):
     path = tmp_path / "a.txt"
 
     def write(temporary):
@@ -111,9 +115,7 @@ def test_an_error_of_the_half_written_file_names_the_whole_one(tmp_path, monkeyp
     assert caught.value.filename == str(path)
 
 
-def test_an_output_is_refused_before_the_work_if_its_folder_cannot_be_written_into(
-    tmp_path, monkeypatch
-):
+def test_check_output_refuses_a_path_whose_folder_cannot_be_written_into(tmp_path, monkeypatch):
     def refusal(path):
         with pytest.raises(UsageError) as caught:
             check_output("--out", path)
@@ -190,7 +192,7 @@ def test_a_lock_ends_with_the_process_that_holds_it(tmp_path):
 
 
 @pytest.mark.parametrize("link", [False, True])
-def test_what_is_no_file_is_not_replaced(tmp_path, link):
+def test_a_pipe_is_not_replaced_by_a_file(tmp_path, link):
     pipe, path = tmp_path / "pipe", tmp_path / "link"
     os.mkfifo(pipe)
     path.symlink_to(pipe)
@@ -202,6 +204,6 @@ def test_what_is_no_file_is_not_replaced(tmp_path, link):
     assert len(list(tmp_path.iterdir())) == 2
 
 
-def test_a_text_may_name_files_that_are_not_utf_8(tmp_path):
+def test_names_of_files_that_are_not_utf_8_are_escaped_in_a_text(tmp_path):
     write_text(tmp_path / "page.html", "policy p\udcff.npz")
     assert (tmp_path / "page.html").read_text() == r"policy p\udcff.npz"

@@ -1,4 +1,4 @@
-"""The watch on a user's code: what it says, and how it ends that code."""
+"""The timer of a user's code: its notices, and the end of code that takes too long."""
 
 import contextlib
 import signal
@@ -13,7 +13,7 @@ from spikeport.build_timer import watched
 from spikeport.errors import NetworkError
 
 
-def test_code_in_time_is_left_alone(capsys):
+def test_code_that_ends_in_time_leaves_no_output_alarm_or_timer(capsys):
     before, threads = signal.getsignal(signal.SIGALRM), threading.active_count()
     with watched("net.py:make", limit_s=60):
         pass
@@ -28,7 +28,9 @@ def test_code_in_time_is_left_alone(capsys):
 @pytest.mark.parametrize(
     ("limit_s", "cure"), [(None, "--build-timeout SECONDS ends it"), (60, "it has 60 s")]
 )
-def test_code_that_takes_long_is_named_with_a_cure(monkeypatch, capsys, limit_s, cure):
+def test_a_notice_names_code_that_takes_long_and_its_limit_or_a_cure(
+    monkeypatch, capsys, limit_s, cure
+):
     printed = threading.Event()
     monkeypatch.setattr(build_timer, "NOTICE_S", 0.0)
     monkeypatch.setattr(build_timer, "_say", lambda text: (print(text), printed.set()))
@@ -63,7 +65,7 @@ with build_timer.watched("net.py:make", limit_s=0.1):
 """
 
 
-def test_code_that_catches_everything_ends_with_the_process():
+def test_the_process_ends_if_code_catches_even_base_exceptions():
     command = [sys.executable, "-c", STUBBORN]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert (done.returncode, done.stdout) == (1, "")

@@ -1,4 +1,4 @@
-"""Results are kept under all that decides them, and never used under anything else."""
+"""The cache: keys of everything that decides a result, damaged entries, limits of size and age."""
 
 import os
 import subprocess
@@ -47,15 +47,15 @@ def same(found):
     return found.keys() == MADE.keys() and all((found[k] == MADE[k]).all() for k in MADE)
 
 
-def test_a_result_is_made_once_and_the_same_afterwards(kept, make):
+def test_a_result_is_made_once_and_read_afterwards_from_a_private_folder(kept, make):
     assert same(kept.kept("policy", (1, "a"), make))
     assert same(kept.kept("policy", (1, "a"), make))
     assert make.n == 1
     assert kept.folder.stat().st_mode & 0o777 == 0o700
 
 
-def test_what_is_large_is_kept_too(kept):
-    """The values of a network's host are one array of bytes."""
+def test_an_array_of_9_mib_is_kept(kept):
+    """The values of a network on the host are one large array of bytes."""
     pool = {"pool": np.ones(9 * 2**20, np.uint8)}
     kept.kept("compile", 1, lambda: pool)
     found = kept.kept("compile", 1, lambda: pytest.fail("made again"))
@@ -63,13 +63,13 @@ def test_what_is_large_is_kept_too(kept):
 
 
 @pytest.mark.parametrize("other", [("policy", (2, "a")), ("policy", (1, "b")), ("arm", (1, "a"))])
-def test_another_input_or_kind_is_another_result(kept, make, other):
+def test_another_input_or_kind_makes_another_result(kept, make, other):
     kept.kept("policy", (1, "a"), make)
     kept.kept(*other, make)
     assert make.n == 2
 
 
-def test_another_version_of_what_computes_is_another_result(kept, make, monkeypatch):
+def test_other_surroundings_such_as_a_package_version_make_another_result(kept, make, monkeypatch):
     kept.kept("policy", 1, make)
     monkeypatch.setattr(cache, "surroundings", lambda: "another NumPy")
     kept.kept("policy", 1, make)
@@ -77,7 +77,7 @@ def test_another_version_of_what_computes_is_another_result(kept, make, monkeypa
 
 
 @pytest.mark.parametrize("name", ["numpy", "nengo-loihi", "mujoco"])
-def test_surroundings_cover_versions(monkeypatch, name):
+def test_surroundings_cover_versions_of_packages(monkeypatch, name):
     before = cache.surroundings()
     version = cache._version
     monkeypatch.setattr(cache, "_version", lambda n: "0" if n == name else version(n))
@@ -89,7 +89,7 @@ def test_surroundings_cover_versions(monkeypatch, name):
 
 
 @pytest.mark.parametrize(("api", "counts"), [("blas", True), ("openmp", False)])
-def test_surroundings_cover_libraries_that_compute_and_none_of_threads(monkeypatch, api, counts):
+def test_surroundings_cover_blas_libraries_but_not_openmp(monkeypatch, api, counts):
     def of(version):
         found = [{"user_api": api, **dict.fromkeys(cache.BLAS, version)}]
         monkeypatch.setattr(cache, "threadpool_info", lambda: found)
@@ -98,7 +98,7 @@ def test_surroundings_cover_libraries_that_compute_and_none_of_threads(monkeypat
     assert (of("1") != of("2")) == counts
 
 
-def test_surroundings_cover_every_file_of_spikeport(monkeypatch):
+def test_surroundings_cover_spikeports_code_chips_and_robots(monkeypatch):
     before, read = cache.surroundings(), Path.read_bytes
     for name in ("kernel.py", "loihi.toml", "h1.xml"):
         monkeypatch.setattr(
@@ -110,7 +110,7 @@ def test_surroundings_cover_every_file_of_spikeport(monkeypatch):
     cache.surroundings.cache_clear()
 
 
-def test_an_editors_lock_of_a_file_is_none_of_spikeports(monkeypatch):
+def test_surroundings_ignore_lock_files_of_editors(monkeypatch):
     before, walk = cache.surroundings(), os.walk
     monkeypatch.setattr(
         os, "walk", lambda *a, **k: ((f, d, [*names, ".#cli.py"]) for f, d, names in walk(*a, **k))
@@ -151,7 +151,7 @@ VALUES = st.recursive(
 
 
 def described(value):
-    """Return a text that differs where values differ."""
+    """Return a description that differs if values differ."""
     if isinstance(value, np.ndarray):
         return ("array", value.dtype.str, value.shape, value.tobytes())
     if isinstance(value, Settings):
@@ -164,12 +164,12 @@ def described(value):
 
 
 @given(VALUES, VALUES)
-def test_digests_are_equal_where_values_are(a, b):
+def test_digests_are_equal_exactly_if_values_are_equal(a, b):
     assert (digest_of(a) == digest_of(b)) == (repr(described(a)) == repr(described(b)))
 
 
 @given(st.lists(st.floats(), min_size=1), st.data())
-def test_any_changed_weight_changes_a_digest(weights, data):
+def test_any_changed_bit_of_a_weight_changes_the_digest(weights, data):
     changed = np.array(weights)
     bits = changed.view(np.uint64)
     at = data.draw(st.integers(0, len(weights) - 1))
@@ -177,7 +177,7 @@ def test_any_changed_weight_changes_a_digest(weights, data):
     assert digest_of(changed) != digest_of(np.array(weights))
 
 
-def test_a_digest_is_that_of_every_process():
+def test_a_digest_is_the_same_in_every_process_and_order_of_keys():
     value = {"b": [1, None, 2.5], "a": np.eye(2), "c": Path("x")}
     code = (
         "import numpy as np; from pathlib import Path; from spikeport.cache import digest_of;"
@@ -189,12 +189,12 @@ def test_a_digest_is_that_of_every_process():
         assert done.stdout.decode().strip() == digest_of(value)
 
 
-def test_a_model_counts_with_its_values():
+def test_a_pydantic_model_is_digested_by_its_values():
     assert digest_of(Model(n=1)) == digest_of(Model(n=1)) != digest_of(Model(n=2))
 
 
 @pytest.mark.parametrize("value", [lambda: None, object(), {"f": print}, {1: 2}, np.array([print])])
-def test_what_has_no_lasting_identity_is_refused(value):
+def test_a_value_without_a_lasting_identity_is_refused(value):
     with pytest.raises(TypeError, match="has no identity that lasts"):
         digest_of(value)
 
@@ -223,7 +223,7 @@ def test_an_entry_under_another_name_is_not_used(kept, make):
     assert make.n == 3
 
 
-def test_a_folder_that_others_write_into_is_not_used(kept, make):
+def test_a_folder_that_others_can_write_into_is_not_used(kept, make):
     kept.kept("policy", 1, make)
     kept.folder.chmod(0o777)
     for n in 2, 3:
@@ -232,7 +232,7 @@ def test_a_folder_that_others_write_into_is_not_used(kept, make):
         assert make.n == n
 
 
-def test_a_folder_that_is_not_used_is_named_once(kept, make):
+def test_an_unusable_folder_is_warned_of_once(kept, make):
     kept.folder.mkdir()
     kept.folder.chmod(0o777)
     with warnings.catch_warnings(record=True) as caught:
@@ -244,7 +244,7 @@ def test_a_folder_that_is_not_used_is_named_once(kept, make):
     ]
 
 
-def test_a_disk_that_is_full_ends_no_run(kept, make, monkeypatch):
+def test_a_full_disk_gives_a_warning_and_the_result(kept, make, monkeypatch):
     def full(*_args, **_options):
         raise OSError(28, "No space left on device")
 
@@ -261,7 +261,7 @@ def test_threads_that_make_one_result_leave_one_whole_entry(kept, make):
     assert len(list(kept.folder.iterdir())) == 1
 
 
-def test_the_oldest_go_above_the_limit(kept, make, monkeypatch):
+def test_the_oldest_entries_are_removed_above_the_size_limit(kept, make, monkeypatch):
     kept.kept("gait", 1, make)
     kept.kept("policy", 1, make)
     first, second = kept.entries()
@@ -282,7 +282,7 @@ def test_clearing_removes_entries_and_nothing_else(kept, make):
 
 
 def half_written(kept, age_s):
-    """Write what a process leaves that is killed while it writes an entry; return its path."""
+    """Write the file of a process that was killed while writing an entry; return its path."""
     kept.folder.mkdir(mode=0o700, exist_ok=True)
     path = kept.folder / f".policy-{'0' * 32}.npz.{age_s:08}.part"
     path.write_bytes(b"half")
@@ -299,14 +299,14 @@ def test_clearing_removes_half_written_entries(kept):
     assert list(kept.folder.iterdir()) == [mine]
 
 
-def test_half_written_entries_go_after_a_day(kept, make):
+def test_half_written_entries_are_removed_after_a_day(kept, make):
     old, new = half_written(kept, 25 * 3600), half_written(kept, 23 * 3600)
     kept.kept("policy", 1, make)
     assert not old.exists()
     assert new.exists()
 
 
-def test_the_users_cache_is_where_the_environment_says(monkeypatch, tmp_path, make):
+def test_environment_variables_choose_the_folder_of_the_users_cache(monkeypatch, tmp_path, make):
     assert of_user() is NOTHING
     monkeypatch.setenv(FOLDER, str(tmp_path / "a"))
     assert of_user().folder == tmp_path / "a"

@@ -1,4 +1,4 @@
-"""The networks of a module, and what makes them, found without a call."""
+"""Networks in a module, and functions and classes that make networks, found without a call."""
 
 import sys
 import textwrap
@@ -22,7 +22,7 @@ def module_of(tmp_path):
     sys.path[:] = before
 
 
-def test_networks_are_found_by_type(module_of):
+def test_networks_are_found_by_type_except_private_ones(module_of):
     module = module_of("a = nengo.Network()\n_b = nengo.Network()\nc = 3\n")
     assert networks_in(module) == {"a": module.a}
 
@@ -47,7 +47,7 @@ def test_networks_are_found_by_type(module_of):
         "def make(): return Base.of()",
     ],
 )
-def test_what_makes_a_network_is_found(module_of, text):
+def test_a_function_or_class_that_makes_a_network_is_found(module_of, text):
     assert "make" in makers_in(module_of(text))
 
 
@@ -71,11 +71,11 @@ def test_what_makes_a_network_is_found(module_of, text):
         "def make():\n    net: nengo.Network\n    return net",
     ],
 )
-def test_what_makes_none_is_not(module_of, text):
+def test_objects_that_make_no_network_are_not_found(module_of, text):
     assert makers_in(module_of(text)) == {}
 
 
-def test_nothing_is_called_to_find_out(module_of):
+def test_functions_that_make_networks_are_found_without_a_call(module_of):
     module = module_of("""
         def make():
             raise AssertionError

@@ -1,4 +1,4 @@
-"""A child of our own command line: its first line is waited for, its last words are kept."""
+"""Child processes of spikeport's own command line: how they start, and how they end."""
 
 import signal
 import subprocess
@@ -18,7 +18,7 @@ def test_a_child_that_cannot_start_says_why() -> None:
         Child("chip", ["show", "nonsense"])
 
 
-def test_files_of_the_current_folder_are_no_modules_of_a_child(
+def test_a_child_does_not_import_files_of_the_current_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -28,7 +28,7 @@ def test_files_of_the_current_folder_are_no_modules_of_a_child(
 
 
 def served_by(script: str, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.Popen[str]]:
-    """Let servers be a script of Python, whatever their arguments; return their processes."""
+    """Start a Python script in place of every process; return the started processes."""
     made: list[subprocess.Popen[str]] = []
     started = subprocess.Popen
 
@@ -41,8 +41,8 @@ def served_by(script: str, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.P
 
 
 @pytest.mark.usefixtures("interruptible")
-def test_an_interrupt_while_a_child_starts_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process does not wait for timers that it leaves, and leaves no child."""
+def test_an_interrupt_kills_a_child_that_is_starting(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Timers that are left are daemons: the process does not wait for them when it ends."""
     processes = served_by("import time; time.sleep(100)", monkeypatch)
     main = threading.get_ident()
     with (
@@ -56,7 +56,7 @@ def test_an_interrupt_while_a_child_starts_ends_it(monkeypatch: pytest.MonkeyPat
 
 
 @pytest.mark.parametrize(("code", "words"), [(0, "exit code 0"), (-9, "killed by SIGKILL")])
-def test_a_child_without_words_says_how_it_ended(
+def test_closing_a_child_without_further_output_returns_how_it_ended(
     code: int, words: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     end = "import os; os.kill(os.getpid(), 9)" if code else ""

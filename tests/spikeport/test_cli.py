@@ -14,11 +14,11 @@ RUN_OPTIONS = ["--backend", "--chip", "--seed", "--seconds", "--set", "--out", "
 RUN_OPTIONS.append("--video")
 
 
-def test_version(spikeport):
+def test_the_version_is_printed(spikeport):
     assert spikeport("--version") == (0, f"spikeport {__version__}\n", "")
 
 
-def test_no_command_prints_help_as_wrong_use(spikeport):
+def test_help_is_printed_with_exit_code_2_if_no_command_is_given(spikeport):
     done = spikeport()
     assert done.code == 2
     assert "Usage: spikeport" in done.out
@@ -58,13 +58,13 @@ def test_help_names_every_option(spikeport, command, options):
         ["run", "reach", "--seconds", "long"],
     ],
 )
-def test_wrong_words_exit_with_2(spikeport, arguments):
+def test_wrong_commands_options_and_values_exit_with_2(spikeport, arguments):
     done = spikeport(*arguments)
     assert done.code == 2
     assert "Usage: spikeport" in done.err
 
 
-def test_a_reader_that_leaves_early_gives_no_traceback(start):
+def test_output_that_its_reader_closes_early_gives_no_traceback(start):
     process = start("chips")
     process.stdout.close()
     assert process.stderr.read() == ""
@@ -72,7 +72,7 @@ def test_a_reader_that_leaves_early_gives_no_traceback(start):
     process.wait(timeout=60)
 
 
-def test_help_does_not_wait_for_nengo():
+def test_help_does_not_import_nengo():
     code = (
         "import sys; from spikeport import cli\n"
         "try: cli.app(['--help'])\n"
@@ -82,7 +82,7 @@ def test_help_does_not_wait_for_nengo():
     assert process.returncode == 0
 
 
-def test_a_full_disk_behind_the_output_is_one_line():
+def test_output_to_a_full_disk_gives_an_error_of_one_line():
     code = "from spikeport import cli; cli.app = lambda **_: print('x'); cli.main()"
     with open("/dev/full", "w") as full:
         done = subprocess.run(

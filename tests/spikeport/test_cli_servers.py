@@ -18,12 +18,12 @@ def test_help_lists_commands_and_options(spikeport, command, words):
     assert [word for word in words if word not in shown.out] == []
 
 
-def test_an_option_that_is_wrong_is_a_wrong_use(spikeport):
+def test_wrong_options_of_servers_exit_with_2(spikeport):
     assert spikeport("board", "serve", "--listen", "unix:x", "--idle", "0").code == 2
     assert spikeport("robot", "serve", "--may-move").code == 2
 
 
-def test_a_record_that_is_none_is_a_wrong_use(spikeport, tmp_path):
+def test_inspecting_a_path_that_is_not_a_record_exits_with_2(spikeport, tmp_path):
     (tmp_path / "empty").write_bytes(b"")
     for name in ("missing", "empty", "."):
         inspected = spikeport("board", "inspect", str(tmp_path / name))

@@ -1,4 +1,4 @@
-"""Compiled kernels where their cache on disk cannot be written, or is garbage."""
+"""Compiled kernels, also if their cache on disk cannot be written or is garbage."""
 
 import errno
 import os
@@ -46,7 +46,7 @@ def run(function: object) -> None:
     assert function(np.array([1.0, 2.0])) == 1.5
 
 
-def test_what_is_ready_is_not_compiled_again_when_it_is_called():
+def test_a_function_made_ready_is_not_compiled_again_when_it_is_called():
     called = []
 
     @numba.njit
@@ -63,7 +63,7 @@ def test_what_is_ready_is_not_compiled_again_when_it_is_called():
 
 
 @pytest.mark.filterwarnings("error")
-def test_what_was_compiled_before_is_loaded_from_the_cache(cache):
+def test_a_function_compiled_before_is_loaded_from_the_cache(cache):
     run(half_of())
     again = half_of()
     run(again)
@@ -71,7 +71,7 @@ def test_what_was_compiled_before_is_loaded_from_the_cache(cache):
 
 
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_garbage_in_the_cache_is_compiled_again_and_replaced(cache, suffix):
+def test_garbage_in_the_cache_is_replaced_by_newly_compiled_code(cache, suffix):
     run(half_of())
     (garbage,) = cache.rglob(f"*.{suffix}")
     garbage.write_bytes(b"garbage")
@@ -121,7 +121,7 @@ spikeport.Simulator(network)
 """
 
 
-def test_without_compiling_a_simulator_is_refused_and_the_setting_named():
+def test_a_simulator_is_refused_if_numba_disable_jit_is_set():
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     command = [sys.executable, "-W", "ignore", "-c", RUN]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300)

@@ -13,7 +13,7 @@ def test_documents_are_up_to_date(name):
     assert (DOCS / name).read_text(encoding="utf-8") == documents.DOCUMENTS[name](), cure
 
 
-def test_options_without_which_a_command_is_refused_are_marked(spikeport):
+def test_required_options_are_marked_in_the_page_of_commands(spikeport):
     section = documents.commands().split("## spikeport step\n")[1].split("\n## ")[0]
     required = [
         line.split("`")[1] for line in section.splitlines() if line.endswith("| required |")

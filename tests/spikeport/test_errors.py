@@ -24,13 +24,13 @@ TREE = {
 
 
 @pytest.mark.parametrize(("name", "builtin"), TREE.items())
-def test_every_error_is_ours_and_the_builtin_the_tree_says(name, builtin):
+def test_every_error_is_a_spikeport_error_and_the_builtin_of_the_documented_tree(name, builtin):
     error = getattr(errors, name)
     assert error.__bases__ == (errors.SpikeportError, builtin)
     assert f"{name} ({builtin.__name__})" in errors.__doc__
 
 
-def test_the_tree_is_whole():
+def test_the_tree_names_every_error_of_the_module():
     found = {
         name
         for name, value in vars(errors).items()
@@ -42,21 +42,21 @@ def test_the_tree_is_whole():
     assert errors.SpikeportError.__bases__ == (Exception,)
 
 
-def test_a_refused_network_is_a_compile_error_and_nengos_error():
+def test_refusals_are_errors_of_spikeport_and_of_nengo():
     assert RefusedError.__bases__ == (errors.CompileError, BuildError)
     assert InvalidError.__bases__ == (RefusedError, ValidationError)
     assert DoesNotFitError.__bases__ == (RefusedError,)
     assert ArgumentError.__bases__ == (errors.UsageError, ValidationError)
 
 
-def test_the_exit_code_belongs_to_the_class():
+def test_exit_codes_are_2_for_wrong_use_and_1_for_other_errors():
     usage = {"UsageError", "ArgumentError", "MissingExtraError"}
     wrong_use = usage | {"ChipFileError", "ImageError"}
     codes = {name: getattr(errors, name).exit_code for name in errors.__all__}
     assert codes == {name: 2 if name in wrong_use else 1 for name in errors.__all__}
 
 
-def test_every_error_of_the_tree_can_be_imported_from_here():
+def test_every_error_of_the_documented_tree_can_be_imported_from_errors():
     tree = errors.__doc__.split("\n\n")[1]
     assert sorted(re.findall(r"^\W*(\w+)", tree, re.MULTILINE)) == errors.__all__
     assert set(errors.__all__) <= set(dir(errors))
@@ -65,7 +65,7 @@ def test_every_error_of_the_tree_can_be_imported_from_here():
     assert errors.DoesNotFitError is DoesNotFitError
 
 
-def test_a_name_that_is_no_error_of_ours_is_not_there():
+def test_a_name_that_is_not_a_spikeport_error_is_an_attribute_error():
     with pytest.raises(AttributeError) as caught:
         _ = errors.ValueError
     assert str(caught.value) == "module 'spikeport.errors' has no attribute 'ValueError'"
@@ -77,7 +77,7 @@ def test_an_unknown_name_lists_the_known_ones_in_order():
     assert str(error) == "unknown chip 'lohi'; choose from: a, b"
 
 
-def test_nengo_is_imported_only_for_errors_that_are_nengos_too():
+def test_nengo_is_imported_only_for_errors_that_derive_from_nengos():
     code = (
         "import sys, spikeport.errors\n"
         "from spikeport.errors import CompileError\n"
@@ -92,7 +92,7 @@ def test_nengo_is_imported_only_for_errors_that_are_nengos_too():
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_the_notes_of_a_users_error_are_in_its_words():
+def test_in_words_includes_the_notes_of_an_error():
     error = ValueError("too large")
     error.add_note("in <Node 'stim'>")
     assert errors.in_words(error) == "ValueError: too large; in <Node 'stim'>"

@@ -8,7 +8,7 @@ import pytest
 from spikeport import extras
 
 ORIGIN = extras.origin
-"""The function itself: every test has one in its place that names an index."""
+"""The function itself, which the tests' conftest replaces by one that names an index."""
 
 
 class Recorded:
@@ -18,7 +18,7 @@ class Recorded:
         self._origin = origin
 
     def read_text(self, name: str) -> str | None:
-        """Return PEP 610's file, or None where pip wrote none."""
+        """Return PEP 610's file, or None if pip wrote none."""
         assert name == "direct_url.json"
         return None if self._origin is None else json.dumps(self._origin)
 
@@ -35,35 +35,35 @@ def command(monkeypatch):
     return command
 
 
-def test_an_index_has_it_by_name(command):
+def test_spikeport_from_an_index_is_installed_by_name(command):
     assert command(None) == "pip install 'spikeport[robot]'"
     assert command(None, "") == "pip install spikeport"
 
 
-def test_a_folder_is_named_with_its_constraints(command, tmp_path):
+def test_spikeport_from_a_folder_is_installed_with_its_constraints(command, tmp_path):
     (tmp_path / "constraints.txt").touch()
     origin = {"url": tmp_path.as_uri(), "dir_info": {}}
     wanted = f"pip install -c {tmp_path}/constraints.txt '{tmp_path}[robot]'"
     assert command(origin) == wanted
 
 
-def test_an_editable_folder_stays_editable(command, tmp_path):
+def test_an_editable_install_stays_editable(command, tmp_path):
     origin = {"url": tmp_path.as_uri(), "dir_info": {"editable": True}}
     assert command(origin, "nir") == f"pip install -e '{tmp_path}[nir]'"
 
 
-def test_a_name_with_spaces_is_one_argument(command, tmp_path):
+def test_a_folder_name_with_spaces_is_quoted(command, tmp_path):
     folder = tmp_path / "my work"
     folder.mkdir()
     assert command({"url": folder.as_uri()}) == f"pip install '{folder}[robot]'"
 
 
-def test_what_is_no_longer_there_is_left_to_the_index(command, tmp_path):
+def test_spikeport_from_a_deleted_file_is_installed_from_the_index(command, tmp_path):
     origin = {"url": (tmp_path / "gone.whl").as_uri(), "archive_info": {}}
     assert command(origin) == "pip install 'spikeport[robot]'"
 
 
-def test_an_address_and_a_commit_are_kept(command):
+def test_the_address_and_commit_of_an_install_are_kept(command):
     url = "https://example.org/spikeport.git"
     origin = {"url": url, "vcs_info": {"vcs": "git", "commit_id": "abc"}}
     assert command(origin) == f"pip install 'spikeport[robot] @ git+{url}@abc'"
@@ -71,7 +71,7 @@ def test_an_address_and_a_commit_are_kept(command):
     assert command({"url": url, "archive_info": {}}) == f"pip install 'spikeport[robot] @ {url}'"
 
 
-def test_the_error_names_who_needs_it(command):
+def test_the_error_names_feature_package_reason_and_command(command):
     error = extras.missing("a dance", "shoes", "ballet", reason="is too small")
     assert str(error) == (
         "a dance needs the package shoes, which is too small; "

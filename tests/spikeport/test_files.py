@@ -20,7 +20,7 @@ class Strict(Size, extra="forbid"):
 
 
 @pytest.mark.parametrize(("read", "kind", "text"), READERS)
-def test_what_was_written_is_read(tmp_path, read, kind, text):
+def test_a_file_of_toml_or_json_is_read(tmp_path, read, kind, text):
     path = tmp_path / "file"
     path.write_text(text, encoding="utf-8")
     assert read(path) == {"a": 1}
@@ -46,12 +46,12 @@ def test_a_file_that_cannot_be_read_is_refused_with_path_and_reason(tmp_path, re
 
 
 @pytest.mark.parametrize(("read", "kind", "text"), READERS)
-def test_the_error_is_of_the_class_asked_for(tmp_path, read, kind, text):
+def test_a_refusal_has_the_error_class_that_the_caller_names(tmp_path, read, kind, text):
     with pytest.raises(ChipFileError):
         read(tmp_path / "file", ChipFileError)
 
 
-def test_all_that_does_not_fit_a_model_is_listed(tmp_path):
+def test_every_mismatch_with_a_model_is_listed(tmp_path):
     path = tmp_path / "size.toml"
     path.write_text("width = 3\nheight = 4\n", encoding="utf-8")
     assert read_model(path, Size, "size") == Size(width=3, height=4)
@@ -65,7 +65,7 @@ def test_all_that_does_not_fit_a_model_is_listed(tmp_path):
     )
 
 
-def test_no_more_is_listed_than_can_be_read(tmp_path):
+def test_long_keys_and_long_lists_of_mismatches_are_cut(tmp_path):
     path = tmp_path / "size.toml"
     wrong = "x" * 10_000
     path.write_text("".join(f"{wrong}{i} = 1\n" for i in range(24)) + "width = 1\nheight = 2\n")
@@ -77,7 +77,7 @@ def test_no_more_is_listed_than_can_be_read(tmp_path):
     assert rows[-1] == "  and 4 more"
 
 
-def test_numpys_values_become_plain(tmp_path):
+def test_numpy_values_become_plain_json_and_nan_becomes_null(tmp_path):
     path = tmp_path / "file.json"
     write_json(path, {"a": np.int64(3), "b": np.bool_(True), "c": np.float32(0.5), 4: np.arange(2)})
     assert read_json(path) == {"a": 3, "b": True, "c": 0.5, "4": [0, 1]}
@@ -85,7 +85,7 @@ def test_numpys_values_become_plain(tmp_path):
     assert json.loads(path.read_text()) == {"odd": [None, None, [1.5, None]]}
 
 
-def test_what_is_not_plain_is_an_error_and_leaves_nothing(tmp_path):
+def test_a_value_that_is_not_plain_raises_and_leaves_no_file(tmp_path):
     with pytest.raises(TypeError):
         write_json(tmp_path / "file.json", {"a": object()})
     assert list(tmp_path.iterdir()) == []

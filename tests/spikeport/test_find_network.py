@@ -24,7 +24,7 @@ def test_built_in_networks_know_the_passes_they_need():
     assert passes == {"arm": None, "humanoid": "compact", "walk": "compact", "net.py:make": None}
 
 
-def test_a_built_in_network_takes_the_settings_of_its_experiment():
+def test_a_built_in_network_refuses_a_key_that_its_experiment_lacks():
     assert refusal("walk", "stride=1").startswith("unknown key of network 'walk' 'stride'; choose ")
 
 
@@ -34,7 +34,7 @@ def test_a_function_in_a_file_is_called_with_its_settings(net_py):
     assert (ensemble.n_neurons, ensemble.label) == (7, "seven")
 
 
-def test_a_path_with_a_colon_is_split_at_the_last(net_py):
+def test_a_path_with_colons_is_split_at_the_last_one(net_py):
     odd = net_py.with_name("a:b.py")
     net_py.rename(odd)
     assert isinstance(find_network(f"{odd}:make", []), nengo.Network)
@@ -48,7 +48,7 @@ def test_a_function_in_a_module_is_found(net_py, monkeypatch):
 
 
 @pytest.mark.parametrize("spec", ["leg", "leg:", ":make", ""])
-def test_an_unknown_name_lists_what_can_be_given(spec):
+def test_an_unknown_name_lists_the_names_and_forms_of_networks(spec):
     assert refusal(spec) == (
         f"unknown network '{spec}'; choose from: FILE.ipynb, FILE.py, FILE.py:NAME, arm, "
         "graph.nir, humanoid, module:NAME, walk"
@@ -80,13 +80,13 @@ ring = nengo.Network(seed=2)
 """
 
 
-def test_a_missing_name_lists_the_networks_alone(tmp_path):
+def test_a_missing_name_lists_only_networks_and_functions_that_make_them(tmp_path):
     path = tmp_path / "several.py"
     path.write_text(SEVERAL, encoding="utf-8")
     assert refusal(f"{path}:make") == f"unknown network of {path} 'make'; choose from: ring, small"
 
 
-def test_a_missing_name_in_a_file_without_networks_says_so(tmp_path):
+def test_the_refusal_of_a_file_without_networks_says_so(tmp_path):
     path = tmp_path / "no_network.py"
     path.write_text("number = 1\n", encoding="utf-8")
     assert refusal(f"{path}:number") == f"unknown network of {path} 'number'; there is none in it"
@@ -105,7 +105,7 @@ def test_a_missing_name_in_a_file_without_networks_says_so(tmp_path):
         ("class Own(nengo.Network):\n    def __init__(self):\n        super().__init__('o')", "o"),
     ],
 )
-def test_a_file_alone_is_searched_for_its_network(tmp_path, text, label):
+def test_a_file_without_a_name_is_searched_for_its_network(tmp_path, text, label):
     path = tmp_path / "alone.py"
     path.write_text(f"import nengo\n{text}\n", encoding="utf-8")
     assert find_network(str(path), []).label == label
@@ -124,14 +124,14 @@ with nengo_loihi.Simulator(model, progress_bar=False) as sim:
 """
 
 
-def test_a_script_that_runs_its_network_on_nengo_loihi_does_so_on_every_numpy(tmp_path):
+def test_a_script_may_run_its_own_network_on_nengo_loihi(tmp_path):
     path = tmp_path / "script.py"
     path.write_text(RUNS_ITSELF, encoding="utf-8")
     assert find_network(str(path), []).all_ensembles[0].n_neurons == 10
 
 
 @pytest.mark.parametrize("name", ["", ":make"])
-def test_a_script_has_no_arguments_of_ours(tmp_path, name):
+def test_a_script_does_not_see_spikeports_arguments(tmp_path, name):
     path = tmp_path / "script.py"
     path.write_text(
         "import argparse, nengo\n"
@@ -148,7 +148,7 @@ def test_a_script_has_no_arguments_of_ours(tmp_path, name):
     assert sys.argv == ours
 
 
-def test_a_file_of_several_networks_lists_them(tmp_path):
+def test_a_file_with_several_networks_is_refused_with_their_names(tmp_path):
     path = tmp_path / "several.py"
     path.write_text(SEVERAL + "line = nengo.Network()\n", encoding="utf-8")
     assert refusal(path) == (
@@ -157,7 +157,7 @@ def test_a_file_of_several_networks_lists_them(tmp_path):
     )
 
 
-def test_a_network_that_is_there_takes_no_settings(tmp_path):
+def test_a_network_object_takes_no_settings(tmp_path):
     path = tmp_path / "model.py"
     path.write_text("import nengo\nmodel = nengo.Network()\n", encoding="utf-8")
     assert refusal(f"{path}:model", "size=1") == (
@@ -165,7 +165,7 @@ def test_a_network_that_is_there_takes_no_settings(tmp_path):
     )
 
 
-def test_what_is_not_a_network_is_named(net_py):
+def test_a_function_that_does_not_return_a_network_is_refused(net_py):
     spec = f"{net_py}:returns_text"
     assert refusal(spec) == f"{spec}: returned str, expected nengo.Network"
 
@@ -193,7 +193,7 @@ def test_a_function_that_raises_is_named_with_its_error(net_py, function, reason
 
 
 @pytest.mark.parametrize("text", ["raise RuntimeError", "return 5", "raise SystemExit(0)"])
-def test_an_error_that_fails_to_make_a_text_is_named(tmp_path, text):
+def test_an_error_whose_text_fails_is_named_by_its_class(tmp_path, text):
     path = tmp_path / "odd.py"
     odd = f"class Odd(BaseException):\n    def __str__(self): {text}\n"
     path.write_text(f"{odd}def make(): raise Odd\n", encoding="utf-8")
@@ -209,7 +209,7 @@ def test_an_unknown_key_lists_the_functions_parameters(net_py):
     )
 
 
-def test_our_own_errors_pass_as_they_are():
+def test_spikeports_own_errors_are_passed_on_unchanged():
     assert (
         refusal("arm", "box=huge")
         == "unknown box 'huge'; choose from: large, small, x0:x1,y0:y1,z0:z1 (m)"

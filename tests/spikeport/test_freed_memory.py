@@ -19,7 +19,7 @@ def resident() -> int:
 
 
 def trimmed() -> int:
-    """Return the bytes in memory once what other tests freed went back to the system."""
+    """Give memory that other tests freed back to the system; return the bytes in memory."""
     ctypes.CDLL(None).malloc_trim(0)
     return resident()
 
@@ -34,7 +34,7 @@ def fail() -> None:
     raise ZeroDivisionError
 
 
-def test_what_is_freed_is_kept_until_the_end() -> None:
+def test_freed_memory_is_kept_until_the_block_ends() -> None:
     before = trimmed()
     with freed_memory.kept():
         use(64 * MB)
@@ -42,14 +42,14 @@ def test_what_is_freed_is_kept_until_the_end() -> None:
     assert resident() < before + 16 * MB
 
 
-def test_an_error_gives_it_back_too() -> None:
+def test_an_error_in_the_block_gives_freed_memory_back() -> None:
     before = trimmed()
     with pytest.raises(ZeroDivisionError), freed_memory.kept():
         fail()
     assert resident() < before + 16 * MB
 
 
-def test_it_does_nothing_where_the_c_library_has_no_such_function(
+def test_kept_does_nothing_if_the_c_library_has_no_mallopt(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(ctypes, "CDLL", lambda _name: object())

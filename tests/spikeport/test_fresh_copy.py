@@ -1,4 +1,4 @@
-"""Copies of networks run as the networks did, and each changes variables of its own."""
+"""Copies of networks, which run as the networks do and change variables of their own."""
 
 import importlib
 import threading
@@ -72,17 +72,19 @@ def neighbour(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
 
 
 @pytest.mark.parametrize("function", [counts, Counter().step, closing_over()])
-def test_a_copy_begins_where_the_network_did(function: Callable[[float], float]) -> None:
+def test_copies_record_the_same_as_the_network_and_share_no_state(
+    function: Callable[[float], float],
+) -> None:
     begins_anew(function)
 
 
-def test_so_do_functions_of_a_neighbour(neighbour: ModuleType) -> None:
+def test_copies_share_no_state_of_functions_in_a_neighbouring_module(neighbour: ModuleType) -> None:
     begins_anew(neighbour.counts)
     begins_anew(lambda t: neighbour.counts(t))
 
 
 def begins_anew(function: Callable[[float], float]) -> None:
-    """Assert that copies of a network record what the network does after them."""
+    """Assert that copies made before a run of the network record the same as that run."""
     network = network_of(function)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -93,7 +95,7 @@ def begins_anew(function: Callable[[float], float]) -> None:
     assert recorded(network) != found
 
 
-def test_functions_of_a_copy_still_share_variables() -> None:
+def test_functions_of_one_copy_still_share_their_variables() -> None:
     calls = [0]
 
     def up(_t: float) -> float:
@@ -107,11 +109,11 @@ def test_functions_of_a_copy_still_share_variables() -> None:
     with nengo.Simulator(copy, progress_bar=False) as sim:
         sim.run_steps(5)
     first, second = (sim.data[probe][-1, 0] for probe in copy.probes)
-    assert abs(first - second) <= 1  # whichever is called first
+    assert abs(first - second) <= 1  # depending on the one that is called first
     assert calls == [0]
 
 
-def test_code_that_numba_compiled_is_shared() -> None:
+def test_a_copy_can_call_code_that_numba_compiled() -> None:
     @compiled
     def double(x: float) -> float:
         return 2 * x
@@ -120,13 +122,13 @@ def test_code_that_numba_compiled_is_shared() -> None:
     assert recorded(fresh_copy(network_of(lambda _t: ready(4.0)))) == [8.0] * 5
 
 
-def test_a_network_that_calls_nothing_is_no_copy() -> None:
+def test_a_network_without_functions_is_returned_itself() -> None:
     with nengo.Network() as network:
         nengo.Connection(nengo.Node(nengo.processes.WhiteNoise()), nengo.Ensemble(5, 1))
     assert fresh_copy(network) is network
 
 
-def test_where_there_can_be_no_copy_a_warning_says_so() -> None:
+def test_functions_that_cannot_be_copied_are_shared_with_a_warning() -> None:
     lock, counter = threading.Lock(), Counter()
 
     def function(t: float) -> float:

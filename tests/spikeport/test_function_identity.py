@@ -1,4 +1,4 @@
-"""Functions have the same identity where they do the same, and none where that is not known."""
+"""Identities of functions: equal if the functions do the same, refused if that is not known."""
 
 import datetime
 import functools
@@ -57,7 +57,7 @@ def recursive(n):
 
 
 @given(st.floats(allow_nan=False), st.floats(allow_nan=False))
-def test_a_closure_counts_with_its_values_and_defaults(a, b):
+def test_the_identity_of_a_closure_covers_its_values_and_defaults(a, b):
     assert digest(closing_over(a)) == digest(closing_over(a))
     equal = repr(a) == repr(b)
     assert (digest(closing_over(a)) == digest(closing_over(b))) == equal
@@ -65,13 +65,13 @@ def test_a_closure_counts_with_its_values_and_defaults(a, b):
 
 
 @given(st.lists(st.floats(), min_size=1), st.data())
-def test_any_bit_of_a_matrix_that_is_closed_over_counts(weights, data):
+def test_the_lowest_bit_of_a_matrix_in_a_closure_changes_its_identity(weights, data):
     changed = np.array(weights)
     changed.view(np.uint64)[data.draw(st.integers(0, len(weights) - 1))] ^= np.uint64(1)
     assert digest(closing_over(changed)) != digest(closing_over(np.array(weights)))
 
 
-def test_a_name_that_is_set_later_counts_when_it_is():
+def test_a_closure_variable_that_is_set_later_changes_the_identity():
     def uses(x):
         return later * x
 
@@ -83,14 +83,14 @@ def test_a_name_that_is_set_later_counts_when_it_is():
     assert digest(uses) != first
 
 
-def test_code_counts():
+def test_equal_code_has_one_identity_and_different_code_another():
     assert digest(lambda x: x + 1) == digest(lambda x: x + 1)
     ones = [lambda x: x + 1, lambda x: x + 2, lambda x: x - 1, lambda x: math.sin(x)]
     ones += [lambda x: (lambda: x + 1)(), lambda x: (lambda: x + 2)(), lambda x, y=0: x + 1]
     assert len({digest(one) for one in ones}) == len(ones)
 
 
-def test_names_of_its_module_count_however_deep(monkeypatch):
+def test_the_identity_covers_module_variables_of_functions_that_are_called(monkeypatch):
     before = digest(calls)
     monkeypatch.setitem(globals(), "SCALE", 2.5)
     assert digest(calls) != before
@@ -100,11 +100,11 @@ def test_names_of_its_module_count_however_deep(monkeypatch):
     assert digest(calls) != before
 
 
-def test_a_name_that_only_resembles_one_that_reads_counts_as_any():
+def test_attributes_whose_names_only_resemble_reading_functions_are_allowed():
     assert digest(lambda x: x.readout * x.loaded) == digest(lambda x: x.readout * x.loaded)
 
 
-def test_what_is_known_by_name_is_named():
+def test_library_functions_partials_and_bound_methods_have_distinct_identities():
     known = [np.sin, np.square, math.sin, np.linalg.norm, exact, functools.partial(exact, 1)]
     known += [functools.partial(exact, 2), recursive, "abc".join, "abd".join]
     assert len({digest(one) for one in known}) == len(known)
@@ -166,7 +166,7 @@ def wrapping(x):
     return SCALE * x
 
 
-def test_a_function_is_read_whatever_it_wraps(monkeypatch):
+def test_the_identity_of_a_wrapper_covers_its_own_code(monkeypatch):
     before = digest(wrapping)
     monkeypatch.setitem(globals(), "SCALE", 2.5)
     assert digest(wrapping) != before
@@ -186,11 +186,11 @@ def test_a_function_is_read_whatever_it_wraps(monkeypatch):
         imports_a_part_that_computes,
     ],
 )
-def test_what_of_scipy_and_nengo_only_computes_has_an_identity(function):
+def test_functions_of_scipy_and_nengo_that_only_compute_have_an_identity(function):
     assert digest(function) == digest(function)
 
 
-def test_containers_count_with_their_class():
+def test_the_identity_covers_the_class_of_a_container():
     pairs = {1.0: 2.0}
     ones = [pairs, OrderedDict(pairs), Counter(pairs), [1.0], (1.0,), {1.0}, frozenset({1.0})]
     ones += [defaultdict(kind, pairs) for kind in (None, list, dict, lambda: 1.0, lambda: 2.0)]
@@ -247,6 +247,6 @@ def test_containers_count_with_their_class():
         Twice(math.sin),
     ],
 )
-def test_what_may_do_another_thing_tomorrow_has_no_identity(function):
+def test_functions_whose_results_may_change_have_no_identity(function):
     with pytest.raises(TypeError, match="has no identity that lasts"):
         digest(function)

@@ -1,4 +1,4 @@
-"""An interrupt in a long run: data stay readable, and the run goes on, or refuses to."""
+"""Interrupts of long runs: the data until then, and simulators that go on or refuse to."""
 
 import os
 import signal
@@ -47,7 +47,7 @@ def test_data_up_to_the_interrupt_is_readable(backend: str) -> None:
         assert [len(sim.data[probe]) for probe in probes] == [LAST_STEP] * len(probes)
         assert len(sim.trange()) == LAST_STEP
         assert sim.activity.n_steps == LAST_STEP
-    assert all(len(sim.data[probe]) == LAST_STEP for probe in probes)  # closed, too
+    assert all(len(sim.data[probe]) == LAST_STEP for probe in probes)  # also after it is closed
     assert all(np.any(a != b) for a, b in pairwise(sim.data[probes[0]]))
 
 
@@ -65,7 +65,7 @@ def test_a_run_goes_on_after_an_interrupt_as_if_there_had_been_none(backend: str
         np.testing.assert_array_equal(sim.data[probe], whole.data[other])
 
 
-def test_the_handler_of_interrupts_is_back_after_a_run() -> None:
+def test_the_handler_of_sigint_is_restored_after_a_run() -> None:
     network, _ = interrupted_network()
     with spikeport.Simulator(network) as sim, pytest.raises(KeyboardInterrupt):
         sim.run_steps(100)
@@ -89,7 +89,7 @@ def test_a_second_interrupt_breaks_the_step_off_and_the_simulator_refuses_to_go_
         assert [len(sim.data[probe]) for probe in probes] == [LAST_STEP - 1] * len(probes)
 
 
-def test_a_handler_of_the_users_own_is_left_alone() -> None:
+def test_a_users_own_handler_of_sigint_stays_in_place() -> None:
     caught: list[int] = []
     signal.signal(signal.SIGINT, lambda number, _frame: caught.append(number))
     network, _ = interrupted_network()

@@ -12,7 +12,7 @@ def tell(pipe):
     pipe.send(blocked())
 
 
-def test_processes_that_are_begun_in_the_block_are_not_interrupted():
+def test_processes_started_in_the_block_inherit_blocked_sigint():
     ours, theirs = multiprocessing.Pipe()
     process = multiprocessing.get_context("spawn").Process(target=tell, args=(theirs,))
     assert not blocked()

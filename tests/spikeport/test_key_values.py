@@ -99,7 +99,7 @@ def test_several_settings_are_parsed_together():
     assert parse(["whole=1", "text=t"], target, "it") == {"whole": 1, "text": "t"}
 
 
-def test_no_settings_are_no_arguments():
+def test_no_settings_give_no_arguments():
     assert parse([], target, "it") == {}
 
 
@@ -112,7 +112,7 @@ def test_a_dataclass_is_parsed_by_its_fields():
     assert parse(["m1=7", "preset=paper"], Sizes, "it") == {"m1": 7, "preset": "paper"}
 
 
-def test_a_partial_function_is_parsed_by_what_it_wraps():
+def test_a_partial_function_takes_the_parameters_of_the_function_it_wraps():
     assert parse(["number=2"], partial(target, text="t"), "it") == {"number": 2.0}
 
 
@@ -126,15 +126,15 @@ def test_a_function_without_parameters_takes_no_key():
     assert refusal(["size=1"], lambda: None) == "unknown key of network 'n' 'size'; it takes none"
 
 
-def test_keyword_rest_is_not_a_key():
+def test_the_name_of_a_double_star_parameter_is_not_a_key():
     assert "'rest'" in refusal(["rest=1"])
 
 
-def test_a_missing_equals_sign_is_named():
+def test_a_setting_without_an_equals_sign_is_refused():
     assert refusal(["whole"]) == "--set whole: expected KEY=VALUE"
 
 
-def test_a_key_given_twice_is_named():
+def test_a_key_given_twice_is_refused():
     assert refusal(["whole=1", "whole=1"]) == "--set whole: given twice"
 
 
@@ -151,15 +151,15 @@ def test_a_key_given_twice_is_named():
         ("plain_pair=50,60", "JSON, as in [1, 2]"),
     ],
 )
-def test_a_value_that_does_not_convert_says_what_is_expected(pair, expected):
+def test_the_error_of_a_value_that_does_not_convert_names_the_expected_kind(pair, expected):
     assert refusal([pair]) == f"--set {pair}: expected {expected}"
 
 
-def test_a_value_out_of_bounds_says_which():
+def test_the_error_of_a_value_out_of_bounds_names_the_bound():
     assert refusal(["bounded=0"]) == ("--set bounded=0: input should be greater than or equal to 1")
 
 
-def test_a_class_is_parsed_by_what_makes_it():
+def test_a_class_is_parsed_by_the_parameters_of_its_constructor():
     class Sizes:
         m1: str
 
@@ -169,14 +169,14 @@ def test_a_class_is_parsed_by_what_makes_it():
     assert parse(["m1=7"], Sizes, "it") == {"m1": 7}
 
 
-def test_types_of_a_partial_function_in_quotes_are_known():
+def test_quoted_annotations_of_a_partial_function_are_resolved():
     def scaled(by: "float | None", size: "int | None" = None):
         pass
 
     assert parse(["size=7"], partial(scaled, 2.0), "it") == {"size": 7}
 
 
-def test_annotations_that_cannot_be_evaluated_leave_the_defaults():
+def test_parameters_are_parsed_by_defaults_if_annotations_cannot_be_evaluated():
     def odd(first: "1 / 0", size=7):
         pass
 
