@@ -22,9 +22,10 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 
 
 def network(loop=False):
-    """Return 2 ensembles and a probe of each kind; ``loop`` closes one by a passthrough node.
+    """Return 2 ensembles and probes of each kind; ``loop`` adds a loop over a passthrough node.
 
-    nengo-loihi seeds by chance what replaces passthrough nodes: only without them bits are equal.
+    nengo-loihi draws random seeds for the connections that replace passthrough nodes: bits are
+    equal only without such nodes.
     """
     with nengo.Network(seed=1) as net:
         stimulus = nengo.Node(lambda t: np.sin(40 * t))
@@ -359,13 +360,13 @@ ROWS = {
 }
 
 
-def test_every_row_of_the_table_is_a_test():
+def test_every_row_of_the_table_has_a_check():
     lines = TABLE.read_text(encoding="utf-8").splitlines()
     assert [line.split("`")[1] for line in lines if line.startswith("| `")] == list(ROWS)
 
 
 @pytest.mark.parametrize("row", ROWS)
-def test_a_row_holds(row, request):
+def test_a_row_of_the_table_holds(row, request):
     check = ROWS[row]
     names = check.__code__.co_varnames[: check.__code__.co_argcount]
     check(*(request.getfixturevalue(name) for name in names))

@@ -1,4 +1,4 @@
-"""Neuron types of our own, against their equations."""
+"""Spikeport's own neuron types, compared with their equations."""
 
 import nengo
 import numpy as np
@@ -27,18 +27,18 @@ def stepped(kind: nengo.neurons.NeuronType, charges: list[float], n: int = 1) ->
     return np.array(rows)
 
 
-def test_a_current_decays_and_a_voltage_adds_it_up():
+def test_the_voltage_of_a_leaky_integrator_adds_up_its_decaying_current():
     kind = LeakyIntegrator(current_decay=0.5, voltage_decay=0.25, leak=1.0)
     #     u: 8, 4, 2       v: 8 + 1, 9 - 2.25 + 4 + 1, 11.75 - 2.9375 + 2 + 1
     np.testing.assert_allclose(stepped(kind, [8, 0, 0])[:, 0], [9, 11.75, 11.8125])
 
 
-def test_neurons_spike_above_the_threshold_and_start_from_zero():
+def test_neurons_spike_above_the_threshold_and_restart_from_zero():
     spikes = stepped(IntegrateAndFire(threshold=2.0), [1, 1, 0.5, -4, 5, 2])[:, 0] * DT_S
     np.testing.assert_array_equal(spikes, [0, 0, 1, 0, 0, 1])
 
 
-def test_parameters_may_be_of_each_neuron():
+def test_parameters_may_differ_between_neurons():
     kind = IntegrateAndFire(np.array([1.0, 3.0]), voltage_decay=np.array([0.0, 1.0]))
     np.testing.assert_array_equal(stepped(kind, [2, 2], n=2) * DT_S, [[1, 0], [1, 0]])
     assert kind == IntegrateAndFire(np.array([1.0, 3.0]), voltage_decay=np.array([0.0, 1.0]))
@@ -48,7 +48,7 @@ def test_parameters_may_be_of_each_neuron():
 @pytest.mark.parametrize(
     ("decays", "charge"), [((1.0, 0.0), 0.3), ((0.5, 0.1), 0.2), ((1.0, 0.1), 0.05), ((1, 0.2), 3)]
 )
-def test_rates_are_those_of_constant_input(decays, charge):
+def test_rates_match_the_mean_output_for_constant_input(decays, charge):
     kind = IntegrateAndFire(1.0, *decays)
     x = np.array([charge / DT_S])
     (rate,) = kind.rates(x, np.ones(1), np.zeros(1))[0]
@@ -56,13 +56,13 @@ def test_rates_are_those_of_constant_input(decays, charge):
     assert rate == pytest.approx(late.mean(), rel=0.02)
 
 
-def test_rates_of_readouts_are_their_voltages():
+def test_rates_of_leaky_integrators_are_their_final_voltages():
     kind = LeakyIntegrator(0.5, 0.25, leak=0.125)
     (voltage,) = kind.rates(np.array([0.1 / DT_S]), np.ones(1), np.zeros(1))[0]
     assert voltage == pytest.approx(stepped(kind, [0.1] * 200)[-1, 0])
 
 
-def test_sources_spike_above_one_half_and_wait():
+def test_sources_spike_above_one_half_after_a_wait():
     kind = SpikeSource(wait=2)
     state, found = kind.make_state(1), []
     for value in (1, 1, 0.4, 1, 0.6):
@@ -74,19 +74,19 @@ def test_sources_spike_above_one_half_and_wait():
     assert rates.tolist() == [[0, 1 / DT_S]]
 
 
-def test_decays_of_the_chip_are_the_nearest_of_12_bits_and_a_current_has_one():
+def test_chip_decays_are_rounded_to_12_bits_and_those_of_currents_are_above_0():
     current, voltage = chip_decays(np.array([1.0, 0.1, 1e-6]), np.array([1.0, 1 / 8192, 1e-4]))
     assert current.tolist() == [4096, 410, 1]
     assert voltage.tolist() == [4095, 1, 0]
 
 
-def test_a_step_of_weights_is_the_least_that_holds_the_largest():
+def test_the_step_of_weights_is_the_least_that_can_represent_the_largest_weight():
     assert [weight_step(largest) for largest in (0, 127 * 64, 127 * 64 + 1, 2.0**20)] == [
         64, 64, 128, 2**14,
     ]  # fmt: skip
 
 
-def test_sources_spike_late_and_for_a_while():
+def test_sources_spike_late_and_only_for_a_number_of_steps():
     kind = SpikeSource(late=2, wait=1, n_steps=3)
     values = [1, 1, 0, 1, 1, 1]
     found = stepped(kind, [DT_S * value for value in values])[:, 0] * DT_S

@@ -1,4 +1,4 @@
-"""The door to NIR: what is loaded, and what is refused."""
+"""`spikeport.nir.load`: the networks of NIR graphs, and refusals."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, written
 
 
-def test_a_graph_is_a_network_with_named_ends(tmp_path):
+def test_a_loaded_graph_has_named_inputs_populations_and_outputs(tmp_path):
     network = spikeport.nir.load(str(written(tmp_path, nir_graphs.recurrent())), DT_S)
     assert network.label == "graph"
     assert {name: node.size_out for name, node in network.inputs.items()} == {"input": 6}
@@ -21,29 +21,29 @@ def test_a_graph_is_a_network_with_named_ends(tmp_path):
 
 
 @pytest.mark.parametrize("dt", [0, -1e-3, float("nan"), float("inf"), "1 ms"])
-def test_a_time_step_is_a_number_of_seconds(tmp_path, dt):
+def test_a_time_step_that_is_not_a_positive_number_is_refused(tmp_path, dt):
     with pytest.raises(UsageError, match="the time step of a NIR graph is a number of seconds abo"):
         spikeport.nir.load(tmp_path / "graph.nir", dt)
 
 
-def test_numbers_of_numpy_are_numbers(tmp_path):
+def test_arguments_may_be_numpy_numbers(tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     network = spikeport.nir.load(path, np.float32(DT_S), at_once=np.float32(0.5))
     assert network.label == "graph"
 
 
-def test_a_weight_has_one_or_two_synapses(tmp_path):
+def test_a_weight_of_three_synapses_is_refused(tmp_path):
     with pytest.raises(UsageError, match="parts=3: a weight has 1 or 2 synapses"):
         spikeport.nir.load(tmp_path / "graph.nir", DT_S, parts=3)
 
 
 @pytest.mark.parametrize("share", [0, -0.5, 1.01, float("nan"), "all"])
-def test_sources_that_spike_at_once_are_a_share(tmp_path, share):
+def test_an_invalid_share_of_sources_is_refused(tmp_path, share):
     with pytest.raises(UsageError, match="a share of a neuron's sources is above 0, up to 1"):
         spikeport.nir.load(tmp_path / "graph.nir", DT_S, at_once=share)
 
 
-def test_a_file_that_is_none_is_refused_with_its_path(tmp_path):
+def test_a_missing_file_or_an_invalid_graph_is_refused_with_its_path(tmp_path):
     path = tmp_path / "graph.nir"
     with pytest.raises(UsageError) as caught:
         spikeport.nir.load(path, DT_S)
@@ -59,7 +59,7 @@ def test_a_file_that_is_none_is_refused_with_its_path(tmp_path):
     )
 
 
-def test_the_extra_is_named_where_it_is_absent(tmp_path, monkeypatch):
+def test_the_error_without_h5py_names_the_extra(tmp_path, monkeypatch):
     path = written(tmp_path, nir_graphs.recurrent())
     monkeypatch.setitem(__import__("sys").modules, "h5py", None)
     with pytest.raises(MissingExtraError, match=r"install it with: pip install 'spikeport\[nir\]'"):

@@ -1,4 +1,4 @@
-"""Images as NIR graphs, run by NIR's equations with the chip's decays: spikes are the chip's."""
+"""Images as NIR graphs, whose equations give the chip's spikes if decays are the chip's."""
 
 import nengo
 import nir
@@ -36,7 +36,7 @@ def native(image: ChipImage, rows: np.ndarray) -> tuple[np.ndarray, list[np.ndar
 
 
 def assert_spikes_are_native(image: ChipImage, folder, share: float) -> int:
-    """Export an image, run both on random spikes, and return how many spikes there were."""
+    """Export an image, assert that chip and graph spike alike, and return the number of spikes."""
     path = folder / "image.nir"
     export(image, path)
     graph = nir.read(path, type_check=False)
@@ -48,14 +48,14 @@ def assert_spikes_are_native(image: ChipImage, folder, share: float) -> int:
     for block in range(image.n_blocks):
         mine = wanted[:, part(image.blocks.start, block)]
         if isinstance(graph.nodes[f"block{block}"], nir.CubaLI):
-            assert not mine.any()  # read, and below its threshold
+            assert not mine.any()  # a read-out stays below its threshold
         else:
             np.testing.assert_array_equal(found[f"block{block}"], mine)
     return int(wanted.sum())
 
 
 @pytest.mark.parametrize("bias", [0.0, 0.3])
-def test_an_imported_graph_leaves_spike_for_spike(tmp_path, bias):
+def test_an_imported_graph_is_exported_with_the_same_spikes(tmp_path, bias):
     path = nir_graphs.written(tmp_path, nir_graphs.recurrent(bias))
     image = spikeport.compile_network(spikeport.nir.load(path, DT_S)).image
     assert assert_spikes_are_native(image, tmp_path, 0.3) > 100
@@ -73,12 +73,14 @@ def network() -> nengo.Network:
 
 
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
-def test_rests_floors_and_decode_neurons_leave_spike_for_spike(tmp_path, pipeline):
+def test_refractory_times_floors_and_decode_neurons_are_exported_with_the_same_spikes(
+    tmp_path, pipeline
+):
     image = spikeport.compile_network(network(), pipeline=pipeline).image
     assert assert_spikes_are_native(image, tmp_path, 0.5) > 100
 
 
-def test_a_converted_policy_leaves_spike_for_spike(tmp_path):
+def test_a_converted_policy_is_exported_with_the_same_spikes(tmp_path):
     rng = np.random.default_rng(0)
     sizes = [(3, 2), (1, 3)]
     layers = tuple(Layer(rng.normal(0, 0.7, size), np.zeros(size[0])) for size in sizes)
@@ -87,7 +89,7 @@ def test_a_converted_policy_leaves_spike_for_spike(tmp_path):
     assert assert_spikes_are_native(image, tmp_path, 0.3) > 100
 
 
-def test_metadata_hold_what_nir_has_no_field_for(tmp_path):
+def test_metadata_hold_the_values_that_nir_has_no_field_for(tmp_path):
     image = spikeport.compile_network(network()).image
     export(image, tmp_path / "image.nir")
     graph = nir.read(tmp_path / "image.nir", type_check=False)
@@ -106,7 +108,7 @@ def test_metadata_hold_what_nir_has_no_field_for(tmp_path):
     ]
 
 
-def test_an_exported_graph_is_read_again_but_for_where_voltages_end(tmp_path):
+def test_an_exported_graph_is_loaded_with_the_same_spikes_but_for_voltage_floors(tmp_path):
     path = nir_graphs.written(tmp_path, nir_graphs.recurrent(bias=0.3))
     image = spikeport.compile_network(spikeport.nir.load(path, DT_S)).image
     export(image, tmp_path / "image.nir")
@@ -117,16 +119,16 @@ def test_an_exported_graph_is_read_again_but_for_where_voltages_end(tmp_path):
     inputs = {f"input{i}": each for i, each in enumerate(np.split(rows, ends, axis=1))}
     graph = nir.read(tmp_path / "image.nir", type_check=False)
     neurons = [node for node in graph.nodes.values() if isinstance(node, nir.CubaLIF)]
-    # Voltages of the chip end at the width of a register, for which NIR has no field.
+    # The chip limits voltages to the width of a register, for which NIR has no field.
     for node in neurons:
         node.metadata["v_min"] = -np.inf
     wanted = Referee(graph, image.manifest.dt_s, chip=True).run(inputs)["block0"]
     found = run(again.folded, inputs)["block0"]
     assert wanted.sum() > 100
-    np.testing.assert_array_equal(found[:-1], wanted[1:])  # a step later: an edge takes one
+    np.testing.assert_array_equal(found[:-1], wanted[1:])  # a step later, which an edge takes
 
 
-def test_a_readout_decodes_to_its_output(tmp_path):
+def test_a_readout_has_the_chips_voltages_and_a_weight_to_its_output(tmp_path):
     image = spikeport.compile_network(network()).image
     export(image, tmp_path / "image.nir")
     graph = nir.read(tmp_path / "image.nir", type_check=False)

@@ -3,7 +3,7 @@ import numpy as np
 from spikeport.node_functions import Held
 
 
-def test_a_function_is_computed_where_its_input_changes() -> None:
+def test_a_held_function_is_computed_only_if_its_input_changes() -> None:
     calls = []
 
     def double(values: np.ndarray) -> np.ndarray:

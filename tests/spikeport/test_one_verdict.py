@@ -1,4 +1,4 @@
-"""The command line and the simulator agree on what is refused, what is moved, and why."""
+"""Verdicts of the command line and of the simulator on networks that may not fit a chip."""
 
 import inspect
 import warnings
@@ -21,7 +21,7 @@ OPTIONS = {
 
 
 class Verdict(NamedTuple):
-    """The verdict on a network: the exit code, an error, and what a verdict ends with."""
+    """The verdict on a network: the exit code, an error, and the end of the output."""
 
     code: int
     error: str
@@ -44,7 +44,7 @@ def of_simulator(network: nengo.Network, options: dict[str, object]) -> Verdict:
 
 @pytest.mark.parametrize("words", OPTIONS, ids=lambda words: words or "default")
 @pytest.mark.parametrize("name", NETWORKS)
-def test_command_line_and_simulator_agree(
+def test_command_line_and_simulator_give_the_same_verdict(
     spikeport: Callable[..., object], name: str, words: str
 ) -> None:
     expected = of_simulator(NETWORKS[name](), OPTIONS[words])
@@ -61,7 +61,7 @@ def test_the_list_has_networks_of_every_verdict() -> None:
     refused = [name for name, one in found.items() if one.code == 1]
     assert (len(fit), len(on_host), len(refused)) == (2, 2, 8)
     offloaded = {name: of_simulator(make(), {"offload": True}) for name, make in NETWORKS.items()}
-    # An operation that float Nengo cannot compute either is no better on the host.
+    # Moving an operation to the host does not help if float Nengo cannot compute it either.
     assert [name for name, one in offloaded.items() if one.code] == [
         "with_a_sparse_transform",
         "with_an_undefined_function",

@@ -1,4 +1,4 @@
-"""Steps begin at t_0 + n dt; a stall is counted, and never made up for in a burst."""
+"""Pacing: deadlines of steps, the clock, times of round trips, and steps without disturbance."""
 
 import gc
 import os
@@ -11,7 +11,7 @@ from spikeport.pacing import Deadlines, RoundTrips, SystemClock, in_steps, undis
 from tests.helpers.fake_board import FakeClock
 
 
-def test_a_stall_is_one_overrun_and_no_burst() -> None:
+def test_a_stall_is_one_overrun_and_is_not_made_up_for_in_a_burst() -> None:
     clock = FakeClock()
     deadlines, ends = Deadlines(0.002, clock), []
     begin = clock.now()
@@ -22,7 +22,7 @@ def test_a_stall_is_one_overrun_and_no_burst() -> None:
     assert deadlines.overruns == 1
 
 
-def test_the_clock_of_this_machine_waits_for_the_future_alone() -> None:
+def test_the_system_clock_waits_only_for_times_in_the_future() -> None:
     clock = SystemClock()
     begin = clock.now()
     clock.sleep_until(begin - 5)
@@ -30,7 +30,7 @@ def test_the_clock_of_this_machine_waits_for_the_future_alone() -> None:
     assert clock.now() >= begin + 0.002
 
 
-def test_round_trips_are_known_to_two_per_cent() -> None:
+def test_quantiles_of_round_trips_are_within_two_per_cent() -> None:
     trips = RoundTrips()
     assert trips.quantile_s(0.5) is None
     for i in range(1, 1001):
@@ -42,19 +42,19 @@ def test_round_trips_are_known_to_two_per_cent() -> None:
     assert trips.quantile_s(1.0) <= 1e9
 
 
-def test_objects_of_before_are_left_out_of_collections_while_undisturbed() -> None:
+def test_garbage_collection_skips_earlier_objects_while_undisturbed() -> None:
     with undisturbed():
         assert gc.get_freeze_count() > 1000
     assert gc.get_freeze_count() == 0
 
 
 def schedule(thread: threading.Thread) -> tuple[int, int]:
-    """Return policy and priority of a thread."""
+    """Return the scheduling policy and the priority of a thread."""
     number = thread.native_id
     return os.sched_getscheduler(number), os.sched_getparam(number).sched_priority
 
 
-def test_threads_have_a_priority_for_a_time_and_then_what_each_had() -> None:
+def test_threads_have_the_priority_within_the_block_and_then_their_earlier_one() -> None:
     stop = threading.Event()
     other = threading.Thread(target=stop.wait)
     other.start()
@@ -73,7 +73,7 @@ def test_threads_have_a_priority_for_a_time_and_then_what_each_had() -> None:
         other.join()
 
 
-def test_a_priority_that_is_not_given_is_said_with_a_cure(monkeypatch) -> None:
+def test_a_priority_that_the_system_refuses_is_an_error_with_a_cure(monkeypatch) -> None:
     def refuse(*_: object) -> None:
         raise PermissionError
 
@@ -83,5 +83,5 @@ def test_a_priority_that_is_not_given_is_said_with_a_cure(monkeypatch) -> None:
     assert gc.get_freeze_count() == 0
 
 
-def test_steps_are_counted_in_words() -> None:
+def test_a_number_of_steps_is_written_with_its_unit() -> None:
     assert [in_steps(n) for n in (0, 1, 1000)] == ["0 steps", "1 step", "1,000 steps"]

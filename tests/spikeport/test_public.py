@@ -1,4 +1,4 @@
-"""The public face: the names that users import, and what help() prints of them."""
+"""The public interface: the names that users import, and their texts in help()."""
 
 import doctest
 import inspect
@@ -23,22 +23,22 @@ EXPORTED = [
 ]
 
 
-def test_the_exported_names_are_these():
+def test_dunder_all_lists_the_exported_names():
     assert spikeport.__all__ == EXPORTED
 
 
-def test_completion_offers_the_exported_names_and_nothing_of_the_file_itself():
+def test_dir_lists_only_the_exported_names():
     assert [name for name in dir(spikeport) if not name.startswith("_")] == EXPORTED
 
 
 @pytest.mark.parametrize("name", EXPORTED)
-def test_every_exported_name_has_a_docstring_and_is_what_it_is_called(name):
+def test_every_exported_object_has_its_name_and_a_docstring(name):
     exported = getattr(spikeport, name)
     assert exported.__name__.rpartition(".")[2] == name
     assert inspect.getdoc(exported)
 
 
-def test_all_exported_names_come_with_a_star(tmp_path):
+def test_a_star_import_brings_all_exported_names(tmp_path):
     names: dict[str, object] = {}
     exec("from spikeport import *", names)
     assert set(EXPORTED) <= set(names)
@@ -86,7 +86,9 @@ def loaded_with_simulator() -> set[str]:
         "spikeport.backends.replay",
     ],
 )
-def test_importing_the_simulator_leaves_to_its_use(name: str, loaded_with_simulator: set[str]):
+def test_importing_the_simulator_does_not_import_modules_that_only_runs_need(
+    name: str, loaded_with_simulator: set[str]
+):
     assert {"nengo_loihi", "spikeport.backends.registry"} <= loaded_with_simulator
     assert name not in loaded_with_simulator
 

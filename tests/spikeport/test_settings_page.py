@@ -16,7 +16,7 @@ def sections() -> dict[str, str]:
     return {name: text for name, _, text in (part.partition("\n") for part in parts)}
 
 
-def test_every_setting_of_every_experiment_is_there_with_words() -> None:
+def test_every_setting_of_every_experiment_is_listed_and_explained() -> None:
     found = sections()
     for name in registry.EXPERIMENTS:
         settings = registry.get(name).settings
@@ -29,7 +29,7 @@ def test_every_setting_of_every_experiment_is_there_with_words() -> None:
         assert [key for key in listed if f"`{key}`" not in prose] == []
 
 
-def test_a_row_has_type_and_default() -> None:
+def test_the_row_of_a_setting_has_its_type_and_default() -> None:
     found = sections()
     assert "| `m1` | whole number |  |" in found["ArmSettings"]
     assert "| `calibrated` | true or false, or text | `false` |" in found["ArmSettings"]
@@ -37,7 +37,7 @@ def test_a_row_has_type_and_default() -> None:
     assert "| `recognise` | true or false |  |" in found["draw"]
 
 
-def test_classes_that_are_named_are_linked() -> None:
+def test_names_of_classes_are_linked() -> None:
     found = sections()
     assert "[Perturbation](#perturbation)." in found[PolicySettings.__name__]
     assert "Settings of [switch](#switch) and [walk](#walk)." in found[Perturbation.__name__]

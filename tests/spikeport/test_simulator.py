@@ -43,7 +43,7 @@ def sim(backend):
         yield sim
 
 
-def test_it_starts_at_zero(sim):
+def test_a_simulator_starts_at_step_0(sim):
     assert (sim.n_steps, sim.time, sim.dt, sim.closed) == (0, 0.0, 0.001, False)
     assert sim.trange().shape == (0,)
 
@@ -68,7 +68,7 @@ def test_trange_is_the_time_after_each_step(sim):
     assert sim.trange() == pytest.approx([0.001, 0.002, 0.003])
 
 
-def test_data_maps_every_probe_to_a_row_a_step(sim):
+def test_data_have_a_row_for_each_step_of_every_probe(sim):
     sim.run_steps(7)
     assert {data.shape for data in sim.data.values()} == {(7, 1), (7, 30)}
     assert len(sim.data) == 3
@@ -100,7 +100,7 @@ def test_a_closed_simulator_does_not_run(sim):
             advance()
 
 
-def test_a_simulator_whose_chip_cannot_say_its_counts_is_closed_nevertheless(sim, monkeypatch):
+def test_a_simulator_is_closed_even_if_closing_its_chip_fails(sim, monkeypatch):
     def close():
         raise BackendError("no counts")
 
@@ -128,7 +128,7 @@ SECONDS = "a time in seconds from 0 to 1e+06"
         (lambda sim: sim.run_steps(10**9 + 1), f"steps=1000000001: expected {STEPS}"),
     ],
 )
-def test_a_run_of_no_possible_length_is_refused(sim, advance, message):
+def test_a_run_of_impossible_length_is_refused(sim, advance, message):
     with pytest.raises(UsageError) as caught:
         advance(sim)
     assert str(caught.value) == message
@@ -175,7 +175,9 @@ def test_an_argument_that_is_not_valid_is_refused(backend, arguments, message):
 
 
 @pytest.mark.parametrize("beneath", ["", "x", "x/y"])
-def test_counts_in_a_file_are_refused_before_the_compile(tmp_path, monkeypatch, beneath):
+def test_a_file_in_place_of_the_folder_of_counts_is_refused_before_the_compile(
+    tmp_path, monkeypatch, beneath
+):
     (file := tmp_path / "net.py").touch()
     monkeypatch.setattr(registry, "compile_network", None)
     with pytest.raises(UsageError) as caught:
@@ -184,7 +186,7 @@ def test_counts_in_a_file_are_refused_before_the_compile(tmp_path, monkeypatch, 
     assert file.is_file()
 
 
-def test_a_network_seed_that_leaves_none_for_the_simulator_is_refused():
+def test_the_largest_seed_of_a_network_is_refused_unless_the_simulator_has_a_seed():
     with nengo.Network(seed=2**32 - 1) as net:
         nengo.Ensemble(5, 1)
     with pytest.raises(UsageError, match=r"^network.seed=4294967295: expected a smaller one"):
@@ -198,20 +200,20 @@ def test_a_time_step_may_be_a_fraction():
         assert sim.dt == 0.001
 
 
-def test_a_run_with_what_is_no_progress_bar_is_refused_before_its_first_step(sim):
+def test_a_run_with_an_invalid_progress_bar_is_refused_before_its_first_step(sim):
     with pytest.raises(UsageError) as caught:
         sim.run_steps(2, progress_bar="bar")
     assert str(caught.value) == f"progress_bar='bar': expected {BAR}"
     assert sim.n_steps == 0
 
 
-def test_a_backend_that_is_no_name_is_refused():
+def test_a_backend_that_is_not_a_name_is_refused():
     with pytest.raises(UsageError, match=r"unknown backend '\[\]'; choose from: "):
         Simulator(network(), backend=[])
 
 
 @pytest.mark.parametrize("seed", [-1, 2**32, 1.5, "x", [1]])
-def test_a_reset_to_what_is_no_seed_is_refused_and_changes_nothing(sim, seed):
+def test_a_reset_to_an_invalid_seed_is_refused_and_changes_nothing(sim, seed):
     sim.run_steps(2)
     with pytest.raises(UsageError) as caught:
         sim.reset(seed)
@@ -221,7 +223,7 @@ def test_a_reset_to_what_is_no_seed_is_refused_and_changes_nothing(sim, seed):
 
 
 @pytest.mark.parametrize("every", [0, -1, float("nan"), 10**400, "x"])
-def test_times_that_cannot_be_sampled_are_refused(sim, every):
+def test_an_invalid_sample_interval_of_trange_is_refused(sim, every):
     with pytest.raises(UsageError) as caught:
         sim.trange(sample_every=every)
     assert str(caught.value) == (
@@ -229,13 +231,13 @@ def test_times_that_cannot_be_sampled_are_refused(sim, every):
     )
 
 
-def test_seeds_and_steps_may_be_numpys(backend):
+def test_seeds_and_steps_may_be_numpy_numbers(backend):
     with Simulator(network(), backend=backend, seed=np.int64(3), dt=np.float32(0.001)) as sim:
         sim.run_steps(np.int32(4))
         assert sim.n_steps == 4
 
 
-def test_a_step_that_fails_is_not_repeated(backend):
+def test_a_simulator_refuses_to_go_on_after_a_failed_step_until_it_is_reset(backend):
     with nengo.Network(seed=0) as net:
         nengo.Connection(nengo.Node(lambda t: 1 / (t < 0.0025)), nengo.Ensemble(10, 1))
     with Simulator(net, backend=backend) as sim:
@@ -248,7 +250,7 @@ def test_a_step_that_fails_is_not_repeated(backend):
         assert sim.n_steps == 2
 
 
-def test_a_thread_does_not_step_into_the_step_of_another(backend):
+def test_a_thread_cannot_step_while_another_is_in_a_step(backend):
     inside, go_on = threading.Event(), threading.Event()
 
     def slow(t):
@@ -269,11 +271,11 @@ def test_a_thread_does_not_step_into_the_step_of_another(backend):
             sim.step()
         go_on.set()
         other.join()
-        sim.step()  # in turn, any thread may
+        sim.step()  # any thread may step once the other is done
         assert sim.n_steps == 2
 
 
-def test_it_is_not_pickled(sim):
+def test_a_simulator_cannot_be_pickled(sim):
     with pytest.raises(TypeError) as caught:
         pickle.dumps(sim)
     assert str(caught.value) == (
@@ -282,7 +284,7 @@ def test_it_is_not_pickled(sim):
     )
 
 
-def test_a_time_of_no_step_is_warned_of(sim):
+def test_a_time_that_rounds_to_zero_steps_is_warned_of(sim):
     with pytest.warns(
         UserWarning, match=r"^0\.0004 s rounds to zero steps of 0\.001 s; nothing was run$"
     ):
@@ -328,7 +330,7 @@ class Bar(ProgressBar):
         pass
 
 
-def test_a_run_shows_its_progress_where_it_is_asked_to():
+def test_a_run_shows_its_progress_on_the_bar_that_it_is_given():
     shown, other = Bar(), Bar()
     with Simulator(network(), backend="reference", progress_bar=shown) as sim:
         sim.run(0.005)
@@ -370,24 +372,24 @@ def test_a_network_with_nothing_for_the_chip_runs_on_the_host_and_says_so():
     assert sim.compilation is None
 
 
-def test_such_a_network_has_no_image_to_compile():
+def test_a_network_with_nothing_for_the_chip_cannot_be_compiled():
     with pytest.raises(DoesNotFitError):
         compile_network(host_only())
 
 
-def test_another_network_is_not_in_the_data(sim):
+def test_data_do_not_have_the_probes_of_another_network(sim):
     with pytest.raises(KeyError):
         sim.data[network().value]
 
 
-def test_the_step_length_is_the_callers(backend):
+def test_the_caller_can_choose_the_time_step(backend):
     with Simulator(network(), backend=backend, dt=0.002) as sim:
         sim.run(0.01)
     assert (sim.n_steps, sim.dt) == (5, 0.002)
     assert sim.time == pytest.approx(0.01)
 
 
-def test_the_seed_follows_the_network_unless_given(backend):
+def test_the_seed_derives_from_the_networks_seed_unless_it_is_given(backend):
     with Simulator(network(seed=8), backend=backend) as sim:
         assert sim.seed == 9
     with Simulator(network(seed=8), backend=backend, seed=0) as sim:
@@ -417,12 +419,12 @@ def test_activity_counts_the_steps_and_the_probed_spikes(backend):
     assert counted == in_probe > 0
 
 
-def test_the_image_is_the_compiled_networks():
+def test_the_image_is_that_of_compile_network():
     with Simulator(network()) as sim:
         assert sim.image.digest == compile_network(network()).image.digest
 
 
-def test_the_report_has_costs_once_steps_were_run():
+def test_the_report_has_costs_only_after_steps_were_run():
     with Simulator(network()) as sim:
         assert sim.report()["energy"] is sim.report()["timing"] is None
         sim.run_steps(3)
@@ -479,7 +481,7 @@ def test_reset_keeps_the_image_and_takes_a_new_seed():
         sim.reset()
 
 
-def test_cleared_probes_go_on_from_there(backend):
+def test_cleared_probes_record_only_the_steps_afterwards(backend):
     net = network()
     with Simulator(net, backend=backend) as sim:
         sim.run_steps(50)
@@ -505,12 +507,12 @@ def test_a_probe_samples_as_nengo_does(backend):
         assert np.array_equal(sim.data[thin], sim.data[full][steps - 1])
 
 
-def test_it_is_a_nengo_backend():
+def test_the_simulator_is_registered_as_a_nengo_backend():
     (entry,) = metadata.entry_points(group="nengo.backends", name="spikeport")
     assert entry.load() is Simulator
 
 
-def test_data_holds_what_nengo_built(backend):
+def test_data_have_the_parameters_that_nengo_builds(backend):
     net = network()
     (ensemble,), connection = net.ensembles, net.connections[0]
     with Simulator(net, backend=backend) as sim, nengo.Simulator(net, progress_bar=False) as theirs:
@@ -526,7 +528,7 @@ def test_data_holds_what_nengo_built(backend):
 
 
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
-def test_encoders_and_full_weights_have_nengos_radius(pipeline):
+def test_encoders_and_full_weights_are_scaled_by_the_radius_as_in_nengo(pipeline):
     with nengo.Network(seed=1) as net:
         spikeport.add_params(net)
         wide, narrow, host = (nengo.Ensemble(20, 1, radius=r) for r in (2.0, 0.5, 4.0))
@@ -543,7 +545,7 @@ def test_encoders_and_full_weights_have_nengos_radius(pipeline):
             np.testing.assert_allclose(sim.data[ensemble].scaled_encoders, nengos)
         for connection in full:
             mine, nengos = sim.data[connection].weights, theirs.data[connection].weights
-            # Decoders are solved for the rates of the chip's neurons: a quarter is another.
+            # Decoders are solved for the rates of the chip's neurons: weights are a quarter off.
             assert np.linalg.norm(mine - nengos) < 0.4 * np.linalg.norm(nengos)
 
 
@@ -567,16 +569,16 @@ def test_weights_have_nengos_units_for_all_connections_and_passes():
             weights, nengos = written.data[connection].weights, theirs.data[connection].weights
             if nengos is not None:  # without a transform, Nengo has no weights for values of nodes
                 assert weights.shape == nengos.shape
-                # Decoders are solved for the rates of the chip's neurons: a fifth is another.
+                # Decoders are solved for the rates of the chip's neurons: weights are a fifth off.
                 assert np.linalg.norm(weights - nengos) < 0.25 * np.linalg.norm(nengos)
-            if connection is not kept:  # passes replace what the host sends
+            if connection is not kept:  # passes replace the connection from the host
                 np.testing.assert_allclose(compact.data[connection].weights, weights, atol=1e-12)
         assert np.array_equal(written.data[kept].weights, theirs.data[kept].weights)
         with pytest.raises(KeyError, match="use pipeline='as_written'"):
             compact.data[kept]
 
 
-def test_what_a_run_has_made_is_not_to_be_changed(sim):
+def test_attributes_and_recordings_of_a_run_are_read_only(sim):
     sim.run_steps(3)
     sim.close()
     for name, value in (("dt", 0.002), ("n_steps", 0), ("time", 0.0)):
@@ -588,13 +590,13 @@ def test_what_a_run_has_made_is_not_to_be_changed(sim):
     assert list(sim.data) == sim.network.all_probes
 
 
-def test_a_fork_goes_on_with_a_copy(backend):
+def test_a_forked_process_goes_on_with_a_copy_of_the_simulator(backend):
     net = network()
     with Simulator(net, backend=backend) as sim:
         sim.run_steps(5)
         reader, writer = multiprocessing.get_context("fork").Pipe(duplex=False)
         child = os.fork()
-        if child == 0:  # only what the parent waits for: no test goes on here
+        if child == 0:  # the child sends its data and exits: no test goes on here
             sim.run_steps(15)
             writer.send(sim.data[net.value].tobytes())
             os._exit(0)

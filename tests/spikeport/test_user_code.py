@@ -1,4 +1,4 @@
-"""Files, notebooks and modules of users, run as Python and Jupyter would; errors name them."""
+"""Users' files, notebooks and modules, run as Python and Jupyter would, and their errors."""
 
 import inspect
 import json
@@ -39,7 +39,7 @@ def notebook(folder, *sources, **more):
         ("raise SystemExit(0)", "SystemExit: 0"),
     ],
 )
-def test_a_file_that_raises_says_what(tmp_path, text, reason):
+def test_the_refusal_of_a_file_or_cell_that_raises_names_error_and_line(tmp_path, text, reason):
     path = tmp_path / "broken.py"
     path.write_text(text, encoding="utf-8")
     assert refusal(path) == f"{path}: cannot be imported: {reason} ({path}, line 1)"
@@ -51,7 +51,7 @@ def test_a_file_that_raises_says_what(tmp_path, text, reason):
     assert imported(str(notebook(tmp_path, f'if __name__ == "__main__":\n    {text}')))
 
 
-def test_a_file_that_is_not_python_says_where(tmp_path):
+def test_a_file_that_is_not_python_is_refused_with_its_path(tmp_path):
     path = tmp_path / "broken.py"
     path.write_text("def make(:\n", encoding="utf-8")
     assert refusal(path).startswith(f"{path}: cannot be imported: SyntaxError: ")
@@ -71,8 +71,8 @@ def test_a_missing_file_or_module_is_named(tmp_path):
     assert refusal(".net").startswith("module '.net' cannot be imported: TypeError: ")
 
 
-def test_what_is_no_file_is_refused(tmp_path):
-    """A device is, for a pipe would be waited for if it were not."""
+def test_a_device_is_refused(tmp_path):
+    """The test has a device, since it would wait for a pipe that is not refused."""
     (path := tmp_path / "null.py").symlink_to(os.devnull)
     assert refusal(path).startswith(f"{path}: expected a file")
 
@@ -94,7 +94,7 @@ def test_cells_of_a_notebook_run_one_after_the_other(tmp_path, capsys):
     )
 
 
-def test_cells_may_wait_as_in_jupyter(tmp_path):
+def test_cells_may_await_as_in_jupyter(tmp_path):
     path = notebook(tmp_path, "import asyncio\nmade = await asyncio.sleep(0, 4)")
     assert imported(str(path)).made == 4
 
