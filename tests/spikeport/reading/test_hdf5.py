@@ -1,4 +1,4 @@
-"""HDF5 files as plain values; what leads out of them, or is too much, is refused."""
+"""HDF5 files as plain values: refusals of links, of data elsewhere and of sizes beyond limits."""
 
 import os
 import resource
@@ -34,7 +34,7 @@ def test_groups_numbers_and_texts_are_read(path):
     np.testing.assert_array_equal(node["weight"], [[0, 1, 2], [3, 4, 5]])
 
 
-def test_another_file_is_refused(path):
+def test_a_file_that_is_not_hdf5_is_refused(path):
     path.write_bytes(b"no HDF5")
     assert refusal(path).startswith("expected a whole HDF5 file, found ")
 
@@ -54,7 +54,7 @@ def test_data_of_other_files_are_not_read(path, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["metadata", "node/metadata", "metadata/node"])
-def test_time_series_of_any_name_are_in_the_file_itself(path, tmp_path, name):
+def test_time_series_in_another_file_are_refused_whatever_their_name(path, tmp_path, name):
     (tmp_path / "secret").write_bytes(bytes(8))
     with h5py.File(path, "w") as file:
         file.create_dataset(name, (1,), "f8", external=[(str(tmp_path / "secret"), 0, 8)])
@@ -62,7 +62,7 @@ def test_time_series_of_any_name_are_in_the_file_itself(path, tmp_path, name):
     assert refusal(path, hdf5.read_dataset) == f"{wanted}, found data in another file"
 
 
-def test_what_is_left_out_of_a_graph_is_no_link(path):
+def test_metadata_of_a_graph_that_are_a_link_are_refused(path):
     with h5py.File(path, "w") as file:
         file["node/metadata"] = h5py.ExternalLink("/etc/passwd", "/")
     assert refusal(path) == "expected metadata in the file itself, found a link"
@@ -91,59 +91,59 @@ def test_chunks_are_not_inflated_beyond_the_limit_for_one_number(path):
     assert refusal(path) == f"expected {wanted}, found 536,870,912"
 
 
-def test_groups_end_at_a_depth_in_a_circle_too(path):
+def test_a_circle_of_groups_is_refused_at_the_limit_of_levels(path):
     with h5py.File(path, "w") as file:
         file["node/x"] = 1.0
         file["node/again"] = file["node"]
     assert refusal(path) == "expected at most 32 levels of groups, found more"
 
 
-def test_texts_that_are_stored_once_are_counted_each_time(path):
+def test_repeated_texts_count_each_time_towards_the_limit(path):
     with h5py.File(path, "w") as file:
         text = file.create_dataset("x", (60,), h5py.string_dtype())
         text[:] = ["a" * 2**17] * 60
     assert refusal(path) == "expected texts of at most 4,194,304 bytes, found more in x"
 
 
-def test_objects_are_refused(path):
+def test_compound_values_are_refused(path):
     with h5py.File(path, "w") as file:
         file["x"] = np.zeros(2, dtype=[("a", "f8"), ("b", "i4")])
     assert refusal(path).startswith("expected numbers or texts in x, found type [('a'")
 
 
-def test_filters_of_others_are_refused(path):
+def test_data_with_filters_other_than_deflate_and_lzf_are_refused(path):
     with h5py.File(path, "w") as file:
         file.create_dataset("x", (10,), "f8", chunks=(10,), scaleoffset=2)
     assert refusal(path) == "expected x uncompressed, deflated or in LZF, found another filter"
 
 
-def test_texts_are_no_more_than_edges_need(path):
+def test_more_texts_than_edges_need_are_refused(path):
     with h5py.File(path, "w") as file:
         file.create_dataset("x", (20_001, 2), h5py.string_dtype())
     assert refusal(path) == "expected at most 40,000 texts in x, found 40002"
 
 
-def test_texts_of_a_size_are_no_longer_than_all_together(path):
+def test_a_text_of_fixed_size_above_the_limit_of_all_texts_is_refused(path):
     with h5py.File(path, "w") as file:
         file.create_dataset("x", (1,), f"S{2**23}")
     wanted = "at most 4,194,304 bytes of texts in x"
     assert refusal(path) == f"expected {wanted}, found texts of 8,388,608 bytes"
 
 
-def test_memory_is_limited(path, monkeypatch):
+def test_a_file_that_takes_too_much_memory_is_refused(path, monkeypatch):
     path.write_bytes(b"content")
     monkeypatch.setattr(hdf5, "_values", lambda _: np.ones(2**28))
     wanted = "a file that takes at most 1,073,741,824 bytes of memory"
     assert refusal(path) == f"expected {wanted}, found one that takes more"
 
 
-def test_limits_that_a_process_has_already_stay(path, monkeypatch):
+def test_a_limit_above_that_of_the_process_is_not_an_error(path, monkeypatch):
     path.write_bytes(b"content")
     monkeypatch.setattr(hdf5, "_values", lambda _: hdf5._limit(resource.RLIMIT_NOFILE, 10**9))
     assert hdf5.read(path) is None
 
 
-def test_a_library_that_loops_or_fails_is_left(path, monkeypatch):
+def test_a_file_on_which_the_library_loops_or_aborts_is_refused(path, monkeypatch):
     path.write_bytes(b"content")
     message = "expected a whole HDF5 file, found a file on which the HDF5 library failed"
     monkeypatch.setattr(hdf5, "_values", lambda _: os.abort())

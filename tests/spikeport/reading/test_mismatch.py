@@ -1,12 +1,12 @@
 from spikeport.reading.mismatch import SHOWN, MismatchError
 
 
-def test_a_refusal_is_one_line_of_letters_that_can_be_printed():
+def test_a_refusal_is_one_line_of_printable_characters():
     error = MismatchError("a name", "a\nb\x1b[2J")
     assert str(error) == r"expected a name, found a\nb\x1b[2J"
     assert error.cure is None
 
 
-def test_a_refusal_shows_the_begin_of_what_is_long():
+def test_a_refusal_shows_only_the_beginning_of_a_long_text():
     text = str(MismatchError("a name", "x" * 10_000, cure="shorten it"))
     assert text == f"expected a name, found {'x' * SHOWN}..."

@@ -1,4 +1,4 @@
-"""Code cells of notebooks: read as data, without what is IPython's alone."""
+"""Code cells of notebooks, read as data without lines that only IPython can run."""
 
 import json
 
@@ -27,7 +27,7 @@ def refusal(path):
     return str(caught.value)
 
 
-def test_code_cells_are_numbered_among_all(tmp_path):
+def test_code_cells_are_numbered_among_all_cells(tmp_path):
     text = {"cell_type": "markdown", "source": "# Title"}
     cells = [text, {"cell_type": "code", "source": ["x = 1\n", "y = 2"]}, text]
     assert read_notebook(written(tmp_path, cells=cells)) == [(2, "x = 1\ny = 2\n", ())]
@@ -66,7 +66,7 @@ def test_a_cell_that_is_not_python_is_named(tmp_path, source, reason):
     assert refusal(path) == f"{path}: cell 2 is not Python: {reason}"
 
 
-def test_what_is_no_notebook_of_python_is_refused(tmp_path, monkeypatch):
+def test_a_file_that_is_not_a_python_notebook_or_too_long_is_refused(tmp_path, monkeypatch):
     path = written(tmp_path, "x <- 1", metadata={"language_info": {"name": "R"}})
     assert refusal(path) == f"{path}: a notebook of R, expected Python"
     path = written(tmp_path, nbformat=3)
@@ -80,14 +80,14 @@ def test_what_is_no_notebook_of_python_is_refused(tmp_path, monkeypatch):
     assert refusal(path) == f"{path}: more than 10 letters of code; leave cells out"
 
 
-def test_magics_without_end_are_refused(tmp_path, monkeypatch):
+def test_more_lines_of_ipython_than_the_limit_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(notebook, "MAGICS", 3)
     path = written(tmp_path, "%magic\n" * 4)
     message = f"{path}: cell 1: more than 3 lines of IPython, the limit for this much code"
     assert refusal(path) == f"{message}; leave some out"
 
 
-def test_cells_are_parsed_few_times_where_they_are_long(tmp_path, monkeypatch):
+def test_the_amount_of_code_that_is_parsed_is_limited(tmp_path, monkeypatch):
     parsed = []
     parse = notebook.ast.parse
     monkeypatch.setattr(

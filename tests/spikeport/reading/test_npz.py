@@ -1,4 +1,4 @@
-"""Archives of arrays: numbers and texts of the size that they say."""
+"""Archives of arrays: numbers and texts within limits of size."""
 
 import numpy as np
 import pytest
@@ -35,14 +35,14 @@ def test_arrays_are_read_as_they_were_written(tmp_path):
         (np.zeros((2**40, 0)), "axes of 0 to 8,388,608 in a.npy, found 1,099,511,627,776"),
     ],
 )
-def test_other_arrays_are_refused(tmp_path, array, complaint):
+def test_arrays_of_other_types_or_shapes_are_refused(tmp_path, array, complaint):
     np.savez(tmp_path / "a.npz", a=array)
     with pytest.raises(MismatchError) as caught:
         npz.read(tmp_path / "a.npz")
     assert str(caught.value) == f"expected {complaint}"
 
 
-def test_a_longer_array_is_read_where_it_may_be(tmp_path):
+def test_a_longer_array_is_read_if_the_caller_allows_it(tmp_path):
     np.savez_compressed(tmp_path / "a.npz", a=np.ones(2**23 + 1, np.uint8))
     found = npz.read(tmp_path / "a.npz", most=2**24)
     assert found["a"].sum() == 2**23 + 1
@@ -50,7 +50,7 @@ def test_a_longer_array_is_read_where_it_may_be(tmp_path):
         npz.read(tmp_path / "a.npz", most=2**24, limit=10**6)
 
 
-def test_a_single_array_is_called_one(tmp_path):
+def test_a_file_of_a_single_array_is_refused_and_called_so(tmp_path):
     np.save(tmp_path / "a.npy", np.ones(3))
     with pytest.raises(MismatchError) as caught:
         npz.read(tmp_path / "a.npy")

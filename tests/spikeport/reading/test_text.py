@@ -1,4 +1,4 @@
-"""Texts of others: their encodings, and their size."""
+"""Users' texts: their encodings, and limits of their size."""
 
 import os
 
@@ -26,7 +26,7 @@ def test_a_text_is_read_in_the_encoding_that_its_mark_names(tmp_path, encoding):
         (b"\xef\xbb\xbf\xff", "expected a text in utf-8-sig, found 'utf-8'"),
     ],
 )
-def test_bytes_that_are_no_text_are_refused(tmp_path, content, complaint):
+def test_bytes_that_cannot_be_decoded_are_refused(tmp_path, content, complaint):
     path = tmp_path / "file"
     path.write_bytes(content)
     with pytest.raises(MismatchError) as caught:
@@ -37,7 +37,7 @@ def test_bytes_that_are_no_text_are_refused(tmp_path, content, complaint):
 def test_a_text_above_the_limit_is_refused_before_it_is_read(tmp_path):
     path = tmp_path / "file"
     with open(path, "wb") as file:
-        file.truncate(2**40)  # a hole: it takes no room on the disk
+        file.truncate(2**40)  # a sparse file, which takes no room on the disk
     with pytest.raises(MismatchError) as caught:
         read_text(path)
     assert str(caught.value) == (
@@ -51,7 +51,7 @@ def test_a_pipe_is_refused_and_not_waited_for(tmp_path):
         read_text(tmp_path / "pipe")
 
 
-def test_what_texts_hold():
+def test_json_and_toml_are_parsed():
     assert parse_json('{"a": [1.5]}') == {"a": [1.5]}
     assert parse_toml("a.b = [1.5]") == {"a": {"b": [1.5]}}
 

@@ -1,1 +1,1 @@
-"""Runs of anybody's network."""
+"""Runs of users' networks."""

@@ -25,13 +25,13 @@ def test_every_probe_is_a_variable_with_its_clock(ran, tmp_path):
             assert read[name].attrs["spikes"] == int(name == "a spikes")
 
 
-def test_without_a_float_run_there_is_none(ran):
+def test_a_dataset_without_a_float_run_has_no_variables_in_float(ran):
     alone = {name: replace(one, values_float=None) for name, one in ran.recorded.items()}
     assert not [name for name in dataset(alone, "native") if "in float" in name]
 
 
-def test_clocks_that_begin_alike_are_others():
-    """Sampled every 2.4 and 2.5 ms, which are the same steps at first."""
+def test_clocks_that_only_begin_alike_stay_separate():
+    """Samples every 2.4 and every 2.5 ms are in the same steps at first."""
     times_s = [0.001 * np.array(steps) for steps in ([3, 5, 8, 10, 12], [3, 5, 8, 10, 13])]
     recorded = {
         name: Recorded(times, np.ones((len(times), 1)), None, spikes=False)
@@ -53,7 +53,7 @@ def test_clocks_that_begin_alike_are_others():
         ([".", "..", "time_s", "probe time_s"], ["|", "..", "probe time_s", "probe time_s#2"]),
     ],
 )
-def test_no_probe_takes_the_place_of_another_whatever_they_are_called(labels, names, tmp_path):
+def test_every_probe_keeps_its_own_variables_whatever_the_labels_are(labels, names, tmp_path):
     times_s = 0.001 * np.arange(1, 4)
     recorded = {
         label: Recorded(times_s, np.full((3, 2), i), np.full((3, 2), -i), spikes=False)

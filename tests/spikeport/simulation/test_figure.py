@@ -17,7 +17,7 @@ def panels(drawn):
 
 def test_every_probe_has_a_panel_with_both_runs_and_the_error(ran):
     drawn = figure(ran.recorded, "native", "my $ model.py")
-    drawn.savefig(io.BytesIO(), format="png")  # a dollar opens no formula
+    drawn.savefig(io.BytesIO(), format="png")  # a dollar sign does not open a formula
     title = "my \\$ model.py\ncolours: native; grey: float Nengo"
     assert drawn.get_suptitle() == title
     for axes, (name, one) in zip(panels(drawn), ran.recorded.items(), strict=True):
@@ -41,7 +41,7 @@ def test_many_probes_stand_in_columns(n, shape):
     assert drawn.get_suptitle() == "model\ncolours: native"
 
 
-def test_a_picture_says_what_it_leaves_out(monkeypatch):
+def test_a_picture_says_how_many_probes_it_leaves_out(monkeypatch):
     monkeypatch.setattr(drawing, "MOST", 2)
     one = Recorded(np.arange(1, 3) * 0.001, np.ones((2, 1)), None, False)
     drawn = figure({f"p{i}": one for i in range(5)}, "native", "model")

@@ -1,4 +1,4 @@
-"""Names of probes, and probes of outputs where a network has none."""
+"""Names of probes, and probes of outputs for a network that has none."""
 
 import nengo
 import numpy as np
@@ -30,7 +30,7 @@ def network():
     return net
 
 
-def test_probes_are_called_by_label_or_by_what_they_record(network):
+def test_probes_are_named_by_their_label_or_by_the_object_they_record(network):
     with network:
         probes = [
             nengo.Probe(network.a, label="named"),
@@ -47,7 +47,7 @@ def test_probes_are_called_by_label_or_by_what_they_record(network):
     assert [records_spikes(probe) for probe in probes] == [name == "a spikes" for name in names]
 
 
-def test_a_probe_keeps_its_label_whatever_else_has_it(network):
+def test_a_probe_keeps_its_label_even_if_other_objects_have_it(network):
     with network:
         nengo.Ensemble(5, 1, label="taken")
         probes = [nengo.Probe(network.a, label=label) for label in ("taken", "taken", "other#2")]
@@ -59,11 +59,11 @@ def test_a_probe_keeps_its_label_whatever_else_has_it(network):
     )
 
 
-def test_outputs_are_what_nothing_else_reads(network):
+def test_outputs_are_the_objects_that_nothing_else_reads(network):
     assert list(outputs(network)) == [network.b, network.out]
 
 
-def test_probes_of_outputs_leave_all_else_as_it_is(network):
+def test_adding_probes_of_outputs_keeps_the_biases_of_neurons(network):
     before = compile_network(network)
     added = probe_outputs(network)
     assert network.all_probes == added
@@ -72,7 +72,7 @@ def test_probes_of_outputs_leave_all_else_as_it_is(network):
     assert set(before.image.compartments.bias) <= set(after.image.compartments.bias)
 
 
-def test_where_all_is_read_every_ensemble_is_probed():
+def test_every_ensemble_is_probed_if_something_reads_every_object():
     with nengo.Network() as net:
         a, b = nengo.Ensemble(5, 1), nengo.Ensemble(5, 1)
         nengo.Connection(a, b)
@@ -88,8 +88,8 @@ def test_a_network_with_nothing_to_probe_is_refused():
     assert net.all_probes == []
 
 
-def test_spikes_are_probed_where_no_value_can_be_decoded(network, capsys):
-    """Neurons that fire at no evaluation point, beside others."""
+def test_spikes_are_probed_if_no_value_can_be_decoded(network, capsys):
+    """One output has neurons that fire at no evaluation point; another can be decoded."""
     with network:
         silent = nengo.Ensemble(5, 1, gain=np.full(5, 0.1), bias=np.zeros(5), label="silent")
         nengo.Connection(network.out, silent.neurons, transform=np.full((5, 1), 20))

@@ -27,7 +27,7 @@ def test_the_scale_of_an_error_is_the_rms_of_filtered_values_in_float():
     assert replace(one, values_float=None).rms_float() is None
 
 
-def test_a_delay_is_named_with_the_error_that_is_left():
+def test_the_best_delay_comes_with_the_error_that_remains():
     times_s = np.arange(1, 501) * 0.001
     exact = np.sin(20 * times_s)[:, np.newaxis]
     late = Recorded(times_s, np.roll(exact, 12, axis=0) * (times_s > 0.012)[:, None], exact, False)
@@ -37,8 +37,8 @@ def test_a_delay_is_named_with_the_error_that_is_left():
     assert Recorded(times_s, exact, exact, False).best_delay() is None
 
 
-def test_samples_that_are_not_evenly_apart_have_their_mean_distance():
-    """Sampled every 2.5 ms, in steps of 1 ms."""
+def test_uneven_samples_count_as_evenly_spaced_at_their_mean_distance():
+    """Samples are taken every 2.5 ms, in steps of 1 ms."""
     times_s = 0.001 * np.floor(2.5 * np.arange(1, 401))
     exact = np.sin(20 * times_s)[:, np.newaxis]
     late = Recorded(times_s, np.roll(exact, 4, axis=0), exact, False)
@@ -48,7 +48,7 @@ def test_samples_that_are_not_evenly_apart_have_their_mean_distance():
     assert late.error() == pytest.approx(even.error(), rel=1e-3)
 
 
-def test_an_error_that_is_not_known_is_none(ran):
+def test_the_error_is_none_without_float_values_scale_or_several_samples(ran):
     one = ran.recorded["stimulus"]
     assert replace(one, values_float=None).error() is None
     assert replace(one, values_float=0 * one.values).error() is None

@@ -13,7 +13,7 @@ from spikeport.errors import BackendError, UsageError
 from spikeport.simulation.run import SimulationOptions, run
 
 
-def test_both_runs_are_those_of_a_simulator(ran, network):
+def test_both_runs_equal_those_of_a_simulator(ran, network):
     net = network()
     for backend, field in (("native", "values"), ("reference", "values_float")):
         with Simulator(net, backend=backend, seed=0) as sim:
@@ -25,7 +25,7 @@ def test_both_runs_are_those_of_a_simulator(ran, network):
     assert ran.activity.n_steps == 100
 
 
-def test_a_run_without_a_chip_has_no_report_and_nothing_beside(network):
+def test_a_run_without_a_chip_has_no_report_and_no_float_run_beside(network):
     done = run(network(), SimulationOptions(steps=5, backend="reference"))
     assert (done.report, done.report_json) == (None, None)
     assert {one.values_float is None for one in done.recorded.values()} == {True}
@@ -51,7 +51,7 @@ def test_weights_are_recorded_row_by_row(network):
     assert one.error() is not None
 
 
-def test_values_of_other_units_are_not_compared(network):
+def test_voltages_in_units_of_the_chip_are_not_compared(network):
     net = network()
     with net:
         (ensemble, *_) = net.all_ensembles
@@ -81,7 +81,7 @@ class Failing(nengo.Process):
 
 
 @pytest.mark.parametrize("backend", ["native", "reference"])
-def test_a_process_that_cannot_begin_is_named(network, backend):
+def test_a_process_that_raises_before_step_1_is_named(network, backend):
     net = network(Failing(default_size_out=1))
     with pytest.raises(BackendError, match=f"^before step 1 on {backend}: the network raised Zero"):
         run(net, SimulationOptions(steps=10, backend=backend))
@@ -94,12 +94,12 @@ class Counter:
         self.calls, self.lock = 0, lock
 
     def __call__(self, t):
-        self.calls += t > 0  # Nengo calls it at its construction, too
+        self.calls += t > 0  # Nengo also calls it when it makes the node
         return self.calls / 100
 
 
 @pytest.mark.parametrize("lock", [None, threading.Lock()], ids=["copied", "cannot be copied"])
-def test_float_nengo_runs_a_copy_where_there_can_be_one(network, lock):
+def test_float_nengo_runs_a_copy_of_the_network_if_it_can_be_copied(network, lock):
     counter = Counter(lock)
     one = run(network(counter), SimulationOptions(steps=20)).recorded["stimulus"]
     assert one.values[-1] - one.values[0] == pytest.approx(0.19)
