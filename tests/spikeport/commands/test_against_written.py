@@ -1,4 +1,4 @@
-"""The cores and the loss of a rewritten network beyond those of the one as written."""
+"""Hints if a rewritten network takes more cores, or loses more, than the network as written."""
 
 import nengo
 import pytest
@@ -15,8 +15,8 @@ def pair(n: int, **options: nengo.synapses.Synapse) -> nengo.Network:
     return network
 
 
-def test_more_cores_are_worth_a_hint() -> None:
-    """Neuron to neuron, 400 x 400 weights take a core more than over a relay."""
+def test_more_cores_than_as_written_give_a_hint() -> None:
+    """Weights from neuron to neuron, 400 x 400, take a core more than decoded values."""
     network = pair(400)
     written = as_written(network, "loihi", "compact")
     found = compile_network(network, pipeline="compact")
@@ -34,13 +34,13 @@ def test_more_cores_are_worth_a_hint() -> None:
         (0.1, None, []),
     ],
 )
-def test_more_loss_is_worth_a_hint(
+def test_more_loss_than_as_written_gives_a_hint(
     error: float | None, written: float | None, used: list[str]
 ) -> None:
     assert [hint.used for hint in more_loss(error, written)] == used
 
 
-def test_there_is_nothing_to_compare_with() -> None:
+def test_as_written_is_none_without_rewriting_passes_for_failures_and_large_networks() -> None:
     assert as_written(pair(10), "loihi", "merge_axons,pack") is None
     assert as_written(pair(10, synapse=nengo.Alpha(0.01)), "loihi", "compact") is None
     with nengo.Network(seed=1) as many:

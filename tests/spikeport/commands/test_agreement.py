@@ -16,7 +16,7 @@ def network(tmp_path):
     return spikeport.nir.load(written(tmp_path, nir_graphs.recurrent(bias=0.2)), DT_S)
 
 
-def test_shares_are_of_the_spikes_of_both(network):
+def test_the_chip_agrees_with_nirs_equations_and_less_if_they_are_changed(network):
     compilation = spikeport.compile_network(network)
     played = spikes_of(network.folded, "random")
     hidden, read = measured(network, compilation, played)
@@ -29,7 +29,7 @@ def test_shares_are_of_the_spikes_of_both(network):
     assert other.equal < 1 - n_missed / (256 * 12) + 1e-9
 
 
-def test_compartments_are_those_of_the_owner(network):
+def test_compartments_of_both_populations_are_distinct_and_complete(network):
     image = spikeport.compile_network(network).image
     found = [compartments(image, name) for name in ("hidden", "read")]
     assert sorted(np.concatenate(found).tolist()) == list(range(16))
@@ -57,7 +57,7 @@ def test_spikes_of_a_file_are_taken_as_they_are(network, tmp_path):
         ),
     ],
 )
-def test_other_files_are_refused(network, tmp_path, arrays, message):
+def test_files_without_fitting_spikes_are_refused(network, tmp_path, arrays, message):
     path = tmp_path / "in.npz"
     np.savez(path, **arrays)
     with pytest.raises(UsageError) as caught:

@@ -23,14 +23,14 @@ from spikeport.errors import BoardLostError, MissingExtraError, UsageError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 
 
-def test_a_machine_that_is_none_is_refused() -> None:
+def test_an_unknown_machine_is_refused() -> None:
     request = BoardService(listen="unix:x", machine="nativ", fault=[])
     with pytest.raises(UsageError, match="unknown machine 'nativ'"):
         serve(request, Tls())
 
 
 @pytest.mark.parametrize("machine", ["snips", "native"])
-def test_a_board_is_one_thing_alone(machine: str) -> None:
+def test_machine_and_rtl_together_are_refused(machine: str) -> None:
     request = BoardService(listen="unix:x", machine=machine, rtl=True, fault=[])
     with pytest.raises(UsageError, match="each choose what the board is; give one of them"):
         serve(request, Tls())
@@ -44,7 +44,7 @@ def test_a_board_is_one_thing_alone(machine: str) -> None:
         ("rtl", "no verilator is installed"),
     ],
 )
-def test_a_machine_that_lacks_a_program_is_refused_before_a_host_comes(
+def test_a_machine_that_lacks_a_program_is_refused_before_a_host_connects(
     machine: str, reason: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -54,7 +54,7 @@ def test_a_machine_that_lacks_a_program_is_refused_before_a_host_comes(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_rtl_is_a_machine_with_a_name_of_its_own(
+def test_the_option_rtl_chooses_the_machine_that_needs_verilator(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -63,7 +63,7 @@ def test_rtl_is_a_machine_with_a_name_of_its_own(
         serve(request, Tls())
 
 
-def test_a_device_that_is_none_is_refused_before_a_host_comes(tmp_path: Path) -> None:
+def test_a_missing_device_is_refused_before_a_host_connects(tmp_path: Path) -> None:
     request = BoardService(listen=f"unix:{tmp_path / 's'}", device=tmp_path / "tty", fault=[])
     with pytest.raises(UsageError, match=r"device '.*tty' cannot be opened: No such file"):
         serve(request, Tls())
@@ -104,7 +104,7 @@ def test_an_image_that_cannot_be_kept_is_refused_and_the_board_goes_on(
 
 
 @pytest.mark.parametrize("seconds", ["inf", "1e300"])
-def test_a_time_that_no_system_waits_is_refused(
+def test_an_idle_time_that_no_system_can_wait_is_refused(
     spikeport: Callable[..., Any], tmp_path: Path, seconds: str
 ) -> None:
     done = spikeport("board", "serve", "--listen", f"unix:{tmp_path / 's'}", "--idle", seconds)
@@ -129,7 +129,7 @@ def recorded(path: Path, faults: tuple[str, ...] = ()) -> None:
     chip.close()
 
 
-def test_a_record_is_summed_up(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_inspect_sums_up_a_record(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     recorded(tmp_path / "record")
     assert inspect(tmp_path / "record") == 0
     assert capsys.readouterr().out.splitlines() == [
@@ -139,7 +139,9 @@ def test_a_record_is_summed_up(tmp_path: Path, capsys: pytest.CaptureFixture[str
     ]
 
 
-def test_a_cut_record_says_where(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_inspect_names_the_step_at_which_a_record_is_cut(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "record"
     recorded(path)
     path.write_bytes(path.read_bytes()[:-150])

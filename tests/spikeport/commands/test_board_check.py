@@ -1,4 +1,4 @@
-"""`board check` prints what was written, compared and found, and exits with 1 on a difference."""
+"""`board check`: its lines on each placement of an image, and its exit code."""
 
 from pathlib import Path
 
@@ -53,7 +53,7 @@ def test_an_image_that_differs_exits_with_1(
     assert "spikes 0," not in lines[2]
 
 
-def test_a_packed_placement_that_is_refused_is_no_failure(
+def test_a_refused_packed_placement_is_not_a_failure(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     parts = Parts([Block(1), Block(1)], [Group([[64]], pop_type=32)], routes=[Route([0], block=1)])

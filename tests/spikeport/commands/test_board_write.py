@@ -1,4 +1,4 @@
-"""`board write`: files for an FPGA, of an image."""
+"""`board write`: the files with which an FPGA runs an image."""
 
 import dataclasses
 from pathlib import Path
@@ -16,7 +16,7 @@ from tests.helpers.images import Block, Output, Parts
 CHIP = "softcore-ecp5-85f"
 
 
-def test_it_writes_what_the_verilog_includes_and_what_loads_it(
+def test_board_write_writes_parameters_for_verilog_and_bytes_to_load(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     small_image().save(tmp_path / "image.npz")
@@ -44,7 +44,7 @@ def test_it_writes_what_the_verilog_includes_and_what_loads_it(
         ),
     ],
 )
-def test_what_a_chip_cannot_hold_is_refused(
+def test_an_image_that_a_chip_cannot_hold_is_refused(
     parts: Parts, chip: str, reason: str, tmp_path: Path
 ) -> None:
     parts.image().save(tmp_path / "image.npz")
@@ -62,7 +62,7 @@ def test_what_a_chip_cannot_hold_is_refused(
         ("a-users.toml", None, CHIP),
     ],
 )
-def test_the_chip_is_the_images_own_where_that_has_soft_cores(
+def test_the_default_chip_is_the_images_own_if_it_has_soft_cores(
     own: str, chip: str | None, expected: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     image = Parts().image()

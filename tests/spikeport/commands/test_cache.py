@@ -22,6 +22,6 @@ def test_kinds_are_listed_and_cleared(spikeport, folder):
     assert "policy" not in spikeport("cache").out
 
 
-def test_a_cache_that_is_off_is_called_so(spikeport, monkeypatch):
+def test_the_command_says_that_the_cache_is_off(spikeport, monkeypatch):
     monkeypatch.setenv(FOLDER, "off")
     assert spikeport("cache").out == "the cache is off: SPIKEPORT_CACHE=off\n"

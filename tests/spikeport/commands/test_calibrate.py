@@ -1,4 +1,4 @@
-"""``spikeport calibrate`` as a user types it; what it computes is tested in tests/experiments."""
+"""``spikeport calibrate`` as a user types it; tests/experiments tests the calibrations."""
 
 import dataclasses
 
@@ -18,7 +18,7 @@ FOUND = DecoderCalibration(
 
 @pytest.fixture
 def asked(monkeypatch):
-    """Return experiments that were asked to calibrate; each answers with decoders."""
+    """Return the requests to calibrate; each is answered with decoders."""
     requests = []
 
     class Answering(ReachTrial):
@@ -44,7 +44,7 @@ def test_decoders_are_written_and_the_image_named(spikeport, asked, tmp_path):
     assert (options.backend, options.chip, options.pipeline) == ("native", "loihi", "compact")
 
 
-def test_an_experiment_without_decoders_says_so(spikeport, monkeypatch, tmp_path):
+def test_an_experiment_without_decoders_is_refused(spikeport, monkeypatch, tmp_path):
     class WithoutDecoders(ReachTrial):
         calibrate = Trial.calibrate
 
@@ -75,7 +75,7 @@ def test_an_experiment_without_decoders_says_so(spikeport, monkeypatch, tmp_path
         ),
     ],
 )
-def test_mistakes_are_told_before_anything_is_measured(
+def test_wrong_options_are_refused_before_anything_is_measured(
     spikeport, asked, tmp_path, options, message
 ):
     path = tmp_path / "f.npz"
@@ -98,12 +98,12 @@ def test_nothing_but_a_calibration_is_replaced(spikeport, asked, tmp_path):
         assert spikeport("calibrate", "reach", "--out", str(tmp_path / "own.npz")).code == 0
 
 
-def test_a_folder_is_no_file(spikeport, asked, tmp_path):
+def test_a_folder_in_place_of_the_file_is_refused(spikeport, asked, tmp_path):
     message = f"error: --out {tmp_path}: is not a file that can be replaced; choose another\n"
     assert spikeport("calibrate", "reach", "--out", str(tmp_path)) == (2, "", message)
 
 
-def test_a_calibration_that_is_not_there_is_named(spikeport, tmp_path):
+def test_a_missing_calibration_is_named(spikeport, tmp_path):
     path, out = tmp_path / "none.npz", tmp_path / "run"
     done = spikeport("run", "reach", "--set", f"calibrated={path}", "--out", str(out))
     assert done == (2, "", f"error: calibrated={path}: no such file\n")

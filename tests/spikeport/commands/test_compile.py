@@ -153,7 +153,7 @@ def test_code_that_ends_a_compile_is_named(spikeport, net_py, tmp_path, function
     assert not (tmp_path / "out").exists()
 
 
-def test_a_network_that_is_built_for_ever_is_ended(spikeport, net_py):
+def test_building_a_network_ends_at_the_build_timeout(spikeport, net_py):
     spec = f"{net_py}:builds_for_ever"
     assert spikeport("compile", spec, "--build-timeout", "0.2") == (
         1,
@@ -163,7 +163,7 @@ def test_a_network_that_is_built_for_ever_is_ended(spikeport, net_py):
 
 
 @pytest.mark.parametrize("limit", ["inf", "nan", "-1", "1e300"])
-def test_a_time_that_no_clock_counts_is_refused(spikeport, net_py, limit):
+def test_an_impossible_build_timeout_is_refused(spikeport, net_py, limit):
     done = spikeport("compile", f"{net_py}:make", "--build-timeout", limit)
     assert (done.code, done.out) == (2, "")
     assert "--build-timeout" in done.err
@@ -176,7 +176,7 @@ def test_an_empty_path_is_refused(spikeport, net_py, option):
     assert "the path is empty" in done.err
 
 
-def test_unknown_names_of_compile_list_what_there_is(spikeport, net_py):
+def test_unknown_names_of_compile_list_the_known_ones(spikeport, net_py):
     def error(*arguments):
         done = spikeport("compile", *arguments)
         assert (done.code, done.out) == (2, "")
@@ -217,7 +217,9 @@ def test_a_missing_chip_file_is_named(spikeport, net_py, tmp_path):
     assert done == (2, "", f"error: {path}: no such file\n")
 
 
-def test_compile_does_not_write_to_a_place_of_another_kind(spikeport, net_py, tmp_path):
+def test_compile_refuses_a_file_as_its_folder_and_a_folder_or_device_as_its_file(
+    spikeport, net_py, tmp_path
+):
     spec = f"{net_py}:make"
     assert spikeport("compile", spec, "--out", net_py) == (
         2,
@@ -261,7 +263,7 @@ def test_the_report_is_written_even_if_nobody_reads_the_table(
 
 @pytest.fixture
 def board(tmp_path):
-    """Return two chips of one core each."""
+    """Return the chip file of a board with two chips of one core each."""
     text = (chips.BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
     for name, value, limit in (("cores", 128, 1), ("chips", 1, 2)):
         head = f"[limits.{name}]\nvalue = "
@@ -271,7 +273,7 @@ def board(tmp_path):
     return path
 
 
-def test_what_goes_between_chips_is_shown(spikeport, net_py, board, report):
+def test_messages_between_chips_are_shown(spikeport, net_py, board, report):
     options = ("--chip", board, "-p", "", "--rate-hz", "100", *report.option)
     done = spikeport("compile", f"{net_py}:make", *options)
     assert (done.code, done.err) == (0, "")
@@ -327,7 +329,7 @@ def test_a_budget_that_is_kept_exits_with_0(spikeport, net_py):
         (["--loss", "nan"], f"--loss nan: {RUN}"),
     ],
 )
-def test_contradictory_options_are_refused(spikeport, net_py, options, message):
+def test_contradictory_or_impossible_options_are_refused(spikeport, net_py, options, message):
     done = spikeport("compile", f"{net_py}:make", *options)
     assert done == (2, "", f"error: {message}\n")
 
@@ -358,7 +360,7 @@ def test_loss_is_printed_and_written(spikeport, net_py, report):
     assert sum(part.share for part in loss.parts) == pytest.approx(1)
 
 
-def test_a_node_that_raises_is_a_failure_of_the_run(spikeport, net_py):
+def test_a_node_that_raises_fails_the_run_of_loss_but_not_the_compile(spikeport, net_py):
     spec = f"{net_py}:raises_in_a_node"
     assert spikeport("compile", spec).code == 0
     done = spikeport("compile", spec, "--loss", "0.01")

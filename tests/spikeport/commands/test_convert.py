@@ -29,7 +29,7 @@ def tiny(tmp_path):
     return path
 
 
-def test_a_file_becomes_an_image_with_lint_and_report(spikeport, tiny, tmp_path):
+def test_a_policy_file_becomes_an_image_with_errors_and_report(spikeport, tiny, tmp_path):
     seen, out = tmp_path / "seen.npz", tmp_path / "out"
     np.savez(seen, observations=np.random.RandomState(0).randn(50, 3))
     options = ("--observations", seen, "-n", "4", "--tau-fwd", "0.003", "--out", out)
@@ -52,13 +52,15 @@ def test_a_file_becomes_an_image_with_lint_and_report(spikeport, tiny, tmp_path)
     assert not (out / "policy.npz").exists()
 
 
-def test_inputs_that_nobody_recorded_are_named(spikeport, tiny):
+def test_random_observations_are_named_if_no_file_is_given(spikeport, tiny):
     done = spikeport("convert", tiny, "-n", "2")
     assert "observations: 1,000 standard normal ones, without a file of observations\n" in done.out
     assert "hint: rate too low: layer 1 (" in done.out
 
 
-def test_a_policy_that_is_too_large_may_have_fewer_neurons_for_each_unit(spikeport, tiny, tmp_path):
+def test_the_refusal_of_a_policy_that_is_too_large_proposes_fewer_neurons(
+    spikeport, tiny, tmp_path
+):
     chip = chip_file(tmp_path / "small.toml", cores=2, compartments=80)
     refused = spikeport("convert", tiny, "-n", "20", "--chip", chip)
     assert (refused.code, refused.out) == (1, "")
@@ -96,7 +98,7 @@ def test_a_file_that_is_not_there_is_named(spikeport, tmp_path):
     assert spikeport("convert", path) == (2, "", f"error: {path}: no such file\n")
 
 
-def test_a_file_that_is_no_policy_is_refused(spikeport, tmp_path):
+def test_a_file_that_is_not_a_policy_is_refused(spikeport, tmp_path):
     path = tmp_path / "text.pt"
     path.write_text("no policy")
     expected = "expected npz or TorchScript or checkpoint or ONNX, found none of them"
@@ -126,23 +128,25 @@ def test_observations_of_another_size_are_refused(spikeport, tiny, tmp_path):
         ),
     ],
 )
-def test_an_activation_that_is_not_the_files_is_refused(spikeport, tiny, named, complaint):
+def test_an_activation_other_than_the_files_is_refused(spikeport, tiny, named, complaint):
     done = spikeport("convert", tiny, "--activation", named)
     assert done == (2, "", f"error: policy file '{tiny}': {complaint}\n")
 
 
-def test_the_default_of_a_checkpoint_is_refused_too_where_it_is_named(spikeport, tiny):
+def test_the_default_activation_of_checkpoints_is_refused_if_the_file_names_another(
+    spikeport, tiny
+):
     done = spikeport("convert", tiny, "--activation", "elu")
     assert (done.code, done.out) == (2, "")
     assert "expected activation elu, as --activation says, found tanh; leave out" in done.err
 
 
-def test_the_activation_of_a_file_can_be_named_too(spikeport, tiny):
+def test_the_activation_that_the_file_names_may_be_given(spikeport, tiny):
     done = spikeport("convert", tiny, "--activation", "tanh", "-n", "2")
     assert (done.code, done.out.splitlines()[0]) == (0, "policy: 3-4-4-2, tanh")
 
 
-def test_the_activation_of_a_checkpoint_has_to_be_known(spikeport, tmp_path):
+def test_an_unknown_activation_of_a_checkpoint_is_refused(spikeport, tmp_path):
     path = tmp_path / "model.pt"
     layers = nn.Sequential(nn.Linear(3, 4), nn.ELU(), nn.Linear(4, 2)).state_dict()
     state = {f"mlp.{name}": value for name, value in layers.items()}
@@ -153,7 +157,7 @@ def test_the_activation_of_a_checkpoint_has_to_be_known(spikeport, tmp_path):
     assert "expected activation elu or relu or tanh or silu or gelu, found sine" in done.err
 
 
-def test_a_walking_policy_without_the_robot_names_its_extra(spikeport, monkeypatch):
+def test_converting_a_walking_policy_without_mujoco_names_the_robot_extra(spikeport, monkeypatch):
     for name in [n for n in sys.modules if n.startswith("spikeport.robot")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.delitem(sys.modules, "spikeport.experiments.policy.settings", raising=False)

@@ -23,7 +23,7 @@ def lines(table):
     return printed.get().splitlines()
 
 
-def test_a_core_has_its_number_content_and_counts(compilation):
+def test_the_row_of_a_core_has_its_number_content_and_counts(compilation):
     (core,) = compilation.report.cores
     found = lines(core_table(compilation.report, None))
     (row,) = (line.split() for line in found if line.strip().startswith("0 "))

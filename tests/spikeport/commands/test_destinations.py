@@ -10,13 +10,13 @@ from spikeport.errors import UsageError
 
 
 @pytest.mark.parametrize("name", ["json", "html"])
-def test_a_folder_is_no_file_to_write(tmp_path, name):
+def test_a_folder_in_place_of_a_file_is_refused(tmp_path, name):
     to = Destinations(**{"out": None, "json": None, name: tmp_path})
     with pytest.raises(UsageError, match=f"--{name} .*: is not a file that can be replaced"):
         to.check()
 
 
-def test_a_file_is_no_folder_to_write_into(tmp_path):
+def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
     (tmp_path / "out").write_text("")
     with pytest.raises(UsageError, match="is a file; choose a folder"):
         Destinations(out=tmp_path / "out", json=None).check()
@@ -71,7 +71,7 @@ def test_outputs_do_not_replace_each_other(tmp_path, json, html, message):
     assert str(caught.value) == f"{message.format(**asked)}; choose another"
 
 
-def test_the_report_of_the_folder_may_be_named_as_well(tmp_path):
+def test_json_and_html_may_name_the_reports_in_the_folder_of_out(tmp_path):
     out = tmp_path / "out"
     Destinations(out=out, json=out / "report.json", html=out / "report.html").check()
 
@@ -99,7 +99,7 @@ def test_a_network_that_does_not_fit_has_a_report_and_a_page(spikeport, net_py, 
     assert not out.exists()
 
 
-def test_two_reports_become_a_page(spikeport, net_py, tmp_path):
+def test_diff_writes_a_page_of_two_reports(spikeport, net_py, tmp_path):
     for n in ("20", "30"):
         options = ("--set", f"n_neurons={n}", "--out", tmp_path / n)
         assert spikeport("compile", f"{net_py}:make", *options).code == 0
@@ -109,7 +109,7 @@ def test_two_reports_become_a_page(spikeport, net_py, tmp_path):
     assert "compartments used" in page.read_text()
 
 
-def test_a_page_is_made_of_whole_reports_alone(spikeport, net_py, tmp_path):
+def test_a_page_of_an_incomplete_report_is_refused(spikeport, net_py, tmp_path):
     folder = tmp_path / "a"
     spikeport("compile", f"{net_py}:make", "--out", folder)
     part = tmp_path / "result.json"

@@ -22,7 +22,7 @@ def test_a_report_does_not_differ_from_itself(spikeport, two):
     assert spikeport("diff", two[0], two[0]) == (0, "no difference\n", "")
 
 
-def test_what_differs_is_listed_with_its_change(spikeport, two):
+def test_differing_values_are_listed_with_their_change(spikeport, two):
     done = spikeport("diff", *two)
     assert (done.code, done.err) == (1, "")
     rows = {line.split("  ")[1].strip(): line for line in done.out.splitlines() if "  " in line}
@@ -42,7 +42,7 @@ def test_more_words_for_the_host_are_a_difference(spikeport, two):
     assert any("words back / step" in line and "1000" in line for line in lines)
 
 
-def test_a_report_from_before_host_io_is_compared_without_it(spikeport, two):
+def test_reports_without_host_io_can_be_compared(spikeport, two):
     path = two[0] / "report.json"
     report = json.loads(path.read_text())
     del report["host_io"]
@@ -50,7 +50,7 @@ def test_a_report_from_before_host_io_is_compared_without_it(spikeport, two):
     assert spikeport("diff", two[0], two[0] / "report.json").code == 0
 
 
-def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
+def test_files_that_are_not_reports_are_refused(spikeport, two, tmp_path):
     def error(path):
         done = spikeport("diff", two[0], path)
         assert (done.code, done.out) == (2, "")
@@ -74,7 +74,7 @@ def test_files_that_are_no_reports_are_refused(spikeport, two, tmp_path):
     assert error(tmp_path) == f"{tmp_path}: has neither report.json nor result.json"
 
 
-def test_names_in_a_report_are_no_commands_to_the_screen(spikeport, two):
+def test_control_characters_in_a_report_are_escaped(spikeport, two):
     path = two[0] / "report.json"
     report = json.loads(path.read_text())
     report["quantisation"][0]["label"] = "\x1b[2J\ud800"

@@ -1,14 +1,14 @@
-"""``spikeport doctor``: what is installed, and how to get what is not."""
+"""``spikeport doctor``: installed packages, and the commands that install missing ones."""
 
 
-def test_doctor_finds_what_is_installed(spikeport):
+def test_doctor_lists_installed_versions(spikeport):
     done = spikeport("doctor")
     assert (done.code, done.err) == (0, "")
     assert "nengo-loihi" in done.out
     assert "1.1.0" in done.out
 
 
-def test_doctor_says_how_to_get_what_is_missing(spikeport, monkeypatch):
+def test_doctor_names_the_command_that_installs_a_missing_package(spikeport, monkeypatch):
     from spikeport.commands import doctor
 
     found = doctor._version
@@ -31,7 +31,7 @@ def test_doctor_fails_if_something_required_is_missing(spikeport, monkeypatch):
     assert done.out.endswith("to install everything that is missing: pip install spikeport\n")
 
 
-def test_doctor_lists_all_that_the_metadata_asks_for():
+def test_doctor_lists_the_packages_of_the_metadata_but_not_development_tools():
     from spikeport.commands.doctor import packages
 
     found = packages()

@@ -1,4 +1,4 @@
-"""A signal ends a command as an exit does: what is open is closed, whatever it is."""
+"""Signals that end a command as an exit does, so that everything open is closed."""
 
 import os
 import signal
@@ -14,7 +14,7 @@ from spikeport.commands.ending import OF_SERVERS, SIGNALS, ended_in_order, resum
     ("number", "serves"),
     [*((number, False) for number in SIGNALS), *((number, True) for number in OF_SERVERS)],
 )
-def test_a_signal_is_an_exit(number: signal.Signals, serves: bool) -> None:
+def test_a_signal_ends_a_command_as_an_exit_does(number: signal.Signals, serves: bool) -> None:
     closed = []
 
     def interrupted() -> None:
@@ -22,7 +22,7 @@ def test_a_signal_is_an_exit(number: signal.Signals, serves: bool) -> None:
             try:
                 os.kill(os.getpid(), number)
             finally:
-                os.kill(os.getpid(), number)  # a second one does not interrupt what is closed
+                os.kill(os.getpid(), number)  # a second signal does not interrupt the closing
                 closed.append(True)
 
     with pytest.raises(SystemExit) as exits:
@@ -33,7 +33,7 @@ def test_a_signal_is_an_exit(number: signal.Signals, serves: bool) -> None:
 
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_what_can_be_resumed_says_how(number: signal.Signals) -> None:
+def test_an_interrupt_of_resumable_work_says_how_to_go_on(number: signal.Signals) -> None:
     with pytest.raises(KeyboardInterrupt) as interrupt, resumable(Path("out"), "points"):
         os.kill(os.getpid(), number)
     assert str(interrupt.value) == (
@@ -41,14 +41,14 @@ def test_what_can_be_resumed_says_how(number: signal.Signals) -> None:
     )
 
 
-def test_handlers_are_as_before_once_it_is_over() -> None:
+def test_handlers_of_signals_are_restored_after_the_command() -> None:
     before = [signal.getsignal(one) for one in SIGNALS]
     with ended_in_order():
         assert [signal.getsignal(one) for one in SIGNALS] != before
     assert [signal.getsignal(one) for one in SIGNALS] == before
 
 
-def test_what_ignores_the_end_of_its_terminal_goes_on() -> None:
+def test_a_command_that_ignores_sighup_goes_on() -> None:
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         with ended_in_order():

@@ -1,4 +1,4 @@
-"""``spikeport evaluate``: its table, its picture, and what it refuses."""
+"""``spikeport evaluate``: its table, its picture, and its refusals."""
 
 import dataclasses
 import json
@@ -23,7 +23,7 @@ FILES = "figure.png, points, result.json, sweep.json, table.md"
 
 @pytest.fixture
 def here(monkeypatch):
-    """Run episodes in this process, one after the other; those on boxes fail."""
+    """Run episodes in this process, one after the other; episodes on boxes fail."""
 
     def run(points, run_episode, folder, _scheduler, _n_workers, _progress, counted):
         assert counted == "episodes"
@@ -57,7 +57,7 @@ def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, her
     assert table[3] == "| strength=0.2 | 2 of 2 | 34-100 % |" + " - |" * 11
 
 
-def test_the_screen_has_whole_names_headings_and_means_in_80_columns():
+def test_the_table_shows_names_headings_and_means_uncut_in_80_columns():
     means = dict.fromkeys(MEASURES, of_mean([0.25, 0.25]))
     rows = [TableRow(row, 100, of_share(100, 200), means) for row in ROWS]
     console = Console(width=80)
@@ -89,7 +89,9 @@ def test_the_screen_has_whole_names_headings_and_means_in_80_columns():
         ),
     ],
 )
-def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked, title):
+def test_the_title_of_the_table_names_the_policy(
+    spikeport, here, monkeypatch, tmp_path, asked, title
+):
     walker = SimpleNamespace(walk=lambda *_: None)
     monkeypatch.setattr(episode, "find_walker", lambda *_: walker)
     monkeypatch.setattr(episode, "measure", lambda _: {"falls": 1, **dict.fromkeys(MEASURES)})
@@ -142,7 +144,7 @@ def test_a_table_says_whose_it_is(spikeport, here, monkeypatch, tmp_path, asked,
         ),
     ],
 )
-def test_what_cannot_be_evaluated_is_refused(
+def test_evaluations_that_are_not_possible_are_refused(
     spikeport, here, monkeypatch, tmp_path, arguments, message
 ):
     monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path))
@@ -152,7 +154,7 @@ def test_what_cannot_be_evaluated_is_refused(
 
 
 @pytest.mark.parametrize("name", ["a$\\frac$.npz", "p\udcff.npz"])
-def test_a_policy_s_file_may_have_any_name(spikeport, here, tmp_path, name):
+def test_the_file_of_a_policy_may_have_any_name(spikeport, here, tmp_path, name):
     policy, out = tmp_path / name, tmp_path / "out"
     walking_policy.load().save(policy)
     options = ("--row", "push=0.5", "--set", f"policy={policy}", "--out", out)
@@ -174,7 +176,7 @@ def test_an_evaluation_does_not_go_on_with_another_policy_in_its_file(spikeport,
 
 
 @pytest.mark.slow
-def test_workers_walk_the_episodes_and_one_that_is_there_goes_on(spikeport, tmp_path):
+def test_workers_run_the_episodes_and_a_second_evaluation_keeps_finished_ones(spikeport, tmp_path):
     asked = (*WALK, "--episodes", 1, "--row", "push=0.5", "--workers", 1)
     assert spikeport(*asked, "--out", tmp_path).code == 0
     written = {path: path.stat().st_mtime_ns for path in (tmp_path / "points").iterdir()}

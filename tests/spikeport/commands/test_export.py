@@ -3,7 +3,7 @@
 import nir
 
 
-def test_export_writes_a_graph_and_says_what_is_in_it(spikeport, image, image_file, tmp_path):
+def test_export_writes_a_graph_and_prints_its_size(spikeport, image, image_file, tmp_path):
     out = tmp_path / "image.nir"
     done = spikeport("export", image_file, "--nir", out)
     assert (done.code, done.err) == (0, "")
@@ -15,7 +15,7 @@ def test_export_writes_a_graph_and_says_what_is_in_it(spikeport, image, image_fi
     )
 
 
-def test_the_image_is_not_replaced(spikeport, image_file):
+def test_the_image_is_not_replaced_by_its_graph(spikeport, image_file):
     before = image_file.read_bytes()
     done = spikeport("export", image_file, "--nir", image_file)
     assert done == (
@@ -26,7 +26,7 @@ def test_the_image_is_not_replaced(spikeport, image_file):
     assert image_file.read_bytes() == before
 
 
-def test_a_folder_is_no_file(spikeport, image_file, tmp_path):
+def test_a_folder_in_place_of_the_file_is_refused(spikeport, image_file, tmp_path):
     done = spikeport("export", image_file, "--nir", tmp_path)
     assert done.code == 2
     assert (

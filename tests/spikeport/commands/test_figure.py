@@ -1,4 +1,4 @@
-"""``spikeport figure``: which run it asks for; the runs are tested in tests/experiments."""
+"""``spikeport figure``: the runs that it asks for; tests/experiments tests the runs themselves."""
 
 from pathlib import Path
 
@@ -19,7 +19,7 @@ def asked(monkeypatch):
     return requests
 
 
-def test_the_figures_have_the_papers_settings(spikeport, asked):
+def test_figures_are_run_with_the_papers_settings(spikeport, asked):
     assert spikeport("figure", "reach").code == spikeport("figure", "draw").code == 0
     assert asked == [
         RunRequest(
@@ -35,7 +35,7 @@ def test_the_figures_have_the_papers_settings(spikeport, asked):
     ]
 
 
-def test_what_is_asked_for_replaces_the_papers_settings(spikeport, asked, tmp_path):
+def test_the_users_options_replace_the_papers_settings(spikeport, asked, tmp_path):
     settings = ("--set", "digit=8", "--set", "m1=50")
     rest = ("--seconds", "6", "--seed", "3", "--backend", "reference", "--video", "--overwrite")
     assert spikeport("figure", "draw", *settings, *rest, "--out", tmp_path).code == 0
@@ -58,7 +58,9 @@ def test_what_is_asked_for_replaces_the_papers_settings(spikeport, asked, tmp_pa
         (("--seed", str(2**32 - 1)), "--seed 4294967295: the last of 5 runs has seed 4294967299"),
     ],
 )
-def test_what_the_figure_of_the_walks_cannot_have_is_refused(spikeport, asked, options, words):
+def test_a_backend_without_neurons_or_too_large_a_seed_is_refused_for_the_figure_of_walks(
+    spikeport, asked, options, words
+):
     refused = spikeport("figure", "5a", *options)
     assert refused.code == 2
     assert refused.err.startswith(f"error: {words}")
@@ -74,7 +76,7 @@ def test_a_figure_leaves_the_folder_of_its_run(spikeport, tmp_path):
     assert sorted(path.name for path in out.iterdir()) == ["figure.png", "probes.nc", "result.json"]
 
 
-def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
+def test_the_figure_of_walks_is_a_sweep(spikeport, asked, tmp_path):
     assert spikeport("figure", "walk", "--seed", "3", "--out", tmp_path).code == 0
     (request,) = asked
     assert request == sweep.SweepRequest(
@@ -91,7 +93,7 @@ def test_the_walks_figures_are_sweeps(spikeport, asked, tmp_path):
     )
 
 
-def test_the_sweep_of_the_walk_goes_to_a_scheduler(spikeport, asked):
+def test_the_sweep_of_walks_is_passed_its_scheduler_and_settings(spikeport, asked):
     where = ("--scheduler", "tcp://127.0.0.1:8786")
     options = ("--seconds", "20", "--set", "path=line")
     assert spikeport("figure", "walk-sweep", *where, *options).code == 0
@@ -103,7 +105,7 @@ def test_the_sweep_of_the_walk_goes_to_a_scheduler(spikeport, asked):
 
 
 @pytest.mark.parametrize("option", [("--workers", "2"), ("--scheduler", "tcp://127.0.0.1:1")])
-def test_a_single_run_has_no_workers(spikeport, asked, option):
+def test_workers_are_refused_for_the_figure_of_a_single_run(spikeport, asked, option):
     assert spikeport("figure", "reach", *option) == (
         2,
         "",
@@ -113,7 +115,7 @@ def test_a_single_run_has_no_workers(spikeport, asked, option):
 
 
 @pytest.mark.parametrize("option", ["--video", "--overwrite", "--counts"])
-def test_a_sweep_has_no_video_and_overwrites_nothing(spikeport, asked, option):
+def test_video_overwrite_and_counts_are_refused_for_the_figure_of_a_sweep(spikeport, asked, option):
     assert spikeport("figure", "walk", option) == (
         2,
         "",
@@ -130,7 +132,7 @@ def test_a_sweep_has_no_video_and_overwrites_nothing(spikeport, asked, option):
         (("--backend", "native-threads"), "--backend"),
     ],
 )
-def test_what_a_figure_varies_has_no_one_value(spikeport, asked, option, name):
+def test_a_value_of_a_setting_that_the_figure_varies_is_refused(spikeport, asked, option, name):
     assert spikeport("figure", "5b", *option) == (
         2,
         "",
@@ -161,7 +163,9 @@ def test_a_figure_without_a_run_takes_no_options_of_runs(spikeport, asked, optio
     assert not (tmp_path / "out").exists()
 
 
-def test_no_option_that_a_figure_has_not_is_said_to_end_it(spikeport, monkeypatch, tmp_path):
+def test_drawing_the_overview_gives_no_notice_of_the_build_timeout(
+    spikeport, monkeypatch, tmp_path
+):
     monkeypatch.setattr("spikeport.build_timer.NOTICE_S", 0.0)
     monkeypatch.setattr(
         "spikeport.experiments.switch.overview.overview_figure", lambda _network: Figure()
@@ -171,7 +175,7 @@ def test_no_option_that_a_figure_has_not_is_said_to_end_it(spikeport, monkeypatc
     assert done == (0, f"written: {out}/ (figure.png)\n", "")
 
 
-def test_an_unknown_figure_lists_those_there_are(spikeport):
+def test_an_unknown_figure_lists_the_known_ones(spikeport):
     assert spikeport("figure", "dance") == (
         2,
         "",
@@ -180,7 +184,7 @@ def test_an_unknown_figure_lists_those_there_are(spikeport):
     )
 
 
-def test_the_papers_numbers_stand_for_the_names(spikeport, asked):
+def test_the_papers_numbers_of_figures_stand_for_their_names(spikeport, asked):
     for figure_ in ("1", "teaser", "6", "basal-ganglia", "3", "reach", "5a", "walk"):
         assert spikeport("figure", figure_).code == 0
     assert asked[0] == asked[1] == asked[2] == asked[3]

@@ -1,4 +1,4 @@
-"""Options of a link that would do nothing are refused, and files are not written over."""
+"""Options of the link to a board: refusals of options without effect, and files that are kept."""
 
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ def test_options_of_a_run_without_a_board_are_the_defaults() -> None:
     assert link_options(link(), Tls(), "native") == LinkOptions()
 
 
-def test_options_reach_the_board(tmp_path: Path) -> None:
+def test_options_of_a_run_on_a_board_are_passed_to_its_link(tmp_path: Path) -> None:
     record, board = tmp_path / "folder" / "record", "tcp://127.0.0.1:80"
     asked = link(board=board, real_time=True, hold=3, record=record)
     files = made_certificates(tmp_path, "host")
@@ -52,7 +52,7 @@ def test_options_reach_the_board(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_what_is_wrong_with_a_link_is_said_before_a_compile(
+def test_wrong_addresses_certificates_and_records_are_refused(
     asked: Link, tls: Tls, reason: str
 ) -> None:
     with pytest.raises(UsageError, match=reason):
@@ -86,14 +86,14 @@ def test_options_that_would_do_nothing_are_refused(
         link_options(link(**options), Tls(), backend)
 
 
-def test_a_record_is_not_written_over(tmp_path: Path) -> None:
+def test_a_file_is_not_overwritten_by_a_record(tmp_path: Path) -> None:
     path = tmp_path / "record"
     path.write_text("precious")
     with pytest.raises(UsageError, match="is there already; choose another file"):
         link_options(link(record=path), Tls(), "board")
 
 
-def test_a_link_to_no_file_is_not_taken_away(tmp_path: Path) -> None:
+def test_a_dangling_symlink_is_not_replaced_by_a_record(tmp_path: Path) -> None:
     path = tmp_path / "record"
     path.symlink_to(tmp_path / "elsewhere")
     with pytest.raises(UsageError, match="is there already; choose another file"):
@@ -101,7 +101,7 @@ def test_a_link_to_no_file_is_not_taken_away(tmp_path: Path) -> None:
     assert path.is_symlink()
 
 
-def test_what_is_no_record_is_refused_before_a_compile(tmp_path: Path) -> None:
+def test_a_replay_of_a_file_that_is_missing_or_not_a_record_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "record"
     with pytest.raises(UsageError, match="no such file"):
         link_options(link(replay=path), Tls(), "replay")
@@ -110,6 +110,6 @@ def test_what_is_no_record_is_refused_before_a_compile(tmp_path: Path) -> None:
         link_options(link(replay=path), Tls(), "replay")
 
 
-def test_tls_takes_all_three_files() -> None:
+def test_tls_with_fewer_than_three_files_is_refused() -> None:
     with pytest.raises(UsageError, match="three files: --cert, --key and --ca"):
         certificates(Tls(cert=Path("c")))

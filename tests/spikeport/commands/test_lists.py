@@ -1,4 +1,4 @@
-"""``spikeport chips`` and ``spikeport backends``: what there is."""
+"""``spikeport chips`` and ``spikeport backends``."""
 
 from spikeport.backends.registry import BACKENDS
 from spikeport.experiments import registry
@@ -7,7 +7,7 @@ from spikeport.hardware_models import chip as chips
 ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.05")
 
 
-def test_chips_lists_every_chip_with_its_limits(spikeport):
+def test_chips_lists_every_chip_with_its_title_and_names_sources(spikeport):
     done = spikeport("chips")
     assert done.code == 0
     for name in chips.names():
@@ -15,13 +15,13 @@ def test_chips_lists_every_chip_with_its_limits(spikeport):
     assert "Davies 2018" in done.out
 
 
-def test_chips_lists_what_is_published_of_host_io(spikeport):
+def test_chips_lists_published_figures_of_host_io(spikeport):
     rows = [line.split() for line in spikeport("chips").out.splitlines() if "host I/O" in line]
     assert [row[2] for row in rows] == ["step", "word", "packet"]
     assert rows[0][3:7] == ["8", "ms", "[0.95,", "9]"]
 
 
-def test_sources_are_printed_whole_where_columns_are_narrow(monkeypatch, spikeport):
+def test_sources_of_figures_are_printed_whole(monkeypatch, spikeport):
     wide = spikeport("chips").out
     assert "nengo-loihi 1.1.0, hardware/nxsdk_objects.py" in wide
     assert "…" not in wide
@@ -33,7 +33,9 @@ def test_backends_lists_every_backend(spikeport):
     assert [name for name in (*BACKENDS, "analytic") if f"  {name} " not in done.out] == []
 
 
-def test_backends_says_how_to_get_a_missing_experiment(spikeport, monkeypatch):
+def test_backends_and_run_name_the_command_that_installs_a_missing_experiment(
+    spikeport, monkeypatch
+):
     def absent(name):
         raise ModuleNotFoundError(f"No module named '{name}'", name="xarray")
 

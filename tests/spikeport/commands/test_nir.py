@@ -1,4 +1,4 @@
-"""``spikeport compile graph.nir``: what it says and measures, and what it refuses."""
+"""``spikeport compile graph.nir`` and ``simulate graph.nir``: output and refusals."""
 
 import numpy as np
 import xarray as xr
@@ -7,7 +7,7 @@ from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import spikes, written
 
 
-def test_compile_says_what_differs_and_measures_on_spikes_of_a_file(spikeport, tmp_path):
+def test_compile_lists_differences_and_measures_agreement_on_spikes_of_a_file(spikeport, tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     np.savez(tmp_path / "in.npz", input=spikes(6, 100))
     done = spikeport("compile", path, "--dt", "0.001", "--spikes", tmp_path / "in.npz")
@@ -24,7 +24,7 @@ def test_compile_says_what_differs_and_measures_on_spikes_of_a_file(spikeport, t
     assert abs(int(wanted) - int(found)) <= 3
 
 
-def test_random_spikes_say_that_they_are(spikeport, tmp_path):
+def test_compile_describes_random_spikes(spikeport, tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     done = spikeport("compile", path, "--set", "dt=0.001", "--set", "parts=1", "--spikes", "random")
     assert done.code == 0
@@ -41,7 +41,7 @@ def test_a_graph_without_a_time_step_is_refused(spikeport, tmp_path):
     )
 
 
-def test_other_networks_have_no_use_for_them(spikeport):
+def test_dt_and_spikes_are_refused_for_networks_that_are_not_nir_graphs(spikeport):
     for option, value in (("--dt", "0.001"), ("--spikes", "random")):
         done = spikeport("compile", "arm", option, value)
         assert done.code == 2
@@ -49,7 +49,7 @@ def test_other_networks_have_no_use_for_them(spikeport):
         assert done.err == expected
 
 
-def test_a_loss_of_a_graph_is_measured_otherwise(spikeport, tmp_path):
+def test_the_option_loss_is_refused_for_a_graph_and_spikes_named_instead(spikeport, tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     for spikes_given, instead in (
         ([], "give --spikes FILE.npz or --spikes random in its place, which"),
@@ -63,7 +63,7 @@ def test_a_loss_of_a_graph_is_measured_otherwise(spikeport, tmp_path):
         )
 
 
-def test_simulate_plays_spikes_and_says_what_differs(spikeport, tmp_path):
+def test_simulate_plays_spikes_and_lists_differences(spikeport, tmp_path):
     path, out = written(tmp_path, nir_graphs.recurrent()), tmp_path / "run"
     np.savez(tmp_path / "in.npz", input=spikes(6, 60))
     options = ("--dt", "0.001", "--spikes", tmp_path / "in.npz", "--seconds", "0.06", "--out", out)

@@ -58,14 +58,14 @@ def test_a_group_cannot_be_changed_nor_made_by_position():
         Target().chip = "loihi2"
 
 
-def test_a_sweep_has_a_process_for_each_core_it_may_use_unless_asked_for_less(monkeypatch):
+def test_a_sweep_has_a_process_for_each_core_it_may_use_unless_a_number_is_given(monkeypatch):
     monkeypatch.setattr(os, "sched_getaffinity", lambda _process: {1, 3})
     assert Workers().n_processes == 2
     assert Workers(n=3).n_processes == 3
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.0009, 2_000_001.0, float("nan")])
-def test_a_run_has_a_step_and_an_end(seconds):
+def test_a_run_of_less_than_a_step_or_of_too_many_is_refused(seconds):
     check_seconds("--loss", 0.001)
     check_seconds("--loss", 1_000_000.0)
     with pytest.raises(UsageError, match="a run is at least one step of"):

@@ -42,7 +42,7 @@ def test_a_pipeline_can_be_chosen_by_name(spikeport, net_py):
     assert after == [f"after {name}:" for name in registry.PIPELINES["compact"].split(",")]
 
 
-def test_passes_can_be_chosen(spikeport, net_py):
+def test_passes_can_be_chosen_one_by_one_with_options(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "--passes", "")
     assert (done.code, "on 2 cores" in done.out) == (0, True)
     done = spikeport("compile", f"{net_py}:make", "-p", "pack{effort=0}")
@@ -50,14 +50,14 @@ def test_passes_can_be_chosen(spikeport, net_py):
     assert "pack: cores 2 -> 1\n" in done.out
 
 
-def test_how_connections_are_wired_is_counted(spikeport, tmp_path):
+def test_connections_are_counted_by_their_decode_path(spikeport, tmp_path):
     (tmp_path / "pairs.py").write_text(PAIRS, encoding="utf-8")
     done = spikeport("compile", f"{tmp_path / 'pairs.py'}:make", "-p", "decode_path")
     assert done.code == 0
     assert "decode_path: 1 direct, 2 host\n" in done.out
 
 
-def test_what_a_pass_changed_is_printed_with_three_digits():
+def test_changes_of_a_pass_are_printed_with_three_digits():
     notes = {
         "cores": {"before": None, "after": 1200},
         "energy_step_j (fit)": {"before": 1.23456e-6, "after": 0.00012},
@@ -71,7 +71,7 @@ def test_what_a_pass_changed_is_printed_with_three_digits():
 
 
 @pytest.mark.parametrize(("chosen", "printed"), [("pack", ["pack"]), ("all", ["split", "pack"])])
-def test_print_after_prints_what_a_pass_leaves(spikeport, net_py, chosen, printed):
+def test_print_after_prints_the_image_after_the_chosen_passes(spikeport, net_py, chosen, printed):
     done = spikeport("compile", f"{net_py}:make", "-p", "split,pack", "--print-after", chosen)
     assert done.code == 0
     after = [line for line in done.out.splitlines() if line.startswith("after ")]
@@ -79,7 +79,7 @@ def test_print_after_prints_what_a_pass_leaves(spikeport, net_py, chosen, printe
     assert "\n  block 0 neurons: compartments 0 to 19, thresholds " in done.out
 
 
-def test_labels_that_are_printed_are_no_commands_to_the_screen(spikeport, net_py):
+def test_control_characters_in_labels_are_escaped(spikeport, net_py):
     odd = ("--set", "label=\x1b[2J\ud800")
     done = spikeport("compile", f"{net_py}:make", *odd, "-p", "compact", "--print-after", "all")
     assert done.code == 0
@@ -87,7 +87,7 @@ def test_labels_that_are_printed_are_no_commands_to_the_screen(spikeport, net_py
     assert r"\x1b[2J\ud800" in done.out
 
 
-def test_print_after_a_pass_that_is_not_there(spikeport, net_py):
+def test_print_after_a_pass_that_is_not_in_the_pipeline_is_refused(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "-p", "split", "--print-after", "pack")
     assert done.code == 2
     assert done.err == "error: unknown pass of this compile 'pack'; choose from: all, split\n"

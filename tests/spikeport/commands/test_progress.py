@@ -1,4 +1,4 @@
-"""The progress of what may take long: a bar on a terminal, a line a stage elsewhere."""
+"""The progress of long work: a bar on a terminal, a line for each stage elsewhere."""
 
 import io
 import re
@@ -15,7 +15,7 @@ class Terminal(io.StringIO):
         return True
 
 
-def test_where_nobody_looks_each_stage_is_a_line(capsys):
+def test_each_stage_is_a_line_if_the_output_is_not_a_terminal(capsys):
     with progress_bar() as update:
         for what, share in [("walking", None), ("walking", 0.5), ("to\nrest", 0.1)]:
             update(what, share)
@@ -45,7 +45,7 @@ def test_a_compile_names_its_stages(capsys):
     assert lines == [f"compiling: {name}" for name in [*names, "verifying"]]
 
 
-def test_nothing_moves_on_a_terminal_where_steps_keep_to_the_clock(monkeypatch):
+def test_without_moves_a_stage_is_a_plain_line_even_on_a_terminal(monkeypatch):
     terminal = Terminal()
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(sys, "stderr", terminal)

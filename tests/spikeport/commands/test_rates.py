@@ -22,7 +22,7 @@ def test_stated_rates_give_energy_and_time(spikeport, net_py, report):
     assert len(written["energy"]["nahuku-fit"]["cores"]) == len(written["cores"])
 
 
-def test_modules_cost_what_their_neurons_do(spikeport, net_py, report):
+def test_the_report_has_the_energy_of_every_module(spikeport, net_py, report):
     options = ("--rate-hz", "100", "--cores", *report.option)
     done = spikeport("compile", f"{net_py}:make", *options)
     assert done.code == 0
@@ -57,13 +57,13 @@ def test_rates_that_make_no_sense_are_refused(spikeport, net_py, rates, message)
     assert spikeport("compile", f"{net_py}:make", *options) == (2, "", f"error: {message}\n")
 
 
-def test_a_rate_of_an_unknown_ensemble_lists_those_there_are(spikeport, net_py):
+def test_a_rate_of_an_unknown_ensemble_lists_the_known_ones(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "--rate-hz", "neuron=5")
     assert done.code == 2
     assert done.err.startswith("error: unknown ensemble 'neuron'; choose from: host, neurons, ")
 
 
-def test_where_nothing_is_public_the_report_says_so(spikeport, net_py, report):
+def test_the_report_says_which_figures_are_not_public(spikeport, net_py, report):
     options = ("--rate-hz", "100", *report.option)
     done = spikeport("compile", f"{net_py}:make", "--chip", "loihi2", *options)
     assert done.code == 0

@@ -1,4 +1,4 @@
-"""Reports of compiles and runs, wherever they lie."""
+"""Reports of compiles and runs, read from files or folders."""
 
 import json
 
@@ -29,7 +29,7 @@ def test_a_report_is_read_from_its_file_or_folder(tmp_path, name, report):
 
 
 @pytest.mark.parametrize("missing", ["image_digest", "resources", "energy", "timing"])
-def test_a_file_that_lacks_a_part_is_no_report(tmp_path, missing):
+def test_a_file_that_lacks_a_part_of_a_report_is_refused(tmp_path, missing):
     path = tmp_path / "x.json"
     path.write_text(json.dumps({k: v for k, v in COMPILE.items() if k != missing}))
     assert refusal(path) == f"{path}: not a report of a compile, nor of a run"
@@ -45,7 +45,7 @@ def test_a_report_of_another_schema_is_refused(tmp_path, report, known, schema, 
     )
 
 
-def test_a_run_on_no_chip_has_nothing_to_compare(tmp_path):
+def test_the_report_of_a_run_without_a_chip_is_refused(tmp_path):
     path = tmp_path / "x.json"
     path.write_text(json.dumps(RUN | {"resources": None}))
     assert refusal(path) == (
@@ -54,7 +54,7 @@ def test_a_run_on_no_chip_has_nothing_to_compare(tmp_path):
     )
 
 
-def test_what_is_no_json_and_what_is_not_there_are_refused(tmp_path):
+def test_missing_files_and_files_that_are_not_json_are_refused(tmp_path):
     path = tmp_path / "x.json"
     assert refusal(path) == f"{path}: no such file or folder"
     path.write_text("{")

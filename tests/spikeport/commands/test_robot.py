@@ -34,7 +34,9 @@ from spikeport.robot.link.connection import RobotOptions
         ({"pose": ("torso=0.5",), "hoist": True}, "--pose torso: a robot on its hoist has its"),
     ],
 )
-def test_what_cannot_be_served_is_refused(asked: dict[str, Any], words: str) -> None:
+def test_options_with_which_no_robot_can_be_served_are_refused(
+    asked: dict[str, Any], words: str
+) -> None:
     with pytest.raises(UsageError, match=words):
         serve(
             RobotService(
@@ -47,7 +49,7 @@ def link(**options: Any) -> RobotLink:
     return RobotLink(**{"robot_fault": [], **options})
 
 
-def test_a_run_without_a_robot_has_none() -> None:
+def test_a_run_without_a_robot_has_no_robot_options() -> None:
     assert robot_options(link()) is None
 
 
@@ -60,7 +62,7 @@ def test_a_robot_without_its_extra_is_refused_before_the_run(monkeypatch) -> Non
     assert robot_options(link(robot="inline")) == RobotOptions("inline")
 
 
-def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_unless_asked() -> None:
+def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_by_default() -> None:
     assert robot_options(link(robot="stub")) == RobotOptions("stub")
     assert robot_options(link(robot="stub", robot_real_time=True)) == RobotOptions("stub", True)
     assert robot_options(link(robot="dds:lo:1")) == RobotOptions("dds:lo:1", True)

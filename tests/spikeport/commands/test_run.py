@@ -1,4 +1,4 @@
-"""``spikeport run`` as a user types it; what a run computes is tested in tests/experiments."""
+"""``spikeport run`` as a user types it; tests/experiments tests the results of runs."""
 
 import errno
 import json
@@ -41,7 +41,7 @@ def test_a_run_without_out_goes_into_a_folder_of_its_own(spikeport, tmp_path, mo
     assert (folder / "result.json").is_file()
 
 
-def test_unknown_names_of_run_list_what_there_is(spikeport, tmp_path):
+def test_unknown_names_of_run_list_the_known_ones(spikeport, tmp_path):
     def error(*arguments):
         done = spikeport("run", *arguments, "--out", tmp_path / "run")
         assert (done.code, done.out) == (2, "")
@@ -130,7 +130,7 @@ def test_overwrite_replaces_nothing_but_runs(spikeport, tmp_path):
 
 
 @pytest.mark.slow
-def test_an_earlier_run_outlives_one_that_does_not_fit(spikeport, tmp_path):
+def test_an_earlier_run_is_kept_if_the_new_network_does_not_fit(spikeport, tmp_path):
     out = tmp_path / "run"
     assert spikeport(*ANALYTIC, "--out", out).code == 0
     before = (out / "result.json").read_text()
@@ -179,7 +179,7 @@ RESULT = {"experiment": "switch", "backend": "native", "energy_by_unit": {}} | d
 )
 
 
-def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
+def test_metrics_of_phases_are_printed_line_by_line(tmp_path, capsys):
     phases = [
         {"name": "walk", "success": True, "behind_m": 0.1, "spikes_by_nucleus": {}},
         {"name": "draw", "success": False},
@@ -193,7 +193,7 @@ def test_metrics_of_parts_are_named_line_by_line(tmp_path, capsys):
     assert printed[first + 1] == "draw: success no"
 
 
-def test_names_of_phases_are_no_markup(tmp_path, capsys):
+def test_names_of_phases_are_not_read_as_markup(tmp_path, capsys):
     phases = [{"name": "[/a] [red]b", "success": True}]
     result = {**RESULT, "metrics": {"phases": phases}}
     show_outcome(Outcome(result, report=None, activity=None), tmp_path)

@@ -15,7 +15,7 @@ def compilation(net_py):
     return compile_network(find_network(f"{net_py}:make", []))
 
 
-def test_neurobenchs_metrics_are_a_line(compilation):
+def test_metrics_of_neurobench_are_printed_in_one_line(compilation):
     static = compilation.report.neurobench
     assert neurobench_line(static, None) == (
         f"NeuroBench: footprint {static.footprint_bytes:,} B, "
@@ -28,7 +28,7 @@ def test_neurobenchs_metrics_are_a_line(compilation):
     assert ", effective MACs " in line
 
 
-def test_hints_of_one_rule_are_a_line_that_names_the_first_objects(compilation, capsys):
+def test_hints_of_one_rule_are_one_line_that_names_the_first_objects(compilation, capsys):
     hints = [Violation("SP404", "copies", f"n{i}", f"{i} of 9", "", "redraw") for i in range(5)]
     hints.insert(2, Violation("SP402", "zeros", "z", "all", "", "remove"))
     report = compilation.report
@@ -41,7 +41,7 @@ def test_hints_of_one_rule_are_a_line_that_names_the_first_objects(compilation, 
     ) in printed
 
 
-def test_tables_of_cores_are_shown_where_they_are_asked_for(compilation, capsys):
+def test_tables_of_cores_are_shown_only_if_they_are_asked_for(compilation, capsys):
     printed = []
     for cores in (False, True):
         show_findings(Findings(compilation.report), cores)
@@ -49,7 +49,7 @@ def test_tables_of_cores_are_shown_where_they_are_asked_for(compilation, capsys)
     assert [" holds " in text for text in printed] == [False, True]
 
 
-def test_what_is_shown_of_host_io_stands_beside_the_step_time(compilation, capsys):
+def test_host_io_is_shown_beside_the_step_time(compilation, capsys):
     rates = Rates(100.0, {})
     activity = expected_activity(compilation.image, rates)
     show_findings(Findings(compilation.report, activity, rates), cores=False)
@@ -59,7 +59,7 @@ def test_what_is_shown_of_host_io_stands_beside_the_step_time(compilation, capsy
     assert beside.count("dt = 1 ms not shown") == 2
 
 
-def test_a_written_folder_is_a_line_however_long_it_is(tmp_path, capsys):
+def test_a_written_folder_is_printed_in_one_line_however_long_it_is(tmp_path, capsys):
     for name in ("b.json", ".lock", "a[1].png"):
         (tmp_path / name).touch()
     print_written(Console(width=20), tmp_path)

@@ -20,7 +20,7 @@ def test_show_prints_chip_digest_blocks_inputs_and_outputs(spikeport, image, ima
     assert "1 spikes spiked 40 40 none" in rows
 
 
-def test_names_in_a_file_are_no_commands_to_the_screen(spikeport, image, tmp_path):
+def test_control_characters_in_an_image_are_escaped(spikeport, image, tmp_path):
     manifest, odd = image.manifest, "\x1b[2J\x07"
     changed = {
         name: tuple(replace(one, **{field: odd}) for one in getattr(manifest, name))
@@ -34,7 +34,7 @@ def test_names_in_a_file_are_no_commands_to_the_screen(spikeport, image, tmp_pat
     assert done.out.count(r"\x1b[2J\x07") == 6
 
 
-def test_letters_that_the_screen_does_not_have_are_escaped(image, tmp_path):
+def test_characters_that_the_output_encoding_lacks_are_escaped(image, tmp_path):
     path = tmp_path / "image.npz"
     replace(image, manifest=replace(image.manifest, chip="\U0001f600")).save(path)
     command = [sys.executable, "-c", "from spikeport.cli import main; main()", "show", str(path)]
@@ -44,7 +44,7 @@ def test_letters_that_the_screen_does_not_have_are_escaped(image, tmp_path):
     assert r"for chip \U0001f600" in done.stdout
 
 
-def test_what_is_no_image_is_refused_in_a_line(spikeport, tmp_path):
+def test_a_file_that_is_not_an_image_is_refused_in_one_line(spikeport, tmp_path):
     path = tmp_path / "notes.txt"
     path.write_text("text")
     message = f"error: {path}: not a chip image, or truncated or altered\n"

@@ -1,4 +1,4 @@
-"""``spikeport simulate`` as a user types it: a folder, a table, and what it refuses."""
+"""``spikeport simulate`` as a user types it: a folder, a table, and refusals."""
 
 import json
 import re
@@ -55,7 +55,9 @@ def test_a_run_leaves_a_folder_and_prints_the_errors(spikeport, net_py, tmp_path
     assert error == result["metrics"]["largest_error"]
     (row,) = (line.split() for line in done.out.splitlines() if line.startswith("  neurons "))
     assert row[:3] + row[4:6] == ["neurons", "1", "100", f"{100 * error:.2g}", "%"]
-    assert float(row[3]) == pytest.approx(0.4, abs=0.2)  # of an input of 0.5, still rising
+    assert float(row[3]) == pytest.approx(
+        0.4, abs=0.2
+    )  # the input is 0.5, and the value still rises
     assert done.out.splitlines()[-1] == f"written: {out}/ ({', '.join(FILES)})"
 
 
@@ -75,7 +77,7 @@ def test_anyone_can_recompute_energy_and_times_from_the_counts(spikeport, tmp_pa
     assert spikeport("simulate", tmp_path / "chain.py", *options, "--overwrite").code == 0
 
 
-def test_counts_are_of_cores(spikeport, net_py, tmp_path):
+def test_counts_are_refused_for_a_backend_without_cores(spikeport, net_py, tmp_path):
     options = ("--counts", "--backend", "reference", "--out", tmp_path / "run")
     assert spikeport("simulate", f"{net_py}:make", *options) == (
         2,
@@ -85,7 +87,9 @@ def test_counts_are_of_cores(spikeport, net_py, tmp_path):
     )
 
 
-def test_what_is_refused_is_moved_to_the_host_and_said_with_all_hints(spikeport, tmp_path):
+def test_offload_moves_refused_ensembles_to_the_host_and_prints_them_with_all_hints(
+    spikeport, tmp_path
+):
     spec = f"{refused_networks.__name__}:with_foreign_neurons"
     options = ("--seconds", "0.05", "--out", tmp_path / "run")
     refused = spikeport("simulate", spec, *options)
@@ -116,7 +120,7 @@ def test_a_run_prints_the_hints_of_its_compile(spikeport, tmp_path):
     assert "hint: SP413 lasting errors: a (gain 1); cure: " in " ".join(done.out.split())
 
 
-def test_an_earlier_run_is_kept_or_replaced(spikeport, net_py, tmp_path):
+def test_an_earlier_run_is_replaced_only_with_overwrite(spikeport, net_py, tmp_path):
     command = ("simulate", f"{net_py}:make", "--seconds", "0.01", "--out", tmp_path / "run")
     assert spikeport(*command, "--backend", "nengo-loihi").code == 0
     assert "holds a run; choose another --out, or give --overwrite" in spikeport(*command).err
@@ -127,7 +131,7 @@ def test_an_earlier_run_is_kept_or_replaced(spikeport, net_py, tmp_path):
     assert result["resources"] is None
 
 
-def test_an_earlier_run_stays_where_the_series_of_a_new_one_cannot_be_made(
+def test_an_earlier_run_stays_if_the_time_series_of_a_new_one_cannot_be_made(
     spikeport, net_py, tmp_path, monkeypatch
 ):
     command = ("simulate", f"{net_py}:make", "--seconds", "0.01", "--out", tmp_path / "run")
@@ -138,7 +142,7 @@ def test_an_earlier_run_stays_where_the_series_of_a_new_one_cannot_be_made(
     assert names(tmp_path / "run") == FILES
 
 
-def test_a_run_too_short_for_a_sample_is_kept_and_shown(spikeport, tmp_path):
+def test_a_run_too_short_for_a_sample_is_written_and_can_be_viewed(spikeport, tmp_path):
     (tmp_path / "net.py").write_text(CHAIN.replace("groups[-1])", "groups[-1], sample_every=0.05)"))
     out = tmp_path / "run"
     options = ("--seconds", "0.02", "--out", out)
@@ -195,7 +199,7 @@ def test_wrong_use_is_refused_and_leaves_nothing(
     assert not list((tmp_path / "runs").glob("*"))
 
 
-def test_a_node_that_exits_does_not_look_like_success(spikeport, net_py, tmp_path):
+def test_a_node_that_exits_fails_the_command(spikeport, net_py, tmp_path):
     spec, out = f"{net_py}:exits_in_a_node", tmp_path / "out"
     done = spikeport("simulate", spec, "--seconds", "0.01", "--out", out)
     assert (done.code, done.out) == (1, "")
@@ -212,7 +216,7 @@ def test_a_node_that_raises_is_named_and_leaves_nothing(spikeport, net_py, tmp_p
     assert not out.exists()
 
 
-def test_names_need_not_be_utf_8_and_what_cannot_be_drawn_leaves_the_earlier_run(
+def test_a_file_name_need_not_be_utf_8_and_a_failed_figure_leaves_the_earlier_run(
     spikeport, tmp_path, monkeypatch
 ):
     network, out = tmp_path / "ne\udcfft.py", tmp_path / "run"
@@ -246,7 +250,7 @@ with nengo.Network() as model:
 
 
 @pytest.mark.parametrize("begin", ["", "end(1.0)"])
-def test_a_request_to_end_leaves_nothing_half_done(spikeport, tmp_path, monkeypatch, begin):
+def test_sigterm_ends_a_run_and_leaves_no_files(spikeport, tmp_path, monkeypatch, begin):
     network, out = tmp_path / "net.py", tmp_path / "run"
     network.write_text(ENDED.format(begin=begin))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))

@@ -11,7 +11,7 @@ from spikeport.hardware_models.activity import PER_STEP
 N_STEPS = 60
 
 
-def test_step_writes_what_a_chip_computes(spikeport, image, image_file, tmp_path):
+def test_step_writes_the_outputs_and_counts_of_a_chip(spikeport, image, image_file, tmp_path):
     rng = np.random.RandomState(1)
     dense = rng.rand(N_STEPS, image.n_inputs) < 0.6
     steps, sources = np.nonzero(dense)
@@ -39,7 +39,7 @@ def test_step_writes_what_a_chip_computes(spikeport, image, image_file, tmp_path
     assert f"written: {out}" in done.out
 
 
-def test_counts_are_those_of_every_step_of_a_long_run(spikeport, image_file, tmp_path):
+def test_counts_cover_every_step_of_a_long_run(spikeport, image_file, tmp_path):
     out, n_steps = tmp_path / "out.npz", KEPT_STEPS + 1
     done = spikeport("step", image_file, "--steps", n_steps, "--out", out)
     assert (done.code, done.err) == (0, "")
@@ -74,7 +74,7 @@ def test_without_a_file_no_source_spikes(spikeport, image_file, tmp_path):
         ),
     ],
 )
-def test_spikes_that_cannot_be_are_refused(spikeport, image_file, tmp_path, arrays, message):
+def test_impossible_spikes_are_refused(spikeport, image_file, tmp_path, arrays, message):
     spikes, out = tmp_path / "in.npz", tmp_path / "out.npz"
     np.savez(spikes, **{name: np.array(values) for name, values in arrays.items()})
     done = spikeport("step", image_file, "--spikes", spikes, "--steps", 9, "--out", out)
@@ -82,7 +82,7 @@ def test_spikes_that_cannot_be_are_refused(spikeport, image_file, tmp_path, arra
     assert not out.exists()
 
 
-def test_step_does_not_replace_what_it_reads(spikeport, image_file, tmp_path):
+def test_step_does_not_replace_its_inputs(spikeport, image_file, tmp_path):
     spikes = tmp_path / "in.npz"
     np.savez(spikes, steps=np.array([0]), sources=np.array([0]))
     for out in (spikes, image_file):

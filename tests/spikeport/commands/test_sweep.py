@@ -17,12 +17,12 @@ from tests.helpers.sweeps import finish, write_path
 REACH = ("sweep", "reach", "--backend", "analytic", "--seconds", "0.02")
 FILES = "figure.png, points, sweep.json, table.nc"
 START_S = 120
-"""A busy machine may take so long to finish a point."""
+"""Time in s that a busy machine may take to finish a point."""
 
 
 @pytest.fixture
 def counted(monkeypatch):
-    """Run points whose ``reaches`` are their size, without work; those of 30 fail."""
+    """Run points whose ``reaches`` are their size, without work; points of size 30 fail."""
 
     def run(points, _run_point, folder, _scheduler, _n_workers, _progress):
         for point in points:
@@ -96,7 +96,7 @@ def test_a_sweep_of_too_many_points_is_refused(spikeport, counted, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_a_point_that_failed_is_told(spikeport, counted, tmp_path):
+def test_a_point_that_failed_is_reported(spikeport, counted, tmp_path):
     done = spikeport(*REACH, "--vary", "m1=10,30", "--out", tmp_path)
     assert done == (
         1,
@@ -106,13 +106,13 @@ def test_a_point_that_failed_is_told(spikeport, counted, tmp_path):
     )
 
 
-def test_without_a_finished_point_there_is_nothing_to_draw(spikeport, counted, tmp_path):
+def test_a_sweep_without_a_finished_point_writes_no_table_or_figure(spikeport, counted, tmp_path):
     done = spikeport(*REACH, "--vary", "m1=30", "--out", tmp_path)
     assert (done.code, done.err) == (1, "")
     assert done.out.endswith(f"0 of 1 points finished\nwritten: {tmp_path}/ (sweep.json)\n")
 
 
-def test_a_missing_package_names_the_extra(spikeport, monkeypatch, tmp_path):
+def test_the_error_of_a_missing_package_names_the_extra(spikeport, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "xarray", None)
     monkeypatch.delitem(sys.modules, "spikeport.experiments.sweep.table", raising=False)
     done = spikeport(*REACH, "--vary", "m1=10", "--out", tmp_path / "out")
@@ -124,7 +124,7 @@ def test_a_missing_package_names_the_extra(spikeport, monkeypatch, tmp_path):
     )
 
 
-def test_a_cluster_has_workers_of_its_own(spikeport, counted, tmp_path):
+def test_workers_are_refused_for_a_cluster(spikeport, counted, tmp_path):
     out = tmp_path / "out"
     where = ("--scheduler", "tls://10.0.0.1:8786", "--workers", 4)
     assert spikeport(*REACH, *where, "--out", out) == (
@@ -136,7 +136,7 @@ def test_a_cluster_has_workers_of_its_own(spikeport, counted, tmp_path):
     assert not out.exists()
 
 
-def test_a_cluster_without_certificates_is_told_what_it_trusts(spikeport, counted, tmp_path):
+def test_a_note_warns_of_a_cluster_without_certificates(spikeport, counted, tmp_path):
     where = ("--out", tmp_path, "--vary", "m1=10", "--scheduler")
     done = spikeport(*REACH, *where, "tcp://10.0.0.1:8786")
     assert (done.code, done.err) == (
@@ -179,7 +179,7 @@ BACKENDS = "analytic, board, native, native-threads, nengo-loihi, reference, rep
         ),
     ],
 )
-def test_a_wrong_value_is_refused_before_anything_starts(spikeport, tmp_path, options, message):
+def test_wrong_options_are_refused_before_anything_starts(spikeport, tmp_path, options, message):
     out = tmp_path / "out"
     done = spikeport(*REACH, "--out", out, *options)
     assert done == (2, "", f"error: {message}\n")
@@ -242,7 +242,7 @@ def test_a_worker_refuses_a_path_that_changes_while_the_sweep_runs(
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("interruptible")
-def test_an_interrupted_sweep_goes_on_with_what_is_missing(
+def test_an_interrupted_sweep_resumes_with_the_missing_points(
     spikeport, start, without_stages, tmp_path
 ):
     command = (*REACH, "--vary", "m1=10,20,30", "--out", tmp_path, "--workers", "1")

@@ -13,7 +13,7 @@ from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
 from spikeport.hardware_models.limits import Usage
 
 
-def test_the_resources_of_a_full_chip_are_whole_on_eighty_columns():
+def test_the_table_of_resources_of_a_full_chip_is_uncut_in_80_columns():
     def used(of, axons, bits):
         return {
             "compartment profiles": Usage(of, "compartment profiles", 1, 1024, ""),
@@ -48,7 +48,7 @@ def rows(found: HostIoReport) -> str:
     return " ".join(printed(host_io_table(found)).split())
 
 
-def test_host_io_says_what_crosses_and_what_is_published():
+def test_the_table_of_host_io_has_the_traffic_and_published_figures():
     assert rows(host_io(TRAFFIC, get("loihi"))) == (
         "host I/O of a step spikes in 288.0 expected, of 576 sources "
         "read back 104 words (84 values, 436 spikes), 512 bytes in whole packets "
@@ -57,13 +57,13 @@ def test_host_io_says_what_crosses_and_what_is_published():
     )
 
 
-def test_host_io_of_a_run_is_counted():
+def test_host_io_of_a_run_has_mean_and_most_spikes():
     found = dataclasses.replace(host_io(TRAFFIC, get("loihi")), counted=True, most_spikes=306)
     assert "spikes in 288.0 on average, 306 at most, of 576 sources read" in rows(found)
 
 
 @pytest.mark.parametrize("name", ["loihi2", "spinnaker2"])
-def test_host_io_without_a_figure_says_so(name):
+def test_the_table_of_host_io_says_that_no_figure_is_published(name):
     text = rows(host_io(TRAFFIC, get(name)))
     assert text.endswith("dt = 1 ms not shown: no figure is published")
     assert "bytes" not in text

@@ -1,4 +1,4 @@
-"""``spikeport train`` as a user types it; what a run computes is tested in tests/training."""
+"""``spikeport train`` as a user types it; tests/training tests the results of training."""
 
 import sys
 from pathlib import Path
@@ -15,18 +15,18 @@ def test_help_names_every_option(spikeport):
     assert [option for option in options if option not in done.out] == []
 
 
-def test_an_unknown_policy_lists_those_there_are(spikeport):
+def test_an_unknown_policy_lists_the_known_ones(spikeport):
     assert spikeport("train", "run") == (2, "", "error: unknown policy 'run'; choose from: walk\n")
 
 
-def test_a_file_is_no_folder_of_a_run(spikeport, tmp_path):
+def test_a_file_in_place_of_the_folder_of_a_run_is_refused(spikeport, tmp_path):
     path = tmp_path / "file"
     path.touch()
     message = f"error: --out {path}: this is a file; give the folder of the training run\n"
     assert spikeport("train", "walk", "--out", str(path)) == (2, "", message)
 
 
-def test_a_folder_of_something_else_or_in_use_is_refused(spikeport, tmp_path):
+def test_a_folder_of_a_sweep_or_in_use_is_refused(spikeport, tmp_path):
     pytest.importorskip("rsl_rl")
     with locked(tmp_path):
         done = spikeport("train", "walk", "--out", str(tmp_path))
@@ -45,7 +45,7 @@ def test_help_names_the_steps_of_a_segment(spikeport):
     assert f"{steps:,}" in spikeport("train", "--help").out
 
 
-def test_without_torch_the_extra_is_named(spikeport, tmp_path, monkeypatch):
+def test_the_error_without_torch_names_the_extra(spikeport, tmp_path, monkeypatch):
     for name in [n for n in sys.modules if n.startswith("spikeport.training")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "torch", None)
@@ -57,7 +57,7 @@ def test_without_torch_the_extra_is_named(spikeport, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("option", ["--steps", "--threads"])
-def test_counts_start_at_one(spikeport, option):
+def test_zero_steps_or_threads_are_refused(spikeport, option):
     done = spikeport("train", "walk", option, "0")
     assert done.code == 2
     assert f"Invalid value for '{option}'" in done.err

@@ -58,7 +58,7 @@ def test_a_file_in_place_of_a_run_is_refused(spikeport, tmp_path):
         assert done == (2, "", f"error: {tmp_path / 'file'}: is a file; name the folder of a run\n")
 
 
-def test_damaged_time_series_are_refused(spikeport, tmp_path):
+def test_missing_or_damaged_time_series_are_refused(spikeport, tmp_path):
     run_folder.write_result(tmp_path, {})
     done = spikeport("view", tmp_path)
     assert (done.code, done.out) == (2, "")
