@@ -1,4 +1,4 @@
-"""nengo_spa's basal ganglia and thalamus, as written, through all passes."""
+"""nengo_spa's basal ganglia and thalamus, compiled with and without passes."""
 
 import nengo
 import nengo_spa
@@ -40,7 +40,7 @@ def compiled(seed: int, passes: str = PASSES) -> tuple[nengo.Network, Compilatio
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_selects_on_four_cores(seed: int) -> None:
+def test_the_best_action_is_selected_on_four_cores(seed: int) -> None:
     network, compilation = compiled(seed)
     assert len(compilation.report.cores) <= 4
     loop = HostLoop(compilation, NativeChip(compilation.image, seed=1), seed=1)
@@ -52,5 +52,5 @@ def test_selects_on_four_cores(seed: int) -> None:
     assert np.all(means[~np.eye(N_ACTIONS, dtype=bool)] < 0.1)
 
 
-def test_as_written_it_takes_sixty() -> None:
+def test_the_network_takes_sixty_cores_without_passes() -> None:
     assert len(compiled(seed=1, passes="")[1].report.cores) == 60

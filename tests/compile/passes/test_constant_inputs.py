@@ -1,4 +1,4 @@
-"""Inputs that never change are biases: nothing of them crosses from the host."""
+"""`ConstantInputs`: constants become biases, which the host does not send."""
 
 import nengo
 import numpy as np
@@ -16,7 +16,7 @@ N_STEPS = 400
 
 
 def network(synapse: float | None = None, passthrough: bool = False) -> nengo.Network:
-    """Return a value that changes, and an offset that does not, into one ensemble; another goes on.
+    """Return an ensemble with a changing and a constant input, and a second one that it feeds.
 
     Float Nengo solves the decoders of these neurons for the chip's rates, as the pass does.
     """
@@ -44,7 +44,7 @@ def notes_of(net: nengo.Network, **options: bool) -> dict[str, object]:
 
 
 @pytest.mark.parametrize("passthrough", [False, True])
-def test_the_same_in_float(passthrough: bool) -> None:
+def test_a_constant_as_a_bias_computes_the_same_in_float(passthrough: bool) -> None:
     net = network(passthrough=passthrough)
     rewritten = assert_equal_in_float(net, ConstantInputs())
     offset = next(node for node in net.nodes if node.label == "offset")
@@ -56,7 +56,7 @@ def test_random_networks_are_the_same_in_float(seed: int) -> None:
     assert_equal_in_float(random_network(seed), ConstantInputs(filtered=False))
 
 
-def test_behind_a_synapse_only_the_begin_differs() -> None:
+def test_only_the_start_of_a_run_differs_if_the_constant_was_filtered() -> None:
     net = network(synapse=0.01)
     runs = []
     for passes in ("", "constant_inputs"):
@@ -67,11 +67,11 @@ def test_behind_a_synapse_only_the_begin_differs() -> None:
         assert np.abs(after[200:] - before[200:]).max() < 0.15
 
 
-def test_constants_behind_a_synapse_can_be_left() -> None:
+def test_filtered_constants_can_be_left_as_inputs() -> None:
     assert_equal_in_float(network(synapse=0.01), ConstantInputs(filtered=False))
 
 
-def test_on_the_chip_only_what_changes_is_sent() -> None:
+def test_only_changing_inputs_are_sent_to_the_chip() -> None:
     net = network()
     sent, decoded = {}, {}
     for passes in ("", "constant_inputs"):
@@ -85,7 +85,7 @@ def test_on_the_chip_only_what_changes_is_sent() -> None:
         assert np.sqrt(np.mean((after - before) ** 2)) < 0.1
 
 
-def test_it_names_its_targets_and_leaves_all_others() -> None:
+def test_targets_are_noted_and_a_network_without_constants_is_unchanged() -> None:
     assert notes_of(network()) == {"targets": ["first"]}
     with nengo.Network(seed=0) as net:
         nengo.Connection(nengo.Node(np.sin), nengo.Ensemble(10, 1))

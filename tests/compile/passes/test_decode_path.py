@@ -1,3 +1,5 @@
+"""`DecodePath`: the paths of decoded values between ensembles, and the choice of one."""
+
 from typing import Any
 
 import nengo
@@ -20,7 +22,7 @@ from tests.helpers.random_networks import assert_equal_in_float, random_network,
 
 @pytest.mark.parametrize("path", ["direct", "host", "onoff", "preset10", "auto"])
 @pytest.mark.parametrize("seed", range(2))
-def test_the_same_in_float(seed: int, path: str) -> None:
+def test_every_path_computes_the_same_in_float(seed: int, path: str) -> None:
     network = random_network(seed)
     assert_equal_in_float(network, Fuse(), DecodePath(default=path))
     assert_equal_in_float(network, DecodePath(default=path))
@@ -54,19 +56,19 @@ def reasons(network: nengo.Network, **options: object) -> dict[str, str | None]:
     return {one["path"]: one["not_chosen"] for one in note(network, **options)["paths"]}
 
 
-def test_the_setting_of_a_connection_comes_first() -> None:
+def test_the_setting_of_a_connection_overrides_the_default() -> None:
     assert chosen(chain("host"), default="onoff") == "host"
     assert chosen(chain(), default="onoff") == "onoff"
 
 
-def test_auto_takes_what_loses_least_for_its_cores() -> None:
+def test_auto_takes_the_path_with_the_least_error_within_the_allowed_cores() -> None:
     assert chosen(chain()) == "direct"
     assert chosen(chain(n=400)) == "direct"
     assert chosen(chain(n=400), slack_cores=0.5) == "preset10"
 
 
 def beside(synapse: float, *fixed: float) -> nengo.Network:
-    """Return the chain, with more filters into its second ensemble: of spikes to neurons."""
+    """Return the chain with connections between its neurons, each with a filter of its own."""
     network = chain(tau=synapse)
     first, second = network.ensembles
     with network:
@@ -93,7 +95,7 @@ def test_no_input_shares_a_filter_that_is_slower_than_a_relay_of_its_own(
     assert chosen(beside(synapse, *fixed)) == path
 
 
-def test_what_comes_from_the_host_has_a_filter_of_its_own() -> None:
+def test_a_slow_connection_beside_a_fast_input_from_the_host_is_not_direct() -> None:
     network = chain(tau=0.1)
     with network:
         nengo.Connection(network.nodes[0], network.ensembles[1])
@@ -102,7 +104,7 @@ def test_what_comes_from_the_host_has_a_filter_of_its_own() -> None:
 
 
 def both(first: float, second: float, path: str = "auto") -> Rewrite:
-    """Return the chain, whose connection is there twice, with two filters."""
+    """Return the rewritten chain with a second connection, through another filter."""
     network = chain(path, tau=first)
     with network:
         nengo.Connection(*network.ensembles, function=np.square, synapse=second)
@@ -114,7 +116,7 @@ def paths(rewrite: Rewrite) -> list[str]:
     return sorted(config[one].decode_path for one in rewrite.network.connections)
 
 
-def test_the_fastest_is_wired_directly_and_the_rest_of_others_filtered_before() -> None:
+def test_the_fastest_connection_is_direct_and_a_relay_filters_the_slower_one() -> None:
     rewrite = both(0.1, 0.01)
     assert paths(rewrite) == ["auto", "auto", "direct", "preset10"]
     filters = [(b.n_neurons, b.compartment.tau_s) for b in build(rewrite, 0.001).blocks]
@@ -122,21 +124,21 @@ def test_the_fastest_is_wired_directly_and_the_rest_of_others_filtered_before() 
     assert (60, 0.01) in filters
 
 
-def test_filters_nearer_than_the_delay_of_a_relay_are_shared() -> None:
+def test_filters_that_differ_by_less_than_the_delay_of_a_relay_are_shared() -> None:
     assert paths(both(0.008, 0.002)) == ["auto", "auto", "direct", "direct"]
 
 
-def test_a_connection_that_is_to_be_direct_asks_for_its_own_filter() -> None:
+def test_a_connection_set_to_direct_determines_the_filter_of_its_target() -> None:
     assert paths(both(0.05, 0.05, "direct")) == ["auto", "auto", "direct", "direct"]
 
 
-def test_auto_takes_the_host_where_its_delay_may_be() -> None:
+def test_auto_takes_the_host_if_its_delay_is_allowed() -> None:
     options = {"slack_cores": 0.5, "slack_delay_s": 0.001}
     assert chosen(chain(n=400), **options) == "host"
     assert chosen(chain(n=400), slack_cores=0.5) == "preset10"
 
 
-def test_what_is_not_chosen_has_its_reason() -> None:
+def test_every_path_that_is_not_chosen_has_a_reason() -> None:
     assert reasons(chain(n=400), slack_cores=0.5) == {
         "direct": "1.3 more cores than the fewest",
         "onoff": "has a larger error than preset10",
@@ -151,13 +153,13 @@ def test_what_is_not_chosen_has_its_reason() -> None:
     }
 
 
-def test_the_way_over_the_host_costs_messages_in_every_step() -> None:
+def test_the_path_over_the_host_costs_two_messages_in_every_step() -> None:
     (host,) = [one for one in note(chain())["paths"] if one["path"] == "host"]
     assert host["host_messages_per_s"] == 2 * 1000
 
 
 def lag_s(path: str) -> float:
-    """Return by how much the output follows the sine late."""
+    """Return the delay of the output behind the sine, in seconds."""
     t = np.arange(1, 2001) * 0.001
     wave = np.exp(-12j * t)
     found, wanted = run(chain(path, n=200), len(t))[:, 0] @ wave, np.sin(12 * t) @ wave
@@ -165,7 +167,7 @@ def lag_s(path: str) -> float:
 
 
 @pytest.mark.parametrize("path", ["onoff", "preset10", "host"])
-def test_the_delay_is_that_of_a_run(path: str) -> None:
+def test_the_noted_delay_is_that_of_a_run(path: str) -> None:
     (cost,) = [one for one in note(chain())["paths"] if one["path"] == path]
     assert lag_s(path) - lag_s("direct") == pytest.approx(cost["delay_s"], abs=0.003)
 
@@ -173,20 +175,22 @@ def test_the_delay_is_that_of_a_run(path: str) -> None:
 @pytest.mark.parametrize(
     ("path", "compartments"), [("direct", 0), ("onoff", 2), ("preset10", 20), ("host", 2)]
 )
-def test_on_the_chip(path: str, compartments: int) -> None:
+def test_each_path_takes_its_number_of_compartments_on_the_chip(
+    path: str, compartments: int
+) -> None:
     compilation = compile_network(chain(path), pipeline="decode_path")
     cores = core_uses(compilation.image, compilation.report.chip)
     assert sum(core.compartments for core in cores) == 120 + 2 + compartments
 
 
-def test_over_the_host_any_filter_is_allowed() -> None:
+def test_any_filter_is_allowed_on_the_path_over_the_host() -> None:
     alpha = nengo.Alpha(0.01)
     assert run(chain("host", tau=alpha), n_steps=10).shape == (10, 1)
     with pytest.raises(DoesNotFitError, match="first -> second: SP005 synapse: Alpha"):
         run(chain("direct", tau=alpha))
 
 
-def test_two_kinds_of_relay_into_one_ensemble() -> None:
+def test_an_ensemble_can_have_two_kinds_of_relay() -> None:
     network = chain("onoff")
     with network:
         other = nengo.Connection(*network.ensembles, function=lambda x: -x)
@@ -206,7 +210,7 @@ def run(network: nengo.Network, n_steps: int = 600) -> np.ndarray:
     return loop.data(network.probe)
 
 
-def test_without_decode_neurons_values_are_followed_better() -> None:
+def test_direct_wiring_follows_values_better_than_decode_neurons() -> None:
     wanted = np.sin(12 * np.arange(1, 601) * 0.001)[:, np.newaxis]
     error = {path: np.std(run(chain(path)) - wanted) for path in ("direct", "onoff")}
     assert error["direct"] < error["onoff"]

@@ -1,4 +1,4 @@
-"""The text of what a pass left."""
+"""Texts that describe the networks, blocks and images that passes leave."""
 
 import nengo
 import pytest
@@ -9,7 +9,7 @@ from tests.helpers.small_networks import rewrite_of
 from tests.helpers.two_blocks import two_blocks
 
 
-def test_an_image_is_its_cores_blocks_groups_and_routes() -> None:
+def test_the_text_of_an_image_lists_its_cores_blocks_groups_and_routes() -> None:
     vth = 2**23 - 1
     assert dump(two_blocks()) == [
         "core 0: blocks 0",
@@ -31,7 +31,7 @@ def network() -> nengo.Network:
     return made
 
 
-def test_a_network_is_its_objects() -> None:
+def test_the_text_of_a_network_lists_its_objects() -> None:
     assert dump(rewrite_of(network())) == [
         "ensemble a: 5 LIF, 2 d",
         "node end: 1 -> 1",
@@ -45,6 +45,6 @@ def test_blocks_are_described_without_addresses() -> None:
     assert first == "block 0 <Ensemble 'a'>: 5 compartments, 1 thresholds, 0 axons in, 0 rows"
 
 
-def test_nothing_else_has_a_text() -> None:
+def test_an_object_of_another_kind_is_refused() -> None:
     with pytest.raises(TypeError, match=r"^cannot describe a int as text$"):
         dump(3)

@@ -1,3 +1,5 @@
+"""`Fuse`: ensembles that are wired alike become one."""
+
 import nengo
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from tests.helpers.random_networks import assert_equal_in_float, random_network,
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_the_same_in_float(seed: int) -> None:
+def test_a_fused_network_computes_the_same_in_float(seed: int) -> None:
     network = random_network(seed)
     fused = assert_equal_in_float(network, Fuse())
     assert len(fused.network.all_ensembles) < len(network.all_ensembles)
@@ -17,7 +19,7 @@ def test_the_same_in_float(seed: int) -> None:
     assert not lint(fused.network, fused.names)
 
 
-def test_what_learns_stays() -> None:
+def test_ensembles_and_connections_that_learn_stay() -> None:
     network = random_network(3, learning=True)
     fused = assert_equal_in_float(network, Fuse())
     assert [e.label for e in fused.network.ensembles if e in network.all_ensembles] == ["pupil"]
@@ -36,7 +38,7 @@ def array(**options: object) -> nengo.Network:
     return network
 
 
-def test_members_wired_alike_become_one() -> None:
+def test_ensembles_wired_alike_become_one() -> None:
     fused, notes = rewritten(array(), Fuse())
     assert notes == {
         "ensembles": {"before": 6, "after": 2},
@@ -48,7 +50,7 @@ def test_members_wired_alike_become_one() -> None:
     ]
 
 
-def test_other_filters_are_not_fused() -> None:
+def test_an_ensemble_with_another_filter_is_not_fused() -> None:
     network = array()
     slow = network.networks[1].ensembles[2]
     with network:
@@ -57,19 +59,19 @@ def test_other_filters_are_not_fused() -> None:
     assert [e.n_neurons for e in fused.network.ensembles] == [20, 10, 20, 10]
 
 
-def test_other_neurons_are_not_fused() -> None:
+def test_an_ensemble_with_another_neuron_type_is_not_fused() -> None:
     network = array()
     network.networks[1].ensembles[0].neuron_type = nengo.LIF(tau_rc=0.05)
     fused, _ = rewritten(network, Fuse())
     assert [e.n_neurons for e in fused.network.ensembles] == [30, 10, 20]
 
 
-def test_no_ensemble_is_larger_than_asked() -> None:
+def test_no_fused_ensemble_is_larger_than_max_neurons() -> None:
     fused, _ = rewritten(array(), Fuse(max_neurons=20))
     assert [e.n_neurons for e in fused.network.ensembles] == [20, 10, 20, 10]
 
 
-def test_ways_with_two_filters_stay() -> None:
+def test_nodes_on_a_path_with_two_filters_stay() -> None:
     network = array()
     with network:
         nengo.Connection(network.networks[1].output, network.networks[0].input, synapse=0.1)
@@ -92,7 +94,7 @@ def test_constants_become_bias() -> None:
     np.testing.assert_allclose(biases[1] - biases[0], drive, rtol=1e-9, atol=1e-9)
 
 
-def test_read_outs_cannot_saturate() -> None:
+def test_read_outs_of_fused_ensembles_cannot_saturate() -> None:
     network = array()
     with network:
         scaled = nengo.Node(lambda _t, x: x, size_in=1)
@@ -105,7 +107,7 @@ def test_read_outs_cannot_saturate() -> None:
     assert np.all(weights.sum(axis=0) < 64 * 2 * block.compartment.vth)
 
 
-def test_what_nengo_built_is_still_there() -> None:
+def test_built_parameters_of_the_old_ensembles_are_kept() -> None:
     network = array()
     fused, _ = rewritten(network, Fuse())
     ensemble = network.networks[0].ensembles[0]

@@ -1,4 +1,4 @@
-"""Every image pass leaves an image that computes the same integers."""
+"""Image passes, which leave images that compute the same integers."""
 
 import pytest
 from hypothesis import given, settings
@@ -29,7 +29,7 @@ LIMITS = ("compartments", "in_axons", "out_axons", "synapse_bits", "threshold_pr
 @pytest.mark.parametrize(
     "text", ["merge_axons", "split", "pack{effort=3}", "merge_axons,split,pack,place"]
 )
-def test_any_image_computes_the_same(
+def test_any_image_computes_the_same_after_image_passes(
     text: str, image: ChipImage, seed: int, limits: list[int]
 ) -> None:
     after = image

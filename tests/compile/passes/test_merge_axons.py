@@ -1,3 +1,5 @@
+"""`MergeAxons`: equal rows and axons are merged, and those without effect are dropped."""
+
 import numpy as np
 import pytest
 
@@ -24,7 +26,7 @@ def test_equal_rows_share_a_row_and_an_axon() -> None:
     assert after.out_axons.axon.tolist() == [0, 1, 0, 0]
 
 
-def test_equal_rows_read_from_different_bases_share_the_row_alone() -> None:
+def test_equal_rows_with_different_bases_share_a_row_but_not_an_axon() -> None:
     group = Group([[64], [64]], axon_base=[0, 1], block=1)
     after = merged(
         Parts([BIASED, Block(2)], [group], routes=[Route([0, 1, 0, 1], block=0)]).image()
@@ -49,7 +51,7 @@ def test_a_group_without_any_effect_is_dropped_with_its_routes() -> None:
     assert len(after.groups) == len(after.routes) == 0
 
 
-def test_groups_of_a_block_that_store_alike_become_one() -> None:
+def test_groups_of_a_block_with_the_same_format_become_one() -> None:
     groups = [Group([[64, 64], [65, 65]], block=1), Group([[64, 64], [66, 66]], block=1)]
     routes = [Route([0, 1, -1, -1], block=0), Route([0, 0, 1, 1], group=1, block=0)]
     after = merged(Parts([BIASED, Block(2)], groups, routes=routes).image())
@@ -68,7 +70,7 @@ def test_groups_of_a_block_that_store_alike_become_one() -> None:
         Group([[64, 64]], block=1, learning=(1, 0, 0, 2, 8, 1, 1)),
     ],
 )
-def test_groups_that_are_not_alike_stay_apart(other: Group) -> None:
+def test_groups_that_differ_in_block_or_format_stay_apart(other: Group) -> None:
     routes = [Route([0] * 4, block=0), Route([0] * 4, group=1, block=0)]
     groups = [Group([[64, 64]], block=1), other]
     assert len(merged(Parts([BIASED, Block(2)], groups, routes=routes).image()).groups.block) == 2
@@ -80,7 +82,7 @@ def test_a_group_that_learns_stays_as_it_is() -> None:
     assert MergeAxons().apply(image, context()) == image
 
 
-def test_what_was_saved_is_noted() -> None:
+def test_the_resources_before_and_after_are_noted() -> None:
     notes: dict[str, object] = {}
     group = Group([[64]] * 4, block=1)
     image = Parts([BIASED, Block(1)], [group], routes=[Route(range(4), block=0)]).image()

@@ -1,3 +1,5 @@
+"""`Pack`: blocks that share cores."""
+
 import sys
 from typing import Any
 
@@ -17,7 +19,7 @@ from tests.helpers.same_run import assert_same_run, context, small_chip
 
 
 def blocks(*sizes: int, **settings: Any) -> ChipImage:
-    """Return blocks of a core each, that nothing connects."""
+    """Return unconnected blocks, each on a core of its own."""
     parts = [Block(n, core=k, bias=9_000, vth=2**16, **settings) for k, n in enumerate(sizes)]
     return Parts(parts).image()
 
@@ -56,7 +58,9 @@ def test_every_resource_is_limited(resource: str) -> None:
         {"noise_exp": [3, 4], "enable_noise": [1, 1]},
     ],
 )
-def test_blocks_with_other_settings_of_the_core_stay_apart(settings: dict[str, list[int]]) -> None:
+def test_blocks_with_different_settings_of_the_core_stay_apart(
+    settings: dict[str, list[int]],
+) -> None:
     pair = [Block(2, core=k, **{name: v[k] for name, v in settings.items()}) for k in range(2)]
     assert packed(Parts(pair).image(), small_chip()).n_cores == 2
 
@@ -75,7 +79,7 @@ def test_synapses_that_learn_stay_apart_from_others() -> None:
     assert after.n_cores == 2
 
 
-def test_blocks_that_talk_share_a_core() -> None:
+def test_blocks_that_exchange_messages_share_a_core() -> None:
     groups = [Group([[64]] * 2, block=2), Group([[64]] * 2, block=3)]
     routes = [Route([0, 1], block=0, group=0), Route([0, 1], block=1, group=1)]
     image = Parts([Block(2, core=k) for k in range(4)], groups, routes=routes).image()
@@ -99,7 +103,7 @@ def test_equal_pieces_are_packed_once(monkeypatch: pytest.MonkeyPatch) -> None:
         return pack(problem, effort)
 
     monkeypatch.setattr("spikeport.compile.passes.pack.pack", count)
-    # Two on a core leave room for less than one; halves of a core hold each as it is.
+    # Two blocks leave too little room for another on a core; half a core holds a block uncut.
     image, chip = blocks(*[4] * 8), small_chip(compartments=11)
     assert packed(image, chip, effort=2).n_cores == 4
     assert asked == [8]
@@ -109,7 +113,7 @@ def test_equal_pieces_are_packed_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 EFFORTS = [(1, True), (2, False), (2, True)]
 HARD = (13, 14, 18, 12, 18, 21)
-"""Sizes that fill two cores of 50 almost, and that the simple rules spread over three."""
+"""Sizes that almost fill two cores of 50, and that the simple rules spread over three."""
 
 
 @pytest.mark.parametrize(("options", "n_cores"), [((0, False), 3), ((1, False), 2), ((0, True), 2)])
@@ -119,7 +123,7 @@ def test_effort_and_exactness_save_cores(options: tuple[int, bool], n_cores: int
     assert packed(image, chip, effort=effort, exact=exact).n_cores == n_cores
 
 
-def test_exact_packing_is_of_pieces_too() -> None:
+def test_exact_packing_with_effort_packs_pieces_of_blocks_too() -> None:
     sizes, thresholds = (27, 20, 30, 6, 21), (4, 0, 4, 2, 2)
     parts = [
         Block(n, core=k, bias=9_000, vth=2**16 + 64 * threshold)
@@ -130,7 +134,7 @@ def test_exact_packing_is_of_pieces_too() -> None:
     assert found == [4, 4, 3]
 
 
-def test_exact_packing_says_how_few_cores_there_can_be() -> None:
+def test_exact_packing_notes_the_least_number_of_cores() -> None:
     notes: dict[str, Any] = {}
     Pack(effort=0, exact=True).apply(blocks(*HARD), context(small_chip(compartments=50), notes))
     assert notes["cores_at_least_uncut"] == 2
@@ -146,12 +150,12 @@ def test_without_ortools_exact_packing_names_the_extra(monkeypatch: pytest.Monke
     )
 
 
-def test_what_no_core_holds_gets_a_core_of_its_own() -> None:
+def test_a_block_too_large_for_any_core_gets_a_core_of_its_own() -> None:
     chip = small_chip(compartments=4)
     assert Pack().apply(blocks(5, 2, 2), context(chip)).n_cores == 2
 
 
-def test_the_lower_bound_gives_its_reasons() -> None:
+def test_the_lower_bound_is_given_for_each_resource() -> None:
     image, chip = blocks(6, 6, 6), small_chip(compartments=9, threshold_profiles=1)
     assert lower_bound(block_loads(image, chip), capacity(chip)) == {
         "compartments": 2,

@@ -1,3 +1,5 @@
+"""Texts that list passes with their options."""
+
 import pytest
 
 from spikeport.compile.passes.pack import Pack
@@ -11,7 +13,7 @@ from spikeport.errors import UsageError
 
 
 @pytest.mark.parametrize("text", ["", "  "])
-def test_no_text_is_no_pass(text: str) -> None:
+def test_an_empty_text_gives_a_pipeline_without_passes(text: str) -> None:
     assert parse(text) == Pipeline(())
 
 
@@ -23,7 +25,7 @@ def test_no_text_is_no_pass(text: str) -> None:
         'split{},pack{effort="2"},place{}',
     ],
 )
-def test_passes_and_options(text: str) -> None:
+def test_a_text_lists_passes_with_their_options(text: str) -> None:
     assert parse(text) == Pipeline((Split(), Pack(effort=2), Place()))
 
 
@@ -33,14 +35,14 @@ def test_the_name_of_a_pipeline_stands_for_its_passes() -> None:
     assert [one.name for one in alone] == PIPELINES["compact"].split(",")
 
 
-def test_a_pipeline_has_no_options() -> None:
+def test_a_pipeline_with_options_is_refused() -> None:
     with pytest.raises(
         UsageError, match="'compact' is a pipeline and takes no options: leave these out"
     ):
         parse("compact{effort=2}")
 
 
-def test_several_options() -> None:
+def test_a_pass_takes_several_options() -> None:
     assert parse("pack{effort=0,exact=true}").passes == (Pack(effort=0, exact=True),)
 
 
@@ -95,13 +97,13 @@ def test_several_options() -> None:
         ),
     ],
 )
-def test_what_is_wrong_is_said(text: str, message: str) -> None:
+def test_a_wrong_text_is_refused_with_the_reason(text: str, message: str) -> None:
     with pytest.raises(UsageError) as caught:
         parse(text)
     assert str(caught.value) == message
 
 
-def test_an_unknown_pass_names_those_there_are() -> None:
+def test_the_error_of_an_unknown_pass_lists_the_known_ones() -> None:
     known = r"^unknown pass or pipeline 'pak'; choose from: as_written, compact, .*merge_axons.*"
     with pytest.raises(UsageError, match=known):
         parse("split,pak")

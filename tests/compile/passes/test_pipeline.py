@@ -1,4 +1,4 @@
-"""A pipeline applies its passes in order, and notes what they found."""
+"""Pipelines, which apply their passes in order and record their notes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ class Second(Noting, ImagePass):
 
 
 @pytest.mark.parametrize("passes", [("fuse",), ("fuse", "pack"), (Network(), None)])
-def test_what_is_no_pass_is_refused(passes: Any) -> None:
+def test_an_object_that_is_not_a_pass_is_refused(passes: Any) -> None:
     with pytest.raises(UsageError, match=r"^passes=.*: expected a pass; give a text directly to"):
         Pipeline(passes)
 
@@ -60,7 +60,7 @@ def test_what_is_no_pass_is_refused(passes: Any) -> None:
         (lambda: Fuse(max_neurons=-3), "pass fuse: max_neurons=-3: input should be greater than"),
     ],
 )
-def test_options_are_held_to_their_bounds_in_python_too(
+def test_options_that_are_set_in_python_are_checked_too(
     one: Callable[[], AnyPass], message: str
 ) -> None:
     with pytest.raises(UsageError, match=f"^{message}"):
@@ -74,7 +74,7 @@ def test_each_stage_has_its_passes_in_order() -> None:
     assert pipeline.images == (First(), Second())
 
 
-def test_passes_follow_each_other_and_leave_a_record() -> None:
+def test_passes_run_in_order_and_leave_a_record() -> None:
     seen: list[tuple[str, Any]] = []
     pipeline = Pipeline((Network(size=5), First(), Second()))
     begun: list[str] = []
@@ -95,7 +95,7 @@ def test_passes_follow_each_other_and_leave_a_record() -> None:
     ]
 
 
-def test_a_pass_knows_those_that_follow_it() -> None:
+def test_the_context_of_a_pass_lists_the_passes_that_follow() -> None:
     following = []
 
     @dataclass(frozen=True)
@@ -132,11 +132,13 @@ def test_without_passes_nothing_changes() -> None:
         ),
     ],
 )
-def test_an_order_that_undoes_passes_is_refused(passes: tuple[Any, ...], message: str) -> None:
+def test_passes_in_a_wrong_order_or_twice_are_refused(
+    passes: tuple[Any, ...], message: str
+) -> None:
     with pytest.raises(UsageError) as caught:
         Pipeline(passes)
     assert str(caught.value) == message
 
 
-def test_a_pass_works_on_the_values_of_its_stage() -> None:
+def test_the_kind_of_a_pass_is_that_of_its_values() -> None:
     assert [kind(one) for one in (Network, Block(), First)] == ["networks", "blocks", "images"]

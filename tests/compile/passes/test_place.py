@@ -1,3 +1,5 @@
+"""`Place`: cores are placed so that messages have short paths and no link carries too many."""
+
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
@@ -11,7 +13,7 @@ from tests.helpers.same_run import assert_same_run, context, small_chip
 
 
 def carrying(messages: np.ndarray) -> ChipImage:
-    """Return blocks of a core each, of which block i sends ``messages[i, j]`` to block j."""
+    """Return blocks on a core each; block i sends ``messages[i, j]`` messages to block j."""
     ways = list(zip(*np.nonzero(messages), strict=True))
     groups = [Group([[64]] * messages[i, j], block=j) for i, j in ways]
     routes = [Route(range(messages[i, j]), block=i, group=k) for k, (i, j) in enumerate(ways)]
@@ -21,18 +23,18 @@ def carrying(messages: np.ndarray) -> ChipImage:
 
 
 def ring(n: int, stride: int) -> ChipImage:
-    """Return blocks of a core each; block k sends two messages to block k + stride, around."""
+    """Return n blocks on a core each; block k sends two messages to block k + stride mod n."""
     return carrying(2 * np.roll(np.eye(n, dtype=int), stride, axis=1))
 
 
-def test_messages_are_counted_once_a_core() -> None:
+def test_messages_are_counted_from_core_to_core() -> None:
     messages = core_messages(ring(4, 1))
     assert messages.tolist() == [[0, 2, 0, 0], [0, 0, 2, 0], [0, 0, 0, 2], [2, 0, 0, 0]]
     together = ring(4, 1).on_cores(np.array([0, 1, 1, 0]))
     assert core_messages(together).tolist() == [[2, 2], [2, 2]]
 
 
-def test_messages_have_shorter_ways_and_links_less_to_carry() -> None:
+def test_placing_shortens_paths_and_relieves_the_worst_link() -> None:
     image, chip, notes = ring(16, 5), chips.get("loihi"), {}
     after = Place().apply(image, context(chip, notes))
     assert_same_run(image, after)
@@ -41,7 +43,7 @@ def test_messages_have_shorter_ways_and_links_less_to_carry() -> None:
         "before": int(sum(d.sum() for d in hops(core_messages(image), chip))),
         "after": int(sum(d.sum() for d in hops(placed, chip))),
     }
-    # A ring over four tiles in a row leaves each once: three hops there, and three back.
+    # A ring over four tiles in a row leaves each tile once: three hops there, and three back.
     assert notes["hops"]["after"] == 2 * (3 + 3)
     source, target = np.nonzero(placed)
     cost = Links(16, chip).cost(source, target, placed[source, target])
@@ -49,7 +51,7 @@ def test_messages_have_shorter_ways_and_links_less_to_carry() -> None:
     assert notes["worst_link"]["before"] > 2
 
 
-def test_a_placement_that_swaps_make_worse_stays() -> None:
+def test_swaps_that_load_the_worst_link_more_are_not_kept() -> None:
     # Swaps that save hops, from either start, end with 5 messages over one link.
     messages = np.diag([2, 4, 1, 3, 3, 1, 4], k=1)
     messages[[0, 2, 2, 4, 6, 7], [7, 0, 1, 2, 2, 1]] = [1, 1, 1, 1, 1, 2]
@@ -58,7 +60,7 @@ def test_a_placement_that_swaps_make_worse_stays() -> None:
     assert notes["worst_link"]["after"] <= notes["worst_link"]["before"] == 4
 
 
-def test_messages_within_a_core_hold_it_at_no_place() -> None:
+def test_messages_within_a_core_do_not_affect_placing() -> None:
     rng = np.random.RandomState(0)
     messages = rng.randint(1, 4, (16, 16)) * (rng.rand(16, 16) < 0.2)
     notes: list[dict[str, dict[str, int]]] = [{}, {}]
@@ -69,7 +71,7 @@ def test_messages_within_a_core_hold_it_at_no_place() -> None:
     assert notes[0]["hops"]["after"] < notes[0]["hops"]["before"]
 
 
-def test_chips_of_a_board_come_first() -> None:
+def test_placing_removes_messages_between_chips_of_a_board() -> None:
     board = small_chip(chips=2)
     pairs = ring(256, 128)  # every message leaves its chip
     notes: dict[str, dict[str, int]] = {}
@@ -78,6 +80,6 @@ def test_chips_of_a_board_come_first() -> None:
     assert messages_between_chips(placed, board).sum() == 0
 
 
-def test_what_has_no_place_on_the_board_is_left_to_verification() -> None:
+def test_an_image_with_too_many_cores_is_left_to_verification() -> None:
     image = ring(129, 1)
     assert Place().apply(image, context()) is image

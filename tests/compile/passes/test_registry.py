@@ -1,4 +1,4 @@
-"""Passes by name."""
+"""Passes and pipelines by name."""
 
 import nengo
 import pytest
@@ -14,14 +14,14 @@ def test_a_pass_has_the_name_it_is_found_by(name: str) -> None:
     assert get(name).name == name
 
 
-def test_an_unknown_name_lists_those_there_are() -> None:
+def test_the_error_of_an_unknown_name_lists_the_known_names() -> None:
     with pytest.raises(UsageError) as caught:
         get("pak")
     known = ", ".join(sorted([*PIPELINES, *PASSES]))
     assert str(caught.value) == f"unknown pass or pipeline 'pak'; choose from: {known}"
 
 
-def test_a_pipeline_within_another_is_refused() -> None:
+def test_a_pipeline_in_place_of_a_pass_is_refused() -> None:
     with pytest.raises(UsageError) as caught:
         get("as_written")
     assert str(caught.value) == (
@@ -38,7 +38,7 @@ def test_a_named_pipeline_has_its_passes_in_the_order_of_the_list(name: str) -> 
 
 
 @pytest.mark.parametrize("name", ["unpacked", "compact_unpacked"])
-def test_pipelines_of_one_block_a_core_pack_nothing(name: str) -> None:
+def test_unpacked_pipelines_put_each_block_on_a_core_of_its_own(name: str) -> None:
     image = compile_network(two_ensembles(), pipeline=name).image
     assert image.n_blocks > 1
     assert sorted(image.blocks.core) == list(range(image.n_blocks))

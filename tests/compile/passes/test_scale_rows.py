@@ -1,3 +1,5 @@
+"""`ScaleRows`: compartments scaled by powers of two, so that small weights survive rounding."""
+
 import nengo
 import numpy as np
 import pytest
@@ -50,7 +52,7 @@ def vth_of(floats: FloatBlocks) -> list[list[float]]:
     return [block.compartment.vth.tolist() for block in floats.blocks]
 
 
-def test_exact_in_float() -> None:
+def test_thresholds_biases_and_weights_are_scaled_by_the_same_powers_of_two() -> None:
     _, before = floats_of(wide(), None)
     _, after = floats_of(wide(), ScaleRows(profiles=8))
     factor = after["vth"] / before["vth"]
@@ -60,13 +62,13 @@ def test_exact_in_float() -> None:
     assert np.array_equal(after["weights"], before["weights"] * factor)
 
 
-def test_compartments_of_the_smallest_weights_keep_their_threshold() -> None:
+def test_compartments_with_the_smallest_weights_keep_their_threshold() -> None:
     _, before = floats_of(wide(), None)
     _, after = floats_of(wide(), ScaleRows(profiles=8))
     assert np.array_equal(after["vth"][:3], before["vth"][:3])
 
 
-def test_small_gains_survive_rounding() -> None:
+def test_weights_of_small_gains_are_not_rounded_to_zero() -> None:
     plain, _ = floats_of(wide(), None)
     scaled, _ = floats_of(wide(), ScaleRows(profiles=8))
     lost = [np.mean(np.vstack(b.synapses[0].weights) == 0) for b in (plain, scaled)]
@@ -75,14 +77,14 @@ def test_small_gains_survive_rounding() -> None:
 
 
 @pytest.mark.parametrize("weight", [1e-3, 1e-4, 1e-5])
-def test_no_weight_loses_bits_where_the_threshold_sets_their_scale(weight: float) -> None:
+def test_no_weight_loses_bits_even_if_the_threshold_sets_the_scale(weight: float) -> None:
     network = wide(weight=weight)
     _, values = floats_of(network, None)
     exact = values["weights"][0] / values["weights"].max()
     errors = []
     for scale in (None, ScaleRows(profiles=8)):
         block, _ = floats_of(network, scale)
-        # In units of the threshold, beside the largest, which has 8 bits if any weight has.
+        # Relative to the threshold and to the largest weight, which has 8 bits if any weight has.
         found = block.synapses[0].weights[0][0] / block.compartment.vth
         errors.append(np.abs(found / found[-1] - exact) / exact)
     before, after = errors
@@ -90,19 +92,19 @@ def test_no_weight_loses_bits_where_the_threshold_sets_their_scale(weight: float
     assert (after.mean() < before.mean() / 2) == (weight > 1e-5)
 
 
-def test_no_more_thresholds_than_asked() -> None:
+def test_a_block_has_no_more_thresholds_than_profiles() -> None:
     for profiles in (1, 2, 3):
         block, _ = floats_of(wide(), ScaleRows(profiles=profiles))
         assert len(np.unique(block.compartment.vth)) <= profiles
 
 
-def test_blocks_whose_voltage_is_read_stay() -> None:
+def test_blocks_whose_voltage_is_probed_are_not_scaled() -> None:
     _, before = floats_of(wide("voltage"), None)
     _, after = floats_of(wide("voltage"), ScaleRows(profiles=8))
     assert np.array_equal(before["vth"], after["vth"])
 
 
-def test_weights_that_would_be_zero_but_for_rounding_do_not_count() -> None:
+def test_weights_that_are_zero_up_to_rounding_do_not_set_a_threshold() -> None:
     with nengo.Network(seed=1) as network:
         pre = nengo.Ensemble(20, 1, label="pre")
         post = nengo.Ensemble(N, 1, gain=np.ones(N), bias=0.9 * np.ones(N), label="post")

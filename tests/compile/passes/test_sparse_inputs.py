@@ -1,4 +1,4 @@
-"""Fewer spikes from the host: the same values arrive, at a rate that is theirs."""
+"""`SparseInputs`: the host sends the same values with fewer spikes."""
 
 import dataclasses
 
@@ -21,7 +21,7 @@ N_STEPS = 500
 
 
 def network(to_neurons: bool = False) -> nengo.Network:
-    """Return values, in units of the radius, that go to encoders or to neurons."""
+    """Return a node whose values go to the encoders or to the neurons of an ensemble."""
     with nengo.Network(seed=1) as net:
         values = nengo.Node(lambda _t: RADIUS * np.array(VALUES), label="values")
         encoders = np.repeat([[1, 0], [-1, 0], [0, 1], [0, -1]], 30, axis=0)
@@ -41,7 +41,7 @@ def ran(net: nengo.Network, passes: str, backend: str = "native") -> Simulator:
     return sim
 
 
-def test_the_network_itself_is_not_touched():
+def test_the_pass_changes_only_the_weight_of_inputs():
     net = network()
     rewrite = Rewrite(net, Names(net))
     after = SparseInputs(weight=3).apply(rewrite, context())
@@ -62,7 +62,7 @@ def test_the_same_values_arrive_with_fewer_spikes(weight, to_neurons):
     assert sparse.activity.from_host.mean == pytest.approx(wanted, abs=0.02)
 
 
-def test_float_nengo_runs_what_it_ran():
+def test_the_pass_does_not_change_a_run_in_float():
     net = network()
     runs = [ran(net, passes, "reference") for passes in ("", "sparse_inputs")]
     first, second = (sim.data[net.decoded] for sim in runs)
@@ -70,7 +70,7 @@ def test_float_nengo_runs_what_it_ran():
 
 
 @pytest.mark.parametrize("passes", ["sparse_inputs,as_written", "sparse_inputs,compact"])
-def test_the_emulator_agrees_in_every_bit(passes):
+def test_native_and_emulator_agree_bit_for_bit(passes):
     net = network()
     first, second = (ran(net, passes, backend) for backend in ("native", "nengo-loihi"))
     np.testing.assert_array_equal(first.data[net.decoded], second.data[net.decoded])
@@ -78,7 +78,7 @@ def test_the_emulator_agrees_in_every_bit(passes):
 
 
 @pytest.mark.parametrize("weight", [1, 2])
-def test_values_of_one_sign_err_no_more(weight):
+def test_values_of_one_sign_have_no_larger_error(weight):
     """Compare decoded values of many neurons, whose own noise is small beside the input's."""
     with nengo.Network(seed=0) as net:
         value = nengo.Node(lambda t: 0.5 + 0.4 * np.sin(20 * t))
@@ -111,6 +111,6 @@ def test_with_a_weight_of_1_only_the_encoding_differs():
 
 
 @pytest.mark.parametrize("weight", ["0.5", "nan", "inf", "1000"])
-def test_a_weight_is_from_1_to_100(weight):
+def test_a_weight_outside_1_to_100_is_refused(weight):
     with pytest.raises(UsageError, match="weight"):
         parse(f"sparse_inputs{{weight={weight}}}")

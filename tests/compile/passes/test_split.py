@@ -1,3 +1,5 @@
+"""`Split`: blocks that are cut into pieces which fit a core."""
+
 import itertools
 
 import nengo
@@ -35,7 +37,7 @@ def sizes(image: ChipImage) -> list[int]:
     return np.diff(image.blocks.start).tolist()
 
 
-def test_what_fits_is_left_alone() -> None:
+def test_a_block_that_fits_is_left_whole() -> None:
     image = dense()
     assert Split().apply(image, context()) is image
 
@@ -44,7 +46,7 @@ def test_what_fits_is_left_alone() -> None:
     ("limits", "expected"),
     [
         ({"compartments": 5}, [5, 1, 5, 3]),
-        ({"synapse_bits": 6 * 6 * 64}, [6, 6, 2]),  # these images store a synapse a word
+        ({"synapse_bits": 6 * 6 * 64}, [6, 6, 2]),  # these images store one synapse in a word
         ({"out_axons": 4}, [4, 2, 8]),
         # A target in two pieces takes two output axons of each of its sources.
         ({"synapse_bits": 6 * 6 * 64, "out_axons": 4}, [2, 2, 2, 6, 2]),
@@ -57,7 +59,7 @@ def test_pieces_are_as_large_as_a_core_allows(limits: dict[str, int], expected: 
     assert all(capacity(chip).holds(load) for load in block_loads(after, chip))
 
 
-def test_a_piece_has_the_axons_that_reach_it_alone() -> None:
+def test_a_piece_has_only_the_axons_that_reach_it() -> None:
     group = Group([[64, 64], [64, 64], [64] * 4], axon_base=[0, 2, 0], block=1)
     blocks = [Block(3, bias=9_000, vth=2**16), Block(4)]
     image = Parts(blocks, [group], routes=[Route(range(3), block=0)]).image()
@@ -77,7 +79,7 @@ def test_pieces_are_named_after_the_whole() -> None:
     }
 
 
-def test_the_report_says_how_many_pieces_a_block_has() -> None:
+def test_the_number_of_pieces_of_a_block_is_noted() -> None:
     notes: dict[str, object] = {}
     Split().apply(dense(), context(small_chip(compartments=6), notes))
     assert notes == {"pieces": {"block 1": 2}}
@@ -96,21 +98,21 @@ def test_population_axons_and_learning_keep_a_block_whole(group: Group) -> None:
     assert Split().apply(image, context(small_chip(compartments=4))) is image
 
 
-def test_a_block_that_shares_the_axons_of_populations_may_fit_whole() -> None:
+def test_a_block_that_fits_because_it_shares_population_axons_is_left_whole() -> None:
     group = Group([np.full((3, 2), 64)] * 4, block=1, pop_type=32)
     route = Route(np.repeat(np.arange(4), 3), np.tile(np.arange(3), 4), block=0)
     image = Parts([Block(12, bias=9_000, vth=2**16), Block(2)], [group], routes=[route]).image()
     assert Split().apply(image, context(small_chip(out_axons=8))) is image
-    # A piece is reckoned as if none were shared: 2 for each compartment.
+    # A piece is counted as if no axon were shared: 2 for each compartment.
     assert sizes(split(image, small_chip(out_axons=7))) == [3, 3, 3, 3, 2]
 
 
-def test_what_one_compartment_exceeds_is_left_whole() -> None:
+def test_a_block_with_one_compartment_too_large_for_a_core_is_left_whole() -> None:
     image = dense()
     assert Split().apply(image, context(small_chip(in_axons=5))) is image
 
 
-def test_demands_are_what_pieces_take() -> None:
+def test_demands_equal_the_loads_of_pieces() -> None:
     image, chip = dense(), chips.get("loihi")
     demand = Demand(image, chip, 1, ProfileMasks(image))
     ends = [0, 3, 4, 8]
@@ -127,5 +129,5 @@ def test_an_ensemble_that_feeds_many_others_compiles() -> None:
         pre = nengo.Ensemble(600, 1, label="pre")
         for i in range(8):
             nengo.Connection(pre, nengo.Ensemble(20, 1, label=f"post {i}"))
-    image = compile_network(network).image  # nengo-loihi leaves it with 4,800 output axons
+    image = compile_network(network).image  # nengo-loihi gives ``pre`` 4,800 output axons
     assert image.blocks.core.max() + 1 == image.n_cores <= 4

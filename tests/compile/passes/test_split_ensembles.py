@@ -1,3 +1,5 @@
+"""`SplitEnsembles`: large ensembles split into parts, with their connections and probes."""
+
 import nengo
 import numpy as np
 import pytest
@@ -15,10 +17,10 @@ from tests.helpers.same_run import context, small_chip
 @pytest.mark.parametrize(
     "seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2, 3))]
 )
-def test_the_same_in_float(seed: int) -> None:
+def test_split_ensembles_compute_the_same_in_float(seed: int) -> None:
     split = assert_equal_in_float(random_network(seed), SplitEnsembles(max_neurons=11))
     sizes = {e.n_neurons for e in split.network.all_ensembles}
-    assert sizes == {6, 7, 8, 12}  # all neurons of one of 12 are probed
+    assert sizes == {6, 7, 8, 12}  # one of 12 stays, as all of its neurons are probed
 
 
 def large(probe_neurons: slice = slice(0, 5)) -> nengo.Network:
@@ -31,7 +33,7 @@ def large(probe_neurons: slice = slice(0, 5)) -> nengo.Network:
     return network
 
 
-def test_parts_take_no_more_than_there_are_input_axons() -> None:
+def test_parts_have_no_more_neurons_than_a_core_has_input_axons() -> None:
     network, notes = large(), {}
     rewrite = Rewrite(network, Names(network))
     small = context(small_chip(in_axons=64), notes)
@@ -44,7 +46,7 @@ def test_parts_take_no_more_than_there_are_input_axons() -> None:
     ]
 
 
-def test_slices_of_what_is_split_are_dense() -> None:
+def test_connections_to_slices_of_a_split_ensemble_reach_whole_parts() -> None:
     network = large()
     assert any(one.post_slice != slice(None) for one in network.connections)
     split, _ = rewritten(network, SplitEnsembles(max_neurons=64))
@@ -52,13 +54,15 @@ def test_slices_of_what_is_split_are_dense() -> None:
     assert not lint(split.network, split.names)
 
 
-def test_an_ensemble_probed_across_parts_stays() -> None:
+def test_an_ensemble_probed_across_parts_stays_whole() -> None:
     split, notes = rewritten(large(slice(40, 60)), SplitEnsembles(max_neurons=64))
     assert notes == {"parts": {}}
     assert "large" in [e.label for e in split.network.ensembles]
 
 
-def test_a_probe_that_ends_with_the_first_neuron_of_the_next_part_keeps_the_ensemble() -> None:
+def test_a_probe_that_ends_with_the_first_neuron_of_the_next_part_keeps_the_ensemble_whole() -> (
+    None
+):
     """The second part of 100 neurons starts at 50."""
     _, notes = rewritten(large(slice(40, 51)), SplitEnsembles(max_neurons=64))
     assert notes == {"parts": {}}
@@ -74,7 +78,7 @@ def test_a_probe_may_begin_with_the_first_neuron_of_a_part() -> None:
     assert probe.slice == slice(0, 10)
 
 
-def test_nothing_large_nothing_changed() -> None:
+def test_a_network_without_large_ensembles_is_unchanged() -> None:
     network = large()
     split, _ = rewritten(network, SplitEnsembles())
     assert split.network is network
@@ -96,7 +100,7 @@ def test_pieces_name_their_owner() -> None:
     }
 
 
-def test_a_label_makes_no_piece() -> None:
+def test_a_label_that_looks_like_a_piece_makes_no_piece() -> None:
     network = large()
     network.ensembles[0].label = "pool[1/2]"
     split, _ = rewritten(network, SplitEnsembles(max_neurons=64), Fuse(max_neurons=64))
@@ -115,8 +119,8 @@ def test_pieces_survive_passes_that_leave_them_whole() -> None:
     ]
 
 
-def test_fused_pieces_are_none() -> None:
-    """Two pieces of 50 neurons fill one ensemble of 100, the third is alone in another."""
+def test_pieces_that_are_fused_are_no_longer_pieces() -> None:
+    """Two pieces of 50 neurons fill one ensemble of 100, and the third is alone in another."""
     with nengo.Network(seed=2) as network:
         nengo.Ensemble(150, 1, label="large")
     fused, _ = rewritten(network, SplitEnsembles(max_neurons=50), Fuse(max_neurons=100))

@@ -100,7 +100,9 @@ def notes_of(compilation: Compilation) -> dict[str, Any]:
     return compilation.report.passes[0]["notes"]
 
 
-def test_what_it_notes_is_what_the_compiles_take(untied: Compilation, tied: Compilation) -> None:
+def test_the_noted_cores_and_energy_are_those_of_compiles_without_and_with_the_pass(
+    untied: Compilation, tied: Compilation
+) -> None:
     notes = notes_of(tied)
     cores = {"before": len(untied.report.cores), "after": len(tied.report.cores)}
     assert notes["cores"] == cores
@@ -127,7 +129,7 @@ def test_a_network_that_only_fits_when_it_is_tied_is_tied(tmp_path: Path) -> Non
     assert notes_of(tied)["cores"] == {"before": None, "after": len(tied.report.cores)}
 
 
-def test_a_long_step_has_a_spike_at_most(small: Path) -> None:
+def test_the_noted_energy_counts_at_most_one_spike_a_step(small: Path) -> None:
     compilation = compile_network(layers(), small, dt=0.02, pipeline=f"tie,{FOLLOWING}")
     noted = notes_of(compilation)["energy_step_j (davies2018)"]["after"]
     loihi = chips.get("loihi")
@@ -135,13 +137,13 @@ def test_a_long_step_has_a_spike_at_most(small: Path) -> None:
     assert noted == pytest.approx(spent.dynamic.energy_step.value)
 
 
-def test_native_and_emulator_agree_on_it(tied: Compilation) -> None:
+def test_native_and_emulator_agree_on_a_tied_network(tied: Compilation) -> None:
     states = assert_equal_steps(tied.image, 1, random_spikes(tied.image, 60, 1))
     assert sum(state.spiked.sum() for state in states) > 100
 
 
 @pytest.mark.parametrize(("path", "neurons"), [("onoff", 2), ("preset10", 20)])
-def test_relays_are_taken_to_fire_as_they_do_at_zero(path: str, neurons: int) -> None:
+def test_relays_are_assumed_to_fire_as_they_do_at_zero(path: str, neurons: int) -> None:
     image = compiled(f"fuse,decode_path{{default={path}}}", "loihi").image
     ((name, rate),) = tie._relay_rates_hz(image).items()
     assert " -> " in name
@@ -157,7 +159,7 @@ def run(network: nengo.Network, compilation: Compilation, n_steps: int) -> np.nd
     return recorded
 
 
-def test_the_chip_computes_nearly_the_same(small: Path) -> None:
+def test_a_tied_network_computes_nearly_the_same_on_the_chip(small: Path) -> None:
     network = layers()
     before, after = (
         run(network, compile_network(network, small, pipeline=passes), 600)[200:].mean(axis=0)
@@ -168,7 +170,7 @@ def test_the_chip_computes_nearly_the_same(small: Path) -> None:
 
 
 def policy_with_own_decoders() -> nengo.Network:
-    """Return a policy whose neurons have a decoder each, and that observes values in turn."""
+    """Return a policy whose neurons have a decoder each, and its observations one by one."""
     with nengo.Network(seed=1) as network:
         net = built(PolicyOptions())
         for half in (half for hidden in net.layers for half in hidden.halves):
@@ -179,7 +181,7 @@ def policy_with_own_decoders() -> nengo.Network:
     return network
 
 
-def test_a_policy_takes_fewer_cores_and_acts_as_well(small: Path) -> None:
+def test_a_tied_policy_takes_fewer_cores_and_acts_nearly_as_well(small: Path) -> None:
     network, wanted = policy_with_own_decoders(), exact(LAYERS, OBSERVATIONS[:20])[-1]
     cores, errors = [], []
     for passes in (FOLLOWING, f"tie,{FOLLOWING}"):
@@ -216,11 +218,11 @@ def neurons(seed: int = 0) -> nengo.Network:
 
 
 def always(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Take every choice of groups to save cores."""
+    """Let a choice of more groups always count as saving cores."""
     monkeypatch.setattr(tie._Trials, "saves", lambda _self, choice, than: len(choice) > len(than))
 
 
-def test_the_error_that_is_noted_is_that_of_its_decoders(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_noted_error_is_that_of_the_shared_decoder(monkeypatch: pytest.MonkeyPatch) -> None:
     always(monkeypatch)
     network = neurons()
     rewrite, notes = rewritten(network, Tie(max_error=1))
@@ -240,7 +242,7 @@ def test_the_error_that_is_noted_is_that_of_its_decoders(monkeypatch: pytest.Mon
     assert after > 1.2 * before
 
 
-def test_spikes_in_float_err_by_what_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_in_float_has_the_noted_error(monkeypatch: pytest.MonkeyPatch) -> None:
     always(monkeypatch)
     network = neurons()
     rewrite, notes = rewritten(network, Tie(max_error=1))
@@ -252,7 +254,7 @@ def test_spikes_in_float_err_by_what_is_noted(monkeypatch: pytest.MonkeyPatch) -
     assert error == pytest.approx(notes["error"]["after"], rel=0.1)
 
 
-def test_a_connection_that_would_lose_more_than_allowed_stays(
+def test_a_connection_whose_error_would_rise_too_much_is_not_tied(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     always(monkeypatch)
@@ -266,7 +268,7 @@ def test_a_connection_that_would_lose_more_than_allowed_stays(
     assert "cores" not in notes
 
 
-def test_what_saves_no_core_stays() -> None:
+def test_groups_that_save_no_core_are_not_tied() -> None:
     compilation = compiled(f"tie,{FOLLOWING}", "loihi")
     notes = notes_of(compilation)
     assert notes["cores"] == {"before": 1, "after": 1}
@@ -277,7 +279,7 @@ def test_what_saves_no_core_stays() -> None:
     assert compilation.image.digest == compiled(FOLLOWING, "loihi").image.digest
 
 
-def test_groups_that_are_tied_in_vain_get_their_decoders_back(small: Path) -> None:
+def test_a_group_that_saves_no_core_gets_its_own_decoders_back(small: Path) -> None:
     spread = nengo.dists.Uniform(-0.2, 0.2)
     passes = f"tie{{negligible=0}},{FOLLOWING}"
     notes = notes_of(compiled(passes, small, intercepts=spread))
@@ -286,7 +288,9 @@ def test_groups_that_are_tied_in_vain_get_their_decoders_back(small: Path) -> No
     assert second["reason"] == "saves no core"
 
 
-def test_a_network_that_is_refused_as_it_is_may_be_tied(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_network_that_is_refused_without_tying_can_be_tied(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     image = tie._image
 
     def first_refused(rewrite: Any, given: Any) -> Any:
@@ -303,7 +307,7 @@ def test_a_network_that_is_refused_as_it_is_may_be_tied(monkeypatch: pytest.Monk
 
 
 def others() -> nengo.Network:
-    """Return ensembles of which none can do with fewer decoders."""
+    """Return ensembles whose decoders cannot be shared."""
     with nengo.Network(seed=1) as network:
         plane = nengo.Ensemble(10, 2)
         one = nengo.Ensemble(1, 1)
@@ -319,7 +323,9 @@ def others() -> nengo.Network:
     return network
 
 
-def test_nothing_is_compiled_where_nothing_can_be_tied(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_network_without_decoders_to_share_is_not_compiled_for_a_trial(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(tie, "_image", None)
     network = others()
     rewrite, notes = rewritten(network, Tie())
@@ -327,13 +333,13 @@ def test_nothing_is_compiled_where_nothing_can_be_tied(monkeypatch: pytest.Monke
     assert notes == {}
 
 
-def test_it_comes_before_what_joins_and_cuts_ensembles() -> None:
+def test_tie_cannot_follow_fuse() -> None:
     with pytest.raises(UsageError) as caught:
         parse("fuse,tie")
     assert str(caught.value) == "pass tie cannot follow fuse; put it before fuse"
 
 
-def test_a_wrong_option() -> None:
+def test_a_negative_max_error_is_refused() -> None:
     with pytest.raises(UsageError) as caught:
         parse("tie{max_error=-1}")
     assert str(caught.value) == (
@@ -341,7 +347,7 @@ def test_a_wrong_option() -> None:
     )
 
 
-def test_a_choice_that_is_tried_warns_of_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_warnings_of_trial_compiles_are_ignored(monkeypatch: pytest.MonkeyPatch) -> None:
     compiled = tie._image
 
     def warning(*args: Any) -> Any:
