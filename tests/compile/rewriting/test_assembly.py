@@ -1,3 +1,5 @@
+"""Flat networks of groups: their ensembles, constants and connections."""
+
 from typing import Any
 
 import nengo
@@ -23,7 +25,7 @@ from tests.helpers.small_networks import (
 
 
 def assembled(network: nengo.Network, partition: Partition) -> Assembly:
-    """Return the network of a partition, with all nodes that are no passthrough nodes."""
+    """Return the assembled network of a partition, with all nodes except passthrough nodes."""
     rewrite = rewrite_of(network)
     solver = ParameterSolver(rewrite, DT_S)
     edges = matrices_of(network, partition).edges
@@ -51,7 +53,7 @@ def test_a_flat_network_has_the_label_and_seed_of_the_old() -> None:
 
 
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
-def test_a_compile_in_the_block_of_a_network_leaves_it_as_it_is(pipeline: str) -> None:
+def test_a_compile_within_the_context_of_a_network_leaves_it_unchanged(pipeline: str) -> None:
     with nengo.Network(seed=7) as network:
         a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 2)
         nengo.Connection(a, b[0])
@@ -91,7 +93,7 @@ def test_a_group_is_its_parts_laid_end_to_end() -> None:
     assert not group.normalize_encoders
 
 
-def test_labels_name_parts() -> None:
+def test_labels_of_groups_name_their_parts() -> None:
     with nengo.Network(seed=1) as network:
         a, b, c = (ensemble(label, 4) for label in "abc")
     cut = [[Part(a, 0, 2)], [Part(b, 0, 4), Part(c, 0, 4)], [Part(a, 2, 4)]]
@@ -100,7 +102,7 @@ def test_labels_name_parts() -> None:
     assert [one.label for one in assembled(network, whole(a)).ensembles] == ["a"]
 
 
-def test_neurons_start_where_they_would_have_started() -> None:
+def test_neurons_of_a_group_keep_their_initial_voltages() -> None:
     start = {"voltage": nengo.dists.Uniform(0, 1)}
     with nengo.Network(seed=1) as network:
         kind = nengo.LIF(tau_rc=0.03, initial_state=start)
@@ -115,7 +117,7 @@ def test_neurons_start_where_they_would_have_started() -> None:
     assert group.neuron_type.tau_rc == 0.03
 
 
-def test_some_neuron_fires_at_the_point_that_decoders_are_for() -> None:
+def test_some_neuron_fires_at_the_evaluation_point_of_a_group() -> None:
     with nengo.Network(seed=1) as network:
         a, silent = ensemble("a", 4, 2), ensemble("silent", 2)
     a.gain = np.array([9.0, 1.0, 1.0, 1.0])  # the first has the shortest encoder
@@ -160,7 +162,7 @@ def varying(_t: float) -> list[float]:
 
 
 @pytest.mark.parametrize(("output", "synapse"), [(varying, None), ([0.3], FAST)])
-def test_other_input_does_not(output: Any, synapse: Any) -> None:
+def test_varying_or_filtered_input_does_not_become_bias(output: Any, synapse: Any) -> None:
     with nengo.Network(seed=1) as network:
         a = ensemble("a", 3)
         nengo.Connection(nengo.Node(output), a, synapse=synapse)
@@ -169,7 +171,7 @@ def test_other_input_does_not(output: Any, synapse: Any) -> None:
     assert len(assembly.flat.network.connections) == 2
 
 
-def test_constants_go_on_to_objects_that_stay() -> None:
+def test_constants_are_still_sent_to_objects_that_stay() -> None:
     with nengo.Network(seed=1) as network:
         a, node = ensemble("a", 3), nengo.Node(size_in=1)
         constant = nengo.Node([0.3])
@@ -183,7 +185,7 @@ def test_constants_go_on_to_objects_that_stay() -> None:
     np.testing.assert_array_equal(dense(left), [[2]])
 
 
-def test_what_the_host_sends_is_summed_there() -> None:
+def test_values_that_the_host_sends_are_summed_on_the_host() -> None:
     with nengo.Network(seed=1) as network:
         a = ensemble("a", 3, 3, radius=2)
         first, second = (nengo.Node(lambda t: [t, t], label=label) for label in ("x", "y"))
@@ -201,7 +203,7 @@ def test_what_the_host_sends_is_summed_there() -> None:
     np.testing.assert_array_equal(dense(slow), [[0, 0], [0, 0.5]])
 
 
-def test_all_that_the_host_reads_is_decoded_at_once() -> None:
+def test_values_that_the_host_reads_are_decoded_by_one_connection() -> None:
     with nengo.Network(seed=1) as network:
         a, b = ensemble("a", 4), ensemble("b", 3)
         first = nengo.Node(lambda t, x: None, size_in=3, label="x")
@@ -232,7 +234,7 @@ def test_all_that_the_host_reads_is_decoded_at_once() -> None:
     )
 
 
-def test_groups_are_wired_neuron_to_dimension_and_neuron_to_neuron() -> None:
+def test_groups_are_wired_from_neurons_to_dimensions_and_to_neurons() -> None:
     with nengo.Network(seed=1) as network:
         a, b = ensemble("a", 4), ensemble("b", 3, 2)
         decode(a, b, values := decoders(4, 2), synapse=FAST)
@@ -250,7 +252,7 @@ def test_groups_are_wired_neuron_to_dimension_and_neuron_to_neuron() -> None:
     assert [path(assembly, c) for c in (decoded, wired)] == ["auto", "direct"]
 
 
-def test_a_path_that_is_set_stays_set() -> None:
+def test_a_decode_path_that_is_set_stays_set() -> None:
     with nengo.Network(seed=1) as network:
         spikeport.add_params(network)
         a, b = ensemble("a", 4), ensemble("b", 3)
@@ -275,7 +277,7 @@ def test_ensembles_that_stay_keep_their_decoders_and_seed() -> None:
 
 
 def learning_inside() -> nengo.Network:
-    """Return a network with learning in a subnetwork, and its error, itself learned, outside."""
+    """Return a network that learns in a subnetwork, with the node of its error outside."""
     with nengo.Network(seed=1) as network:
         u, pre = nengo.Node(0.5, label="u"), nengo.Ensemble(20, 1, label="pre")
         error = nengo.Node(lambda _t, x: x - 0.3, size_in=1, label="error")
@@ -290,7 +292,7 @@ def learning_inside() -> nengo.Network:
     return network
 
 
-def test_what_learns_is_built_before_its_error() -> None:
+def test_a_learned_connection_is_built_before_the_connection_of_its_error() -> None:
     with nengo.Network() as network:
         a, b = nengo.Ensemble(5, 1, label="a"), nengo.Ensemble(5, 1, label="b")
         with nengo.Network():

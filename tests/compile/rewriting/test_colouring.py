@@ -1,3 +1,5 @@
+"""Ensembles that are wired alike, and ensembles that can be regrouped."""
+
 import itertools
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -42,35 +44,35 @@ def test_ensembles_wired_alike_are_found() -> None:
     assert groups(network_of("abcd", edges)) == ["ab", "cd"]
 
 
-def test_neuron_types_tell_apart() -> None:
+def test_ensembles_with_different_neuron_types_are_not_alike() -> None:
     slow = nengo.LIF(tau_rc=0.05)
     assert groups(network_of("abc", [], b=slow)) == ["ac", "b"]
     assert groups(network_of("abc", [], b=slow, c=slow)) == ["a", "bc"]
     assert groups(network_of("ab", [], b=nengo.SpikingRectifiedLinear())) == ["a", "b"]
 
 
-def test_where_neurons_start_tells_nothing_apart() -> None:
+def test_ensembles_with_different_initial_voltages_are_alike() -> None:
     zero = nengo.LIF(initial_state={"voltage": nengo.dists.Choice([0])})
     assert groups(network_of("ab", [], b=zero)) == ["ab"]
 
 
-def test_synapses_tell_apart() -> None:
+def test_ensembles_with_different_output_filters_are_not_alike() -> None:
     edges = [("a", "c", FAST), ("b", "c", SLOW)]
     assert groups(network_of("abc", edges)) == ["a", "b", "c"]
     assert groups(network_of("abc", [("a", "c", FAST), ("b", "c", FAST)])) == ["ab", "c"]
 
 
-def test_inputs_tell_apart_what_sends_alike() -> None:
+def test_ensembles_with_different_input_filters_are_not_alike() -> None:
     edges = [("c", "a", FAST), ("c", "b", SLOW)]
     assert groups(network_of("abc", edges)) == ["a", "b", "c"]
 
 
-def test_directions_tell_apart() -> None:
+def test_a_source_and_its_target_are_not_alike_but_a_mutual_pair_is() -> None:
     assert groups(network_of("ab", [("a", "b", FAST)])) == ["a", "b"]
     assert groups(network_of("ab", [("a", "b", FAST), ("b", "a", FAST)])) == ["ab"]
 
 
-def test_neurons_and_values_tell_apart() -> None:
+def test_connections_of_neurons_and_of_values_are_not_alike() -> None:
     network = network_of("abc", [("a", "c", FAST), ("b", "c", FAST)])
     assert groups(network) == ["ab", "c"]
     a, b, c = network.ensembles
@@ -81,8 +83,8 @@ def test_neurons_and_values_tell_apart() -> None:
 
 
 @pytest.mark.parametrize("nodes", ["", "xy"])
-def test_neighbours_of_neighbours_tell_apart(nodes: str) -> None:
-    """In two chains, maybe over passthrough nodes, only the last ensembles have other inputs."""
+def test_ensembles_with_different_neighbours_of_neighbours_are_not_alike(nodes: str) -> None:
+    """Only the last ensembles of two chains, with or without passthrough nodes, differ in input."""
     first = [("a", nodes[0], None), (nodes[0], "b", FAST)] if nodes else [("a", "b", FAST)]
     second = [("d", nodes[1], None), (nodes[1], "e", FAST)] if nodes else [("d", "e", FAST)]
     chains = [*first, ("b", "c", FAST), *second, ("e", "f", FAST)]
@@ -91,13 +93,13 @@ def test_neighbours_of_neighbours_tell_apart(nodes: str) -> None:
     assert groups(network_of("abcdef", other, nodes)) == ["a", "b", "c", "d", "e", "f"]
 
 
-def test_numbers_of_neighbours_tell_nothing_apart() -> None:
+def test_ensembles_with_different_numbers_of_neighbours_are_alike() -> None:
     edges = [("c", "a", FAST), ("c", "b", FAST), ("d", "b", FAST), ("d", "a", FAST)]
     assert groups(network_of("abcd", edges)) == ["ab", "cd"]
     assert groups(network_of("abcd", edges[:-1])) == ["ab", "cd"]
 
 
-def test_nodes_that_stay_are_all_one() -> None:
+def test_inputs_from_different_nodes_that_stay_are_alike() -> None:
     network = network_of("ab", [])
     with network:
         for end in network.ensembles:
@@ -105,20 +107,20 @@ def test_nodes_that_stay_are_all_one() -> None:
     assert groups(network) == ["ab"]
 
 
-def test_passthrough_nodes_are_other_than_nodes_that_stay() -> None:
+def test_inputs_from_a_passthrough_node_and_a_node_that_stays_are_not_alike() -> None:
     network = network_of("ab", [("x", "a", FAST)], "x")
     with network:
         nengo.Connection(nengo.Node([0.5]), network.ensembles[1], synapse=FAST)
     assert groups(network) == ["a", "b"]
 
 
-def test_only_some_ensembles_are_grouped() -> None:
+def test_only_the_listed_ensembles_are_grouped() -> None:
     network = network_of("abc", [])
     a, _, c = network.ensembles
     assert alike(scope_of(network), [a, c]) == [[a, c]]
 
 
-def test_ensembles_that_stay_are_other_than_those_that_do_not() -> None:
+def test_targets_that_stay_and_targets_that_do_not_are_not_alike() -> None:
     network = network_of("abcd", [("a", "c", FAST), ("b", "d", FAST)])
     a, b, c, _ = network.ensembles
     assert alike(scope_of(network), [a, b, c]) == [[a], [b], [c]]
@@ -127,7 +129,7 @@ def test_ensembles_that_stay_are_other_than_those_that_do_not() -> None:
 TREE = [("a", "c", FAST), ("b", "c", FAST), ("d", "f", FAST), ("e", "f", FAST), ("f", "f", SLOW)]
 
 
-def test_the_order_of_definition_does_not_matter() -> None:
+def test_groups_do_not_depend_on_the_order_of_definition() -> None:
     expected = {"ab", "c", "de", "f"}
     for order in itertools.islice(itertools.permutations("abcdef"), 0, None, 37):
         assert set(groups(network_of("".join(order), TREE))) == expected
@@ -135,7 +137,7 @@ def test_the_order_of_definition_does_not_matter() -> None:
         assert set(groups(network_of("fbdace", edges))) == expected
 
 
-def test_only_neighbours_of_what_has_a_new_colour_are_looked_at(
+def test_only_neighbours_of_recoloured_objects_are_looked_at(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A chain gets its colours from both of its ends, two ensembles a round."""
@@ -159,11 +161,11 @@ def n_looks(n: int, monkeypatch: pytest.MonkeyPatch) -> int:
     return len(looks)
 
 
-def test_the_first_of_a_group_gives_its_place() -> None:
+def test_groups_are_in_the_order_of_their_first_ensembles() -> None:
     assert groups(network_of("fbdace", TREE)) == ["f", "ab", "de", "c"]
 
 
-def test_a_key_has_all_parameters_but_the_start() -> None:
+def test_the_key_of_neurons_has_all_parameters_but_the_initial_state() -> None:
     with nengo.Network():
         kinds = [
             nengo.LIF(),
@@ -178,7 +180,7 @@ def test_a_key_has_all_parameters_but_the_start() -> None:
 
 
 def pair() -> nengo.Network:
-    """Return two ensembles over an array's passthrough node, all of which can be rewritten."""
+    """Return two ensembles wired through a passthrough node and a third; all can be regrouped."""
     with nengo.Network(seed=1) as network:
         nengo_loihi.add_params(network)
         first, second = (nengo.Ensemble(5, 1, label=label) for label in ("first", "second"))
@@ -194,7 +196,7 @@ def regroupable_labels(network: nengo.Network) -> list[str]:
     return [e.label for e in regroupable(scope, foldable(network, scope.on_chip))]
 
 
-def test_ensembles_on_the_chip_can_be_regrouped() -> None:
+def test_only_ensembles_on_the_chip_can_be_regrouped() -> None:
     network = pair()
     network.config[network.ensembles[2]].on_chip = False
     assert regroupable_labels(network) == ["first", "second"]
@@ -244,7 +246,9 @@ def probed_weights(network: nengo.Network) -> None:
 @pytest.mark.parametrize(
     "change", [convolution, learning, not_compositional, other_filter, probed_weights]
 )
-def test_ends_of_special_connections_stay(change: Callable[[nengo.Network], None]) -> None:
+def test_ends_of_special_connections_cannot_be_regrouped(
+    change: Callable[[nengo.Network], None],
+) -> None:
     network = pair()
     with network:
         change(network)
@@ -279,7 +283,7 @@ def other_rates(network: nengo.Network) -> None:
     "change",
     [block_shape, probed_refractory_time, noisy, gain_alone, other_neurons, other_rates],
 )
-def test_special_ensembles_stay(change: Callable[[nengo.Network], None]) -> None:
+def test_special_ensembles_cannot_be_regrouped(change: Callable[[nengo.Network], None]) -> None:
     network = pair()
     with network:
         change(network)
@@ -292,7 +296,7 @@ def test_regular_spiking_neurons_can_be_regrouped() -> None:
     assert regroupable_labels(network) == ["first", "second", "other"]
 
 
-def test_ensembles_at_passthrough_nodes_that_stay_stay() -> None:
+def test_ensembles_at_passthrough_nodes_that_stay_cannot_be_regrouped() -> None:
     network = pair()
     with network:
         nengo.Connection(network.nodes[0], network.nodes[0], synapse=SLOW)

@@ -1,3 +1,5 @@
+"""Costs of the paths that decoded values can take, and the choice of a path."""
+
 import nengo
 import numpy as np
 import pytest
@@ -28,7 +30,7 @@ LIMITS = chips.get("loihi").limits
 RATE_HZ = 50.0
 
 
-def test_pareto_front() -> None:
+def test_dominated_costs_are_not_in_the_pareto_front() -> None:
     cheap, good = PathCost("a", 1, 1, 0, 0, 0.5), PathCost("b", 2, 1, 0, 0, 0.1)
     worse = PathCost("c", 2, 2, 0, 0, 0.2)
     assert pareto([cheap, good, worse]) == [cheap, good]
@@ -44,7 +46,7 @@ def test_more_decode_neurons_make_less_noise() -> None:
 
 
 @pytest.mark.parametrize("path", ["onoff", "preset10"])
-def test_noise_is_what_nengo_simulates_once_the_filter_is_full(path: str) -> None:
+def test_noise_of_relays_equals_that_of_a_simulation_in_the_steady_state(path: str) -> None:
     values, relay = np.linspace(-0.9, 0.9, 37), RELAYS[path](dt=DT_S)
     signs = np.resize([1, -1], len(relay.gain))
     current = np.outer(values, signs * relay.gain) + relay.bias
@@ -78,7 +80,7 @@ def test_a_link_has_decoders_in_units_of_the_radius() -> None:
     np.testing.assert_allclose(found.jumps, np.array([1, 2, 3]) / 0.04)
 
 
-def test_neurons_without_leak_integrate_spikes_as_they_are() -> None:
+def test_jumps_of_neurons_without_leak_equal_their_gains() -> None:
     with nengo.Network(seed=1) as network:
         a, b = ensemble("a", 4), ensemble("b", 3, neuron_type=nengo.SpikingRectifiedLinear())
         made = decode(a, b, decoders(4, 1), synapse=FAST)
@@ -91,10 +93,10 @@ LINK = Link(
     sparse.csr_array(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])),
     jumps=np.array([10.0, 20.0, 30.0]),
 )
-"""Five neurons to three, over two dimensions; one neuron is not decoded, two are alike."""
+"""Link of five neurons to three, over two dimensions; one is not decoded, two are alike."""
 N_DISTINCT, N_DECODERS, N_ENCODERS = 3, 6, 4
 N_DIRECT = (3 + 3 + 2, 5 + 5 + 2)
-"""Weights E D that are not zero, of three distinct neurons, and of all."""
+"""Numbers of weights E D that are not zero: of the three distinct neurons, and of all."""
 
 
 def cost_of(path: str, of: Link = LINK) -> PathCost:
@@ -116,7 +118,7 @@ def test_direct_wiring_takes_axons_and_weights() -> None:
     assert (direct.host_messages_per_s, direct.delay_s) == (0, 0)
 
 
-def test_direct_wiring_loses_by_rounding_of_weights_and_thresholds() -> None:
+def test_the_error_of_direct_wiring_is_that_of_rounded_weights_and_thresholds() -> None:
     weights = np.array([[1, 2, 3], [1, 4, 4], [0, 2, 1]])
     coarse = max(3 * 10, 4 * 20, 2 * 30) / 255 / np.sqrt(12)
     expected = np.hypot(rounding(sparse.csr_array(weights / 1.0)), coarse)
@@ -126,7 +128,7 @@ def test_direct_wiring_loses_by_rounding_of_weights_and_thresholds() -> None:
 @pytest.mark.parametrize(
     ("path", "pairs", "spikes_per_s"), [("onoff", 1, 1000), ("preset10", 10, 711.2)]
 )
-def test_relays_take_pairs_of_compartments_a_dimension(
+def test_relays_take_pairs_of_compartments_for_each_dimension(
     path: str, pairs: int, spikes_per_s: float
 ) -> None:
     relay = cost_of(path)
@@ -141,14 +143,16 @@ def test_relays_take_pairs_of_compartments_a_dimension(
 
 
 @pytest.mark.parametrize(("path", "pairs"), [("onoff", 1), ("preset10", 10)])
-def test_weights_may_be_what_relays_take_most_of(path: str, pairs: int) -> None:
+def test_the_cores_of_relays_are_those_of_their_weights_if_these_take_most(
+    path: str, pairs: int
+) -> None:
     values = np.random.RandomState(0).uniform(1, 2, (20, 1000))
     dense = Link(sparse.csr_array(values), sparse.csr_array(values.T), jumps=np.ones(1000))
     bits = 2 * (pairs + 1) * values.size * WEIGHT_BITS
     assert cost_of(path, dense).cores == share(synapse_bits=bits)
 
 
-def test_the_host_takes_messages_in_every_step() -> None:
+def test_the_path_over_the_host_takes_messages_in_every_step() -> None:
     host = cost_of("host")
     assert host.host_messages_per_s == 2 * 2 / DT_S
     assert host.delay_s == pytest.approx(0.007)
@@ -158,7 +162,7 @@ def test_the_host_takes_messages_in_every_step() -> None:
     assert host.error == pytest.approx(np.hypot(rounding(LINK.decoders), relay_noise("host", DT_S)))
 
 
-def test_costs_are_of_every_path() -> None:
+def test_every_path_has_a_cost() -> None:
     paths = [one.path for one in path_costs(LINK, LIMITS, DT_S, RATE_HZ)]
     assert paths == ["direct", "onoff", "preset10", "host"]
 
@@ -216,25 +220,25 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
         ),
     ],
 )
-def test_the_best_loses_least_of_those_that_are_small_and_fast(
+def test_the_path_with_the_least_error_of_the_small_and_fast_ones_is_chosen(
     slack: Slack, shared: bool, reasons: dict[str, str]
 ) -> None:
     assert rejected(costs(), slack, shared) == LESS_THAN_HOST | reasons
 
 
-def test_delay_can_be_allowed() -> None:
+def test_a_slower_path_is_chosen_if_its_delay_is_allowed() -> None:
     found = rejected(costs(), Slack(1.0, 0.001))
     assert chosen(costs(), found) == "host"
     assert chosen(costs(), rejected(costs(), Slack(1.0, 0.0009))) == "preset10"
 
 
-def test_delays_that_rounding_alone_tells_apart_are_equal() -> None:
+def test_delays_that_differ_only_by_rounding_are_equal() -> None:
     relay_s = {"delay_s": 0.3}
     equal = costs(host={"delay_s": 0.1 + 0.2}, onoff=relay_s, preset10=relay_s)
     assert chosen(equal, rejected(equal, Slack(1.0, 0.0))) == "host"
 
 
-def test_a_path_that_is_too_slow_sets_no_standard_for_cores() -> None:
+def test_a_path_that_is_too_slow_does_not_count_for_the_fewest_cores() -> None:
     small_host = costs(host={"cores": 0.0}, onoff={"cores": 2.0}, preset10={"cores": 2.0})
     assert chosen(small_host, rejected(small_host, Slack(1.0, 0.0))) == "direct"
 

@@ -1,3 +1,5 @@
+"""Edges: the matrices between groups that connections and passthrough nodes amount to."""
+
 from typing import Any
 
 import nengo
@@ -44,7 +46,7 @@ def numbers(*shape: int) -> np.ndarray:
 
 
 def placed(matrix: np.ndarray, shape: tuple[int, int], rows: Any, columns: Any) -> np.ndarray:
-    """Return a matrix in some rows and columns of zeros."""
+    """Return zeros of a shape, with a matrix in some of their rows and columns."""
     whole = np.zeros(shape)
     whole[np.ix_(np.arange(shape[0])[rows], np.arange(shape[1])[columns])] = matrix
     return whole
@@ -69,14 +71,14 @@ def edges_of(network: nengo.Network) -> Edges:
     return matrices_of(network, whole(network.a, network.b)).edges
 
 
-def test_neurons_to_neurons_are_their_transform() -> None:
+def test_the_edge_between_neurons_is_their_transform() -> None:
     network, weights = two(), numbers(5, 6)
     with network:
         nengo.Connection(network.a.neurons, network.b.neurons, transform=weights, synapse=FAST)
     assert_edges(edges_of(network), {key(): weights})
 
 
-def test_slices_are_rows_and_columns() -> None:
+def test_slices_select_rows_and_columns() -> None:
     network, weights = two(), numbers(2, 3)
     with network:
         pre, post = network.a.neurons[1:4], network.b.neurons[[4, 0]]
@@ -92,7 +94,7 @@ def test_slices_are_rows_and_columns() -> None:
         (nengo.transforms.NoTransform(3), np.eye(3)),
     ],
 )
-def test_factors_are_diagonals(transform: Any, dense: np.ndarray) -> None:
+def test_factors_become_diagonal_matrices(transform: Any, dense: np.ndarray) -> None:
     network = two()
     with network:
         pre, post = network.a.neurons[:3], network.b.neurons[2:]
@@ -100,7 +102,7 @@ def test_factors_are_diagonals(transform: Any, dense: np.ndarray) -> None:
     assert_edges(edges_of(network), {key(): placed(dense, (5, 6), slice(2, 5), slice(0, 3))})
 
 
-def test_decoded_values_are_transform_times_decoders() -> None:
+def test_the_edge_of_decoded_values_is_transform_times_decoders() -> None:
     network, values, transform = two(dimensions=3), decoders(6, 2), numbers(2, 2)
     with network:
         decode(network.a, network.b[1:], values, transform=transform, synapse=FAST)
@@ -130,7 +132,7 @@ def test_members_of_a_group_have_their_rows_and_columns() -> None:
     assert_edges(edges, {key(1, EdgeTarget("neurons", 0)): in_matrix, key(0): out_matrix})
 
 
-def test_parts_of_an_ensemble_have_their_shares() -> None:
+def test_parts_of_an_ensemble_have_their_rows_and_columns() -> None:
     network, values = two(), decoders(6, 1)
     into, out = numbers(4, 5), numbers(5, 6)
     a, b = network.a, network.b
@@ -157,7 +159,7 @@ def test_parts_of_an_ensemble_have_their_shares() -> None:
     )
 
 
-def test_a_solver_of_weights_multiplies_with_encoders() -> None:
+def test_the_edge_of_a_solver_of_weights_includes_the_encoders() -> None:
     network = two(dimensions=2, radius=0.5)
     with network:
         solved = nengo.Connection(
@@ -194,7 +196,7 @@ def test_weights_of_an_ensemble_on_the_host_are_for_its_rates_in_float_nengo() -
     assert not np.allclose(on_chip, in_float, rtol=0.02)
 
 
-def test_a_passthrough_node_is_a_product() -> None:
+def test_the_edge_through_a_passthrough_node_is_a_product() -> None:
     network, into, out = two(), numbers(3, 3), numbers(5, 2)
     with network:
         node = nengo.Node(size_in=3)
@@ -204,7 +206,7 @@ def test_a_passthrough_node_is_a_product() -> None:
     assert_edges(edges_of(network), {key(): product})
 
 
-def test_a_value_that_is_picked_twice_counts_twice() -> None:
+def test_a_value_that_is_read_twice_counts_twice() -> None:
     network, into = two(), numbers(2, 6)
     with network:
         node = nengo.Node(size_in=2)
@@ -217,7 +219,7 @@ def test_a_value_that_is_picked_twice_counts_twice() -> None:
     assert_edges(edges_of(network), {key(): fast, key(synapse=SLOW): slow})
 
 
-def test_paths_side_by_side_add_up() -> None:
+def test_parallel_paths_add_up() -> None:
     network = two()
     with network:
         left, right = nengo.Node(size_in=2), nengo.Node(size_in=3)
@@ -238,8 +240,8 @@ def test_paths_side_by_side_add_up() -> None:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_any_nodes_in_any_order_are_one_product(seed: int) -> None:
-    """Up to six nodes, each after those before it in a line, defined in another order."""
+def test_any_nodes_in_any_order_become_one_edge(seed: int) -> None:
+    """Connect six nodes at random to nodes after them, and define them in another order."""
     rng = np.random.RandomState(seed)
     n, network = 6, two()
     matrix = {}
@@ -258,7 +260,7 @@ def test_any_nodes_in_any_order_are_one_product(seed: int) -> None:
     assert_edges(edges_of(network), {key(): reached[n + 1]})
 
 
-def test_filters_stay_apart() -> None:
+def test_different_filters_have_separate_edges() -> None:
     network, transforms = two(), [numbers(5, 6) for _ in range(4)]
     with network:
         for transform, tau in zip(transforms, (0.005, 0.1, 0.005, None), strict=True):
@@ -271,7 +273,7 @@ def test_filters_stay_apart() -> None:
     assert_edges(edges_of(network), expected)
 
 
-def test_filters_stay_apart_through_nodes() -> None:
+def test_different_filters_at_a_node_have_separate_edges() -> None:
     network = two()
     with network:
         before, after = nengo.Node(size_in=6), nengo.Node(size_in=6)
@@ -284,7 +286,7 @@ def test_filters_stay_apart_through_nodes() -> None:
     assert_edges(edges_of(network), {key(): eye, key(synapse=SLOW): eye})
 
 
-def test_nodes_that_stay_are_sources_and_targets() -> None:
+def test_nodes_that_stay_are_sources_and_targets_of_edges() -> None:
     network, into, out = two(), numbers(5, 2), numbers(2, 6)
     with network:
         source = nengo.Node([1, 2, 3])
@@ -298,7 +300,7 @@ def test_nodes_that_stay_are_sources_and_targets() -> None:
     assert_edges(edges_of(network), expected)
 
 
-def test_functions_of_nodes_that_stay_are_computed_by_their_connection() -> None:
+def test_a_function_of_a_node_that_stays_is_the_source_of_an_edge() -> None:
     network, into, out = two(), numbers(4, 2), numbers(5, 4)
     with network:
         source, node = nengo.Node([1, 2, 3]), nengo.Node(size_in=4)
@@ -310,7 +312,7 @@ def test_functions_of_nodes_that_stay_are_computed_by_their_connection() -> None
     assert_edges(edges_of(network), expected)
 
 
-def test_ensembles_that_stay_are_decoded_by_their_connection() -> None:
+def test_decoded_values_of_an_ensemble_that_stays_are_the_source_of_an_edge() -> None:
     network = two(dimensions=2)
     decoded = decode_to_b(network)
     edges = matrices_of(network, whole(network.b)).edges
@@ -323,7 +325,7 @@ def decode_to_b(network: nengo.Network) -> nengo.Connection:
         return decode(network.a, network.b[1], decoders(6, 1), transform=3, synapse=FAST)
 
 
-def test_what_enters_a_node_is_known_too() -> None:
+def test_edges_into_a_passthrough_node_are_returned_too() -> None:
     network, into = two(), numbers(2, 6)
     with network:
         node = nengo.Node(size_in=2)
@@ -335,7 +337,7 @@ def test_what_enters_a_node_is_known_too() -> None:
     assert_edges(matrices.edges, {key(target=EdgeTarget("dimensions", 1)): np.ones((1, 2)) @ into})
 
 
-def test_connections_between_what_stays_are_not_replaced() -> None:
+def test_connections_between_objects_that_stay_are_not_replaced() -> None:
     with nengo.Network(seed=1) as network:
         a, b, c = ensemble("a", 3), ensemble("b", 3), ensemble("c", 3)
         source = nengo.Node([1])
@@ -352,7 +354,7 @@ def source_of(network: nengo.Network) -> nengo.Node:
         return nengo.Node(lambda t, x: None, size_in=1)
 
 
-def test_settings_of_a_path_stay_apart() -> None:
+def test_different_settings_of_a_decode_path_have_separate_edges() -> None:
     network = two()
     dimension, decoded = EdgeTarget("dimensions", 1), decoders(6, 1)
     with network:
@@ -383,7 +385,7 @@ def test_edges_of_zeros_are_dropped() -> None:
     assert set(without_zeros(edges)) == {key(synapse=SLOW)}
 
 
-def test_what_passes_nothing_on_makes_no_edges() -> None:
+def test_ensembles_have_edges_only_to_the_ensembles_that_they_reach() -> None:
     n = 5
     with nengo.Network(seed=1) as network:
         first, second = (nengo.networks.EnsembleArray(3, n) for _ in range(2))

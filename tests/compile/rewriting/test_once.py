@@ -1,4 +1,4 @@
-"""Objects that several networks list are compiled once."""
+"""Objects that several networks list, which are compiled once."""
 
 import nengo
 import numpy as np
@@ -15,7 +15,7 @@ LISTED = ["u", "a", "node", "into", "decoded", "out", "probe"]
 
 
 def listing(*again: str, part: bool = False) -> nengo.Network:
-    """Return a network whose subnetwork lists some of its objects again; seeds are stated."""
+    """Return a network with seeds whose subnetwork lists some of its objects again."""
     with nengo.Network(seed=1) as network:
         u, node = nengo.Node(0.7), nengo.Node(size_in=1)
         a, b = nengo.Ensemble(30, 1, seed=1, label="a"), nengo.Ensemble(40, 2, seed=2, label="b")
@@ -35,13 +35,15 @@ def listing(*again: str, part: bool = False) -> nengo.Network:
 @pytest.mark.parametrize("part", [False, True])
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 @pytest.mark.parametrize("again", LISTED)
-def test_what_is_listed_twice_is_compiled_once(again: str, pipeline: str, part: bool) -> None:
+def test_an_object_that_is_listed_twice_is_compiled_once(
+    again: str, pipeline: str, part: bool
+) -> None:
     twice, once = listing(again, part=part), listing(part=part)
     digests = {compile_network(net, pipeline=pipeline).image.digest for net in (twice, once)}
     assert len(digests) == 1
 
 
-def test_what_is_listed_twice_is_counted_once() -> None:
+def test_objects_that_are_listed_twice_are_counted_once() -> None:
     twice, once = listing(*LISTED), listing()
     assert compartments_at_least(twice, Names(twice)) == compartments_at_least(once, Names(once))
     assert estimate(twice) == estimate(once)
@@ -49,6 +51,6 @@ def test_what_is_listed_twice_is_counted_once() -> None:
     assert len(each_once(rewrite).network.all_objects) == len(once.all_objects) - 1
 
 
-def test_a_network_that_lists_nothing_twice_stays_itself() -> None:
+def test_a_network_that_lists_nothing_twice_is_unchanged() -> None:
     rewrite = rewrite_of(listing())
     assert each_once(rewrite) is rewrite

@@ -1,3 +1,5 @@
+"""Partitions of ensembles into groups of parts."""
+
 import nengo
 import pytest
 from hypothesis import given
@@ -12,7 +14,7 @@ def ensembles(*sizes: int) -> list[nengo.Ensemble]:
         return [nengo.Ensemble(n, 1) for n in sizes]
 
 
-def test_places_lay_neurons_and_dimensions_end_to_end() -> None:
+def test_places_lay_neurons_and_dimensions_of_a_group_end_to_end() -> None:
     with nengo.Network():
         a, b, c = ensemble("a", 4, 2), ensemble("b", 6, 3), ensemble("c", 5, 1)
     parts = [Part(a, 0, 4), Part(b, 2, 6), Part(c, 0, 5), Part(b, 0, 2)]
@@ -57,7 +59,7 @@ def sizes(members: list[nengo.Ensemble], most: float) -> list[list[int]]:
         ((3, 3), float("inf"), [[3, 3]]),
     ],
 )
-def test_groups_hold_at_most_so_many_neurons(
+def test_groups_hold_no_more_neurons_than_allowed(
     members: tuple[int, ...], most: float, groups: list[list[int]]
 ) -> None:
     assert sizes(ensembles(*members), most) == groups

@@ -1,3 +1,5 @@
+"""Passthrough nodes, and which of them can be folded into connections."""
+
 from collections.abc import Callable
 
 import nengo
@@ -36,21 +38,25 @@ def test_nodes_without_a_function_pass_through() -> None:
         assert not is_passthrough(nengo.Ensemble(3, 1))
 
 
-def test_sources_come_first() -> None:
+def test_foldable_nodes_are_ordered_from_source_to_target() -> None:
     assert labels(line(None, None, None, None, order=(2, 0, 1))) == ["0", "1", "2"]
 
 
 @pytest.mark.parametrize("synapses", [(FAST, None, None), (None, FAST, None), (None, None, FAST)])
-def test_a_filter_may_be_anywhere(synapses: tuple[nengo.synapses.Synapse, ...]) -> None:
+def test_one_filter_may_be_anywhere_on_the_path_of_foldable_nodes(
+    synapses: tuple[nengo.synapses.Synapse, ...],
+) -> None:
     assert labels(line(*synapses)) == ["0", "1"]
 
 
 @pytest.mark.parametrize("synapses", [(FAST, SLOW), (FAST, None, FAST), (None, FAST, FAST, None)])
-def test_two_filters_in_a_row_are_refused(synapses: tuple[nengo.synapses.Synapse, ...]) -> None:
+def test_nodes_on_a_path_with_two_filters_are_not_foldable(
+    synapses: tuple[nengo.synapses.Synapse, ...],
+) -> None:
     assert labels(line(*synapses)) == []
 
 
-def test_filters_side_by_side_are_not_in_a_row() -> None:
+def test_a_node_with_filters_on_parallel_paths_is_foldable() -> None:
     network = line(None, FAST)
     with network:
         nengo.Connection(network.nodes[0], network.ensembles[1], synapse=SLOW)
@@ -58,21 +64,21 @@ def test_filters_side_by_side_are_not_in_a_row() -> None:
     assert labels(network) == ["0"]
 
 
-def test_two_filters_on_one_of_several_paths_are_refused() -> None:
+def test_a_node_with_two_filters_on_one_of_several_paths_is_not_foldable() -> None:
     network = line(None, FAST)
     with network:
         nengo.Connection(network.ensembles[1], network.nodes[0], synapse=SLOW)
     assert labels(network) == []
 
 
-def test_loops_are_refused() -> None:
+def test_nodes_in_a_loop_are_not_foldable() -> None:
     network = line(None, None, FAST)
     with network:
         nengo.Connection(network.nodes[1], network.nodes[0], synapse=SLOW)
     assert labels(network) == []
 
 
-def test_loops_over_ensembles_are_not_loops_of_nodes() -> None:
+def test_nodes_in_a_loop_through_ensembles_are_foldable() -> None:
     network = line(None, None, FAST)
     with network:
         nengo.Connection(network.ensembles[1], network.nodes[0], synapse=None)
@@ -102,7 +108,9 @@ def probed(network: nengo.Network) -> None:
 
 
 @pytest.mark.parametrize("change", [convolved, learned, learned_from, probed])
-def test_what_is_no_matrix_is_refused(change: Callable[[nengo.Network], None]) -> None:
+def test_nodes_at_convolved_learned_or_probed_connections_are_not_foldable(
+    change: Callable[[nengo.Network], None],
+) -> None:
     network = line(None, None)
     assert labels(network) == ["0"]
     with network:
@@ -111,7 +119,7 @@ def test_what_is_no_matrix_is_refused(change: Callable[[nengo.Network], None]) -
 
 
 def with_error_node() -> nengo.Network:
-    """Return an ensemble whose connection learns by an error that it is part of, over a node."""
+    """Return a network with a PES connection whose source also feeds the node of its error."""
     with nengo.Network(seed=1) as network:
         pre, post = (nengo.Ensemble(20, 1, label=label) for label in ("pre", "post"))
         error = nengo.Node(size_in=1, label="error")
@@ -125,7 +133,7 @@ def with_error_node() -> nengo.Network:
 
 
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
-def test_what_an_error_is_computed_of_stays_on_the_chip(pipeline: str) -> None:
+def test_only_the_target_of_a_learned_connection_is_on_the_host(pipeline: str) -> None:
     report = compile_network(with_error_node(), pipeline=pipeline).report
     assert [one.object for one in report.on_host] == ["post"]
 
@@ -142,14 +150,14 @@ def test_a_connection_into_a_node_can_be_probed(pipeline: str) -> None:
         assert sim.data[probe][-1] == 0.5
 
 
-def test_functions_into_a_cluster_are_sources() -> None:
+def test_a_node_that_receives_a_function_is_foldable() -> None:
     network = line(None, FAST)
     with network:
         nengo.Connection(network.ensembles[1], network.nodes[0], function=np.square, synapse=None)
     assert labels(network) == ["0"]
 
 
-def test_clusters_away_from_the_chip_stay() -> None:
+def test_nodes_between_objects_on_the_host_are_not_foldable() -> None:
     network = line(None, FAST)
     with network:
         away = nengo.Node(size_in=1, label="away")
@@ -159,7 +167,7 @@ def test_clusters_away_from_the_chip_stay() -> None:
     assert labels(network) == ["0"]
 
 
-def test_clusters_are_judged_one_by_one() -> None:
+def test_a_loop_in_one_cluster_leaves_other_nodes_foldable() -> None:
     network = line(None, FAST)
     with network:
         a, b = network.ensembles
@@ -170,5 +178,5 @@ def test_clusters_are_judged_one_by_one() -> None:
     assert labels(network) == ["0"]
 
 
-def test_a_network_without_nodes_has_none() -> None:
+def test_a_network_without_nodes_has_no_foldable_nodes() -> None:
     assert labels(line(FAST)) == []

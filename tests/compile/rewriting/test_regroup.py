@@ -1,3 +1,5 @@
+"""Ensembles in new groups, with their connections, probes, seeds and pieces."""
+
 import nengo
 import numpy as np
 import pytest
@@ -28,7 +30,7 @@ def regrouped(network: nengo.Network, partition: Partition, **options: object) -
 
 
 def array() -> nengo.Network:
-    """Return two ensembles of 4 and 3 neurons, into one node, into a third of 5."""
+    """Return two ensembles of 4 and 3 neurons, wired through a node to a third of 5."""
     with nengo.Network(seed=1, label="array") as network:
         network.a, network.b = ensemble("a", 4), ensemble("b", 3)
         network.c = ensemble("c", 5, 2)
@@ -81,7 +83,7 @@ def test_a_probed_node_stays_as_a_target() -> None:
     assert not [c for c in rewrite.network.connections if c.pre_obj is network.node]
 
 
-def test_seeds_are_those_of_the_old_places() -> None:
+def test_the_network_and_ensembles_that_stay_keep_their_seeds() -> None:
     network = array()
     seeds = rewrite_of(network).all_seeds()
     after = regrouped(network, whole((network.a, network.b)))
@@ -89,7 +91,7 @@ def test_seeds_are_those_of_the_old_places() -> None:
     assert after.seeds[after.network] == seeds[network]
 
 
-def test_what_was_built_is_kept() -> None:
+def test_built_parameters_of_the_old_objects_are_kept() -> None:
     network = array()
     first, second, outward = network.connections
     solver = ParameterSolver(rewrite_of(network), DT_S)
@@ -99,7 +101,7 @@ def test_what_was_built_is_kept() -> None:
     np.testing.assert_array_equal(built[first].weights, solver.weights(first))
 
 
-def test_what_ensembles_that_stay_decode_is_not_built_here() -> None:
+def test_connections_from_ensembles_that_stay_are_not_built() -> None:
     network = array()
     first, second, _ = network.connections
     built = regrouped(network, whole(network.c)).built
@@ -122,7 +124,7 @@ def test_decoders_are_those_of_the_builder() -> None:
 
 
 def probed(part: bool = False) -> tuple[nengo.Network, Partition]:
-    """Return ``a`` behind ``b`` in one group, or in two parts."""
+    """Return the array, and a partition with ``a`` after ``b`` in one group, or in two parts."""
     network = array()
     a, b = network.a, network.b
     if part:
@@ -140,7 +142,7 @@ def probed(part: bool = False) -> tuple[nengo.Network, Partition]:
         (slice(None, None, -1), [6, 5, 4, 3]),
     ],
 )
-def test_probes_of_neurons_move_with_them(read: object, found: object) -> None:
+def test_probes_of_neurons_move_to_their_group(read: object, found: object) -> None:
     network, partition = probed()
     with network:
         probe = nengo.Probe(network.a.neurons[read], "voltage", sample_every=0.1, label="volts")
@@ -152,7 +154,7 @@ def test_probes_of_neurons_move_with_them(read: object, found: object) -> None:
     assert (new.attr, new.sample_every, new.label) == ("voltage", 0.1, "volts")
 
 
-def test_probes_of_one_part_move_to_its_group() -> None:
+def test_probes_of_neurons_of_one_part_move_to_its_group() -> None:
     network, partition = probed(part=True)
     with network:
         probe = nengo.Probe(network.a.neurons[3])
@@ -172,7 +174,7 @@ def decoders_of(network: nengo.Network, probe: nengo.Probe) -> np.ndarray:
 
 
 @pytest.mark.parametrize("solver", [LstsqL2(), LstsqNoise()])
-def test_probes_of_values_decode_their_part_alone(solver: Solver) -> None:
+def test_probes_of_values_decode_only_their_ensemble(solver: Solver) -> None:
     network, partition = probed()
     with network:
         probe = nengo.Probe(network.a, synapse=SLOW, solver=solver)
@@ -186,7 +188,7 @@ def test_probes_of_values_decode_their_part_alone(solver: Solver) -> None:
     assert not rewrite.network.nodes
 
 
-def test_probes_of_some_dimensions_decode_these() -> None:
+def test_probes_of_some_dimensions_decode_only_these() -> None:
     network = array()
     with network:
         probe = nengo.Probe(network.c[1])
@@ -222,7 +224,7 @@ def test_probes_of_values_of_several_parts_are_summed_on_the_host() -> None:
     assert decoded == [f"{first.label} output", f"{second.label} output"]
 
 
-def test_pieces_are_parts_of_one_alone() -> None:
+def test_only_a_group_of_one_part_of_an_ensemble_is_a_piece() -> None:
     network = array()
     a, b, c = network.a, network.b, network.c
     groups = [[Part(a, 0, 2)], [Part(a, 2, 4)], [Part(b, 0, 1)], [Part(c, 0, 5), Part(b, 1, 3)]]
@@ -236,7 +238,7 @@ def test_pieces_are_parts_of_one_alone() -> None:
     assert alone not in first.network.ensembles
 
 
-def test_members_are_the_users_ensembles() -> None:
+def test_members_of_a_group_are_named_after_the_users_ensembles() -> None:
     network = array()
     a, b, c = network.ensembles
     first = regrouped(network, Partition([[Part(a, 0, 2)], [Part(a, 2, 4)], [Part(b, 0, 3)]]))
@@ -248,7 +250,7 @@ def test_members_are_the_users_ensembles() -> None:
     assert ("a", "b", "c") in third.members.values()
 
 
-def test_pieces_that_stay_are_pieces_still() -> None:
+def test_pieces_that_stay_remain_pieces() -> None:
     network = array()
     first = regrouped(network, Partition([[Part(network.a, 0, 2)], [Part(network.a, 2, 4)]]))
     again = regroup(first, whole(network.c), [], DT_S)

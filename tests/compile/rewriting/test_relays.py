@@ -34,7 +34,7 @@ def through_nodes() -> nengo.Network:
     return network
 
 
-def test_the_bound_is_what_the_builder_makes() -> None:
+def test_the_bound_equals_the_compartments_that_are_built() -> None:
     network = through_nodes()
     image = compile_network(network).image
     assert bound(network) == image.n_compartments == 70 + PER_VALUE * (1 + 1 + 2 + 2)
@@ -49,7 +49,9 @@ def test_the_bound_is_what_the_builder_makes() -> None:
         BuildSettings(remove_passthrough=False, decode_neurons=OnOffDecodeNeurons(2)),
     ],
 )
-def test_the_bound_is_what_the_builder_makes_with_settings(settings: BuildSettings) -> None:
+def test_the_bound_with_settings_equals_the_compartments_that_are_built(
+    settings: BuildSettings,
+) -> None:
     network = through_nodes()
     image = compile_network(network, settings=settings).image
     readouts = sum(
@@ -60,14 +62,12 @@ def test_the_bound_is_what_the_builder_makes_with_settings(settings: BuildSettin
     assert bound(network, settings) == image.n_compartments - readouts
 
 
-def test_decode_neurons_of_a_class_of_the_users_are_not_counted() -> None:
+def test_decode_neurons_of_an_unknown_class_are_not_counted() -> None:
     settings = BuildSettings(decode_neurons=DecodeNeurons())
     assert bound(through_nodes(), settings) == 70
 
 
-def test_a_network_that_only_fits_with_fewer_decode_neurons_is_not_refused_before_it_is_built() -> (
-    None
-):
+def test_the_bound_of_a_network_shrinks_with_fewer_decode_neurons() -> None:
     with nengo.Network(seed=1) as network:
         chain = [nengo.Ensemble(32, 16) for _ in range(410)]
         for pre, post in pairwise(chain):
@@ -77,7 +77,7 @@ def test_a_network_that_only_fits_with_fewer_decode_neurons_is_not_refused_befor
     assert bound(network, few) == 410 * 32 + 409 * 16 * 2
 
 
-def test_what_ends_or_starts_on_the_host_takes_no_decode_neurons() -> None:
+def test_connections_from_or_to_the_host_take_no_decode_neurons() -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(7, 1)
         nengo.Connection(nengo.Node(0.5), a)
@@ -90,7 +90,7 @@ def test_what_ends_or_starts_on_the_host_takes_no_decode_neurons() -> None:
     assert bound(network) == 7
 
 
-def test_a_path_that_the_user_chose_is_left_out() -> None:
+def test_a_connection_whose_path_the_user_set_is_not_counted() -> None:
     with nengo.Network(seed=1) as network:
         a = nengo.Ensemble(7, 1)
         loop = nengo.Connection(a, a)
@@ -100,7 +100,7 @@ def test_a_path_that_the_user_chose_is_left_out() -> None:
     assert bound(network) == 7
 
 
-def test_a_transform_that_is_drawn_at_random_carries_every_value() -> None:
+def test_a_random_transform_is_counted_for_every_value() -> None:
     with nengo.Network(seed=1) as network:
         a, node = nengo.Ensemble(7, 2), nengo.Node(size_in=2)
         nengo.Connection(a, node, transform=nengo.dists.Choice([[1.0]]))
@@ -108,7 +108,7 @@ def test_a_transform_that_is_drawn_at_random_carries_every_value() -> None:
     assert bound(network) == 7 + PER_VALUE * 2
 
 
-def test_values_that_a_slice_adds_up_come_from_each_of_their_sources() -> None:
+def test_values_that_a_slice_adds_up_are_counted_for_each_source() -> None:
     with nengo.Network(seed=1) as network:
         a, b, c = (nengo.Ensemble(7, 1) for _ in range(3))
         both, one = nengo.Node(size_in=2), nengo.Node(size_in=1)

@@ -1,3 +1,5 @@
+"""Connections that are rewired to take a path: directly, over relays or over the host."""
+
 import nengo
 import numpy as np
 import pytest
@@ -41,7 +43,7 @@ def test_direct_wiring_is_encoders_times_decoders() -> None:
     np.testing.assert_array_equal(after.built[old].weights, 3 * decoders(4, 1).T)
 
 
-def test_the_neurons_of_a_slice_are_wired_too() -> None:
+def test_a_slice_of_neurons_is_wired_directly_and_over_the_host() -> None:
     with nengo.Network(seed=3) as network:
         spikeport.add_params(network)
         a, b = ensemble("a", 4), ensemble("b", 3)
@@ -54,7 +56,7 @@ def test_the_neurons_of_a_slice_are_wired_too() -> None:
     assert (into.pre_obj, into.pre_slice) == (a.neurons, slice(1, 3))
 
 
-def test_the_host_decodes_and_encodes() -> None:
+def test_the_path_over_the_host_has_a_node_between_decoders_and_encoders() -> None:
     network = chain()
     old, other = network.connections
     after = rewired(network, "host")
@@ -106,7 +108,7 @@ def test_sparse_transforms_of_decoded_values_take_every_path(path: str, twice: b
     spikeport.compile_network(network, pipeline=f"decode_path{{default={path}}}")
 
 
-def test_relays_of_sparse_transforms_are_like_the_old_ones() -> None:
+def test_relays_of_sparse_transforms_get_dense_ones_and_stay_the_same_otherwise() -> None:
     network = chain()
     old, other = network.connections
     old.transform = nengo.Sparse((1, 1), init=[[0.5]], indices=[[0, 0]])

@@ -1,3 +1,5 @@
+"""Connections to or from slices, rewritten as connections of whole objects."""
+
 from collections.abc import Callable
 from typing import Any
 
@@ -18,7 +20,7 @@ SOURCES = ["node", "function", "decoded", "neurons"]
 
 
 def network(source: str, part: Any, neurons: bool = False) -> nengo.Network:
-    """Return a node, an ensemble that follows it, and a connection from one to a part of b."""
+    """Return a node, an ensemble that follows it, and a connection from either to a part of b."""
     size = np.arange(3)[[part] if isinstance(part, int) else part].size
     with nengo.Network(seed=4) as net:
         u = nengo.Node(lambda t: np.sin(20 * t + np.arange(size)), label="u")
@@ -55,7 +57,7 @@ def assert_same_in_float(net: nengo.Network, n_steps: int = 60) -> None:
 
 @pytest.mark.parametrize("part", PARTS, ids=str)
 @pytest.mark.parametrize("source", SOURCES)
-def test_float_nengo_computes_the_same(source: str, part: Any) -> None:
+def test_connections_to_parts_compute_the_same_in_float(source: str, part: Any) -> None:
     net = network(source, part)
     assert_same_in_float(net)
     after = rewritten(net)
@@ -65,7 +67,7 @@ def test_float_nengo_computes_the_same(source: str, part: Any) -> None:
 
 @pytest.mark.parametrize("part", PARTS[:4], ids=str)
 @pytest.mark.parametrize("source", SOURCES)
-def test_parts_of_the_neurons_too(source: str, part: Any) -> None:
+def test_connections_to_parts_of_neurons_compute_the_same_in_float(source: str, part: Any) -> None:
     net = network(source, part, neurons=True)
     assert_same_in_float(net)
     compile_network(net)
@@ -97,7 +99,7 @@ FROM = ["node", "function", "passthrough", "decoded", "squares", "decoders", "ne
 
 
 def slice_twice(source: str) -> nengo.Network:
-    """Return a connection on the host or from there, whose slices of both ends differ."""
+    """Return a connection from a source, whose slice reads an entry twice, to a part of b."""
     with nengo.Network(seed=4) as net:
         spikeport.add_params(net)
         u = nengo.Node(lambda t: [np.sin(20 * t), 0.3, 0.5], label="u")
@@ -161,7 +163,7 @@ def test_a_sparse_transform_may_read_a_neuron_twice() -> None:
     np.testing.assert_allclose(whole.transform.sample().toarray(), expected)
 
 
-def test_what_reads_neurons_twice_is_the_same_on_the_chip() -> None:
+def test_reading_a_neuron_twice_gives_the_image_of_a_sparse_transform() -> None:
     twice = reading_twice("neurons", 0.02)
     with nengo.Network(seed=4) as once:
         a = nengo.Ensemble(3, 1, gain=np.ones(3), bias=[3.0, 5.0, 9.0])
@@ -175,7 +177,7 @@ def test_what_reads_neurons_twice_is_the_same_on_the_chip() -> None:
         assert one.digest == other.digest
 
 
-def test_random_transforms_come_out_the_same() -> None:
+def test_random_transforms_are_sampled_as_in_float_nengo() -> None:
     with nengo.Network(seed=4) as net:
         a, b = nengo.Ensemble(20, 2), nengo.Ensemble(30, 3)
         gaussian = nengo.dists.Gaussian(0, 1)
@@ -199,7 +201,7 @@ def sliced() -> nengo.Network:
 
 
 def with_rows_of_zeros() -> nengo.Network:
-    """Return the same, by hand."""
+    """Return the network of `sliced`, with rows of zeros in place of slices."""
     with nengo.Network(seed=2) as net:
         u = nengo.Node(lambda t: np.sin(20 * t), label="u")
         a, b = nengo.Ensemble(30, 1, label="a"), nengo.Ensemble(40, 2, label="b")
@@ -212,20 +214,20 @@ def with_rows_of_zeros() -> nengo.Network:
     return net
 
 
-def test_the_image_is_that_of_rows_of_zeros() -> None:
+def test_slices_give_the_image_of_transforms_with_rows_of_zeros() -> None:
     pair = [compile_network(make(), pipeline="").image for make in (sliced, with_rows_of_zeros)]
     assert pair[0].digest == pair[1].digest
     assert pair[0].n_blocks == 5
 
 
-def test_parts_of_neurons_store_no_zeros() -> None:
+def test_connections_to_parts_of_neurons_store_no_zeros() -> None:
     with nengo.Network(seed=4) as net:
         a, b = nengo.Ensemble(20, 1), nengo.Ensemble(100, 1)
         nengo.Connection(a.neurons, b.neurons[:5], transform=np.ones((5, 20)) * 1e-3)
     assert len(compile_network(net, pipeline="").image.synapses.weight) == 5 * 20
 
 
-def test_a_network_without_slices_stays_itself(chain: Callable[..., nengo.Network]) -> None:
+def test_a_network_without_slices_is_unchanged(chain: Callable[..., nengo.Network]) -> None:
     rewrite = rewrite_of(chain())
     assert whole_targets(rewrite, DT_S) is rewrite
 

@@ -1,3 +1,5 @@
+"""Decoders that neurons with equal encoders share, and their errors."""
+
 import nengo
 import numpy as np
 import pytest
@@ -43,7 +45,7 @@ def test_neurons_of_one_sign_share_a_decoder() -> None:
         assert decoders[0, 0] != decoders[1, 0]
 
 
-def test_the_error_is_that_over_the_evaluation_points() -> None:
+def test_the_error_of_shared_decoders_is_summed_over_the_evaluation_points() -> None:
     _, ((one, _),), solver = found(pair())
     built = solver.decoded(one.connection)
     points = built.eval_points
@@ -66,7 +68,7 @@ def test_errors_of_several_connections_add_up() -> None:
     assert (both.before, both.after) == (0.25, 0.5)
 
 
-def test_only_what_was_chosen_changes() -> None:
+def test_only_the_chosen_connection_changes() -> None:
     network = pair()
     rewrite, ((one, _),), solver = found(network)
     after = tied(rewrite, [one], solver)
@@ -86,7 +88,7 @@ def test_only_what_was_chosen_changes() -> None:
     assert one.connection in network.connections
 
 
-def test_a_learning_rule_is_connected_to_after_its_connection() -> None:
+def test_the_connection_to_a_learning_rule_follows_the_learned_connection() -> None:
     with nengo.Network(seed=1) as network:
         error = nengo.Node(size_in=1)
         with nengo.Network() as inner:
