@@ -116,7 +116,9 @@ def test_learning_across_several_cores_is_not_tried_with_other_passes() -> None:
         nengo.Ensemble(20, 1)
     error = refusal(network)
     assert "SP012" in str(error)
-    assert error.advice == advice(network, error, pytest.fail, None) == OFFLOAD
+    for passes in (None, COMPACT, AS_WRITTEN):
+        assert advice(network, error, pytest.fail, passes) == OFFLOAD
+    assert error.advice == OFFLOAD
 
 
 def test_a_network_too_large_for_the_chip_gets_no_advice_and_is_not_offloaded(

@@ -1,3 +1,4 @@
+import inspect
 import re
 
 import pytest
@@ -5,13 +6,14 @@ import pytest
 from spikeport.compile.check import lint, rules
 from spikeport.compile.check.violation import Violation
 from spikeport.errors import UsageError
+from spikeport.files import read_toml
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.limits import CoreUse, usages
 
 
-def test_rule_ids_are_sorted_and_of_a_known_group() -> None:
-    ids = list(rules.RULES)
-    assert ids == sorted(ids)
+def test_rule_ids_are_unique_and_sorted_and_of_a_known_group() -> None:
+    ids = [row["id"] for row in read_toml(rules.FILE)["rules"]]
+    assert ids == sorted(set(ids))
     assert all(re.fullmatch(r"SP\d{3}", one) and one[:3] in rules.GROUPS for one in ids)
 
 
@@ -30,6 +32,7 @@ def test_every_limit_of_a_chip_has_a_rule() -> None:
 def test_every_rule_of_networks_is_checked() -> None:
     of_networks = {one for one in rules.RULES if one.startswith("SP0")}
     of_networks -= {"SP012"}  # checked on the blocks that nengo-loihi built
+    assert set(re.findall(r'rules\.get\("(SP0\d\d)"\)', inspect.getsource(lint))) == of_networks
     assert len(lint.RULES) == len(of_networks)
 
 

@@ -36,11 +36,6 @@ def test_blocks_fit_on_a_core_if_every_resource_suffices() -> None:
     assert problem(full, load(thresholds=0b1, clipping=0b1)).fits([0, 1])
 
 
-def test_traffic_between_two_blocks_is_symmetric() -> None:
-    of = problem(1, 1, traffic={(0, 1): 2})
-    np.testing.assert_array_equal(of.traffic.direct.toarray(), [[0, 2], [2, 0]])
-
-
 @given(problems())
 @settings(max_examples=30)
 def test_the_cost_counts_spikes_of_pairs_and_of_audiences(of: Problem) -> None:
