@@ -95,7 +95,7 @@ def test_a_kept_compilation_runs_like_a_fresh_one(kept, make, pipeline):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_blocks_of_a_kept_compilation_are_built_on_demand(kept):
+def test_blocks_of_a_kept_compilation_have_the_errors_of_fresh_blocks(kept):
     network = on_host()
     with Simulator(network, cache=kept) as sim:
         wanted = sim.compilation.blocks
