@@ -1,4 +1,4 @@
-"""The exact policy walks the figure-eight on what an estimator says: the goals of the errors."""
+"""Walks of the exact policy on an estimator's state, and the goals of its errors."""
 
 import estimators
 import numpy as np
@@ -35,27 +35,27 @@ def test_the_filter_meets_the_goal(case):
 
 
 @pytest.mark.slow
-def test_leg_odometry_walks_though_it_does_not_meet_it():
+def test_the_robot_walks_on_leg_odometry_though_this_misses_the_goal():
     found = rms(Case(LEGS, closed=True))
     assert (found[[0, 2]] > GOAL_M_S[[0, 2]]).all()
 
 
 @pytest.mark.slow
-def test_the_truth_has_no_error_and_walks_as_without_an_estimator():
+def test_the_true_state_has_no_error_and_gives_the_same_walk_as_no_estimator():
     one, other = (walk(Case(TRUTH, closed), 0, SECONDS) for closed in (True, False))
     assert not errors(one, 0.005)["velocity"].any()
     np.testing.assert_array_equal(one.true[-1].base_position, other.true[-1].base_position)
 
 
 @pytest.mark.slow
-def test_motion_capture_keeps_the_robot_on_its_path():
+def test_motion_capture_keeps_the_estimated_position_near_the_true_one():
     case = Case(LEGS, closed=True, mocap=True)
     found = errors(walk(case, 0, SECONDS), case.dt_s)
     assert np.linalg.norm(found["place"][-1]) < 0.03
 
 
 @pytest.mark.slow
-def test_a_row_has_a_cell_for_every_head():
+def test_a_row_has_a_cell_for_every_heading():
     assert len(row(Case(EKF, closed=False), 1, 1.5)) == len(HEADS)
     assert len(set(CASES)) == len(CASES)
 

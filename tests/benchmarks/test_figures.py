@@ -1,4 +1,4 @@
-"""Stated figures are held against results: what differs is found, and where."""
+"""Figures that documents state, compared with results."""
 
 import json
 
@@ -49,7 +49,7 @@ def checked(root, capsys, makes, results):
 
 
 @pytest.mark.parametrize("makes", [row, worst])
-def test_what_results_say_may_stand_in_a_table_and_across_lines(root, capsys, makes):
+def test_a_statement_is_found_in_a_table_and_across_lines(root, capsys, makes):
     summary = "1 of 1 statements have results; 0 sentences differ"
     assert checked(root, capsys, makes, {"walk": walks()}) == (0, [summary])
 
@@ -66,14 +66,14 @@ def test_a_figure_that_differs_is_shown_beside_the_closest_line(root, capsys):
     )
 
 
-def test_what_was_not_run_is_named(root, capsys):
+def test_a_run_without_results_is_named(root, capsys):
     assert checked(root, capsys, row, {}) == (
         1,
         ["not run: walk (row, walks.md)", "0 of 1 statements have results; 0 sentences differ"],
     )
 
 
-def test_rows_are_in_the_order_of_seeds_and_spans_from_least_to_largest():
+def test_values_are_in_the_order_of_seeds_and_spans_go_from_least_to_largest():
     assert values(walks(), "metrics.m") == [0.0034, 0.0049]
     assert span([0.016, 0.014, 0.020], times=1000) == "14 to 20"
 
@@ -92,7 +92,7 @@ def test_results_of_runs_and_of_sweeps_are_kept_without_speeds(tmp_path):
 
 
 def test_a_run_that_is_done_is_not_repeated(tmp_path, monkeypatch):
-    """Neither is one kept that failed."""
+    """A run that fails is not kept."""
     asked = []
 
     def call(line, **_):
@@ -113,7 +113,7 @@ def test_a_run_that_is_done_is_not_repeated(tmp_path, monkeypatch):
     assert figures.read_results(tmp_path / "kept") == {"reach": [{"metrics": {"reaches": 54}}]}
 
 
-def test_a_policy_that_is_not_there_has_the_command_that_makes_it(tmp_path, monkeypatch, capsys):
+def test_a_missing_policy_is_reported_with_the_command_that_makes_it(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(figures, "ROOT", tmp_path)
     monkeypatch.setattr(figures, "FOLDERS", tmp_path)
     monkeypatch.setattr(figures, "RESULTS", tmp_path)
@@ -122,7 +122,7 @@ def test_a_policy_that_is_not_there_has_the_command_that_makes_it(tmp_path, monk
     assert capsys.readouterr().out.endswith(f" is missing; make it with: {TRAINING}\n")
 
 
-def test_statements_rest_on_runs_that_there_are():
+def test_statements_and_kept_results_belong_to_known_runs():
     assert {name for one in STATED for name in one.runs} <= set(RUNS)
     assert set(figures.read_results()) <= set(RUNS)
 
@@ -150,7 +150,7 @@ def drawing(error_m, moved_m):
     }
 
 
-def test_rows_of_the_switch_are_made_of_its_list_of_phases():
+def test_rows_of_the_switch_are_made_from_its_list_of_phases():
     phases = path("walk", 0.0046, 0.024), drawing(0.0053, 0.01), path("walk on", 0.0059, 0.025)
     assert list(the_switch([switched(*phases)])) == [
         "| shape error (mm rms) | 5.3 |",
@@ -159,7 +159,7 @@ def test_rows_of_the_switch_are_made_of_its_list_of_phases():
     ]
 
 
-def test_rows_of_free_standing_leave_out_the_way_in_the_first_drawing():
+def test_rows_of_free_standing_leave_out_the_way_of_the_pelvis_in_the_first_drawing():
     drawings = drawing(0.0056, 0.21), drawing(0.0058, 0.02), drawing(0.0059, 0.018)
     assert list(the_switch_on_its_own_feet([switched(*drawings)])) == [
         "| shape error of the three drawings (mm rms) | 5.6, 5.8, 5.9 |",

@@ -1,3 +1,5 @@
+"""A policy that imitates the shipped one."""
+
 import pytest
 
 pytest.importorskip("torch")
@@ -11,7 +13,7 @@ from spikeport.networks.walking_policy import load
 
 @pytest.fixture
 def made(monkeypatch, capsys):
-    """Return a policy that a few robots taught for some steps, and the errors that were printed."""
+    """Return a policy that was trained on a few robots for some steps, and the printed errors."""
     for name, value in {
         "ROBOTS": 8,
         "STEPS": 20,
@@ -24,13 +26,13 @@ def made(monkeypatch, capsys):
     return policy, [float(line.split()[-1]) for line in capsys.readouterr().out.splitlines()]
 
 
-def test_it_comes_nearer_to_the_shipped_policy(made):
+def test_training_brings_the_policy_nearer_to_the_shipped_one(made):
     _, (*rounds, last) = made
     assert len(rounds) == 2
     assert last < 0.5 * min(rounds)
 
 
-def test_it_is_of_the_shipped_policys_shape_and_leaves_the_same_joints_alone(made):
+def test_the_policy_has_the_shape_and_the_unused_joints_of_the_shipped_one(made):
     policy, shipped = made[0], load()
     assert [W.shape for W in policy.weights] == [W.shape for W in shipped.weights]
     unused = ~shipped.weights[-1].any(axis=1)

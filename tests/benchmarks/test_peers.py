@@ -1,4 +1,4 @@
-"""The table of simulators beside each other."""
+"""The table that compares simulators."""
 
 from peers import table
 
@@ -37,7 +37,7 @@ def test_the_fastest_comes_first_with_its_ratios_and_whether_spikes_are_equal() 
     ]
 
 
-def test_who_did_not_run_is_named_with_the_reason() -> None:
+def test_a_simulator_that_did_not_run_is_named_with_the_reason() -> None:
     lines = table(RESULTS).splitlines()
     assert "Not run: nest (no wheel for this Python)." in lines
     assert "Not run: brian2, Two neurons (no compiler)." in lines

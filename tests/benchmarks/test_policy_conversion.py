@@ -1,4 +1,4 @@
-"""The errors that the conversion's benchmark counts."""
+"""The errors of converted policies that the benchmark measures."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ def test_an_action_that_is_only_late_has_no_error_but_a_lag() -> None:
     assert found["solved_lag_s"] == pytest.approx(0.015)
 
 
-def test_an_error_is_a_share_of_how_the_actions_vary() -> None:
+def test_an_error_is_relative_to_the_variation_of_the_actions() -> None:
     shifted = Readout(np.eye(2), np.array([0.1, -0.1]))
     found = errors("solved", shifted, WANTED, WANTED)
     assert found["solved"] == pytest.approx(0.1 / np.sqrt(2.5 / 2), rel=0.02)

@@ -1,3 +1,5 @@
+"""Results of trials, which are saved and not repeated."""
+
 import json
 from types import SimpleNamespace
 
@@ -8,7 +10,7 @@ from spikeport import atomic
 
 
 class Rig:
-    """Work that counts what is done with it."""
+    """Rig that records its trials and counts how often it is closed."""
 
     def __init__(self):
         self.performed, self.closed = [], 0
@@ -19,7 +21,7 @@ class Rig:
 
 
 def results(folder, keys):
-    """Return the results of some trials, and what it took."""
+    """Return the results of some trials, and the rigs that were prepared."""
     rigs = []
 
     def prepare(_trial):
@@ -35,14 +37,14 @@ def results(folder, keys):
     return found, rigs
 
 
-def test_runs_share_a_rig_and_are_saved(tmp_path):
+def test_trials_share_a_rig_and_their_results_are_saved(tmp_path):
     found, (rig,) = results(tmp_path / "new", [1, 2])
     assert found == [{"value": 22}, {"value": 24}]
     assert (rig.performed, rig.closed) == ([11, 12], 1)
     assert json.loads((tmp_path / "new" / "name-2.json").read_text()) == {"value": 24}
 
 
-def test_what_was_done_is_not_done_again(tmp_path):
+def test_a_trial_with_a_saved_result_is_not_repeated(tmp_path):
     results(tmp_path, [1])
     found, (rig,) = results(tmp_path, [1, 2])
     assert found == [{"value": 22}, {"value": 24}]
@@ -50,7 +52,7 @@ def test_what_was_done_is_not_done_again(tmp_path):
     assert results(tmp_path, [1, 2])[1] == []
 
 
-def test_a_result_that_is_not_written_whole_is_none(tmp_path, monkeypatch):
+def test_a_trial_whose_result_was_not_written_completely_is_repeated(tmp_path, monkeypatch):
     def cut(_descriptor):
         raise OSError("power cut")
 

@@ -1,4 +1,4 @@
-"""The benchmark of soft cores: rows through an SDRAM, by hand, and a board that counts them."""
+"""The benchmark of soft cores: times of rows through an SDRAM, and a board that counts rows."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from spikeport.backends.native.chip import NativeChip
 from tests.helpers.fake_board import small_image
 
 PERIOD, BEFORE = 7.0, 15.0 + 3 * 7.0
-"""The time of a word, and that from the activation of a row to its first word, in ns."""
+"""The time of a word, and the time from the activation of a row to its first word, in ns."""
 
 
 @pytest.mark.parametrize(
@@ -23,7 +23,7 @@ PERIOD, BEFORE = 7.0, 15.0 + 3 * 7.0
         ([(0, 1200), (1200, 1)], BEFORE + 1200 * PERIOD + 15 + 15 + 60 + BEFORE + PERIOD),
     ],
 )
-def test_rows_through_an_sdram(rows: list[tuple[int, int]], time_ns: float) -> None:
+def test_the_time_of_rows_through_an_sdram(rows: list[tuple[int, int]], time_ns: float) -> None:
     assert Sdram().time_ns(rows) == pytest.approx(time_ns)
 
 

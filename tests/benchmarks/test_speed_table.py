@@ -39,26 +39,26 @@ def test_the_table_has_times_ratios_and_the_distance_to_the_bandwidth() -> None:
     ]
 
 
-def test_a_table_has_as_many_cells_in_every_row() -> None:
+def test_every_row_of_a_table_has_the_same_number_of_cells() -> None:
     lines = table(RESULTS).splitlines()
     for block in (lines[0:3], lines[4:7]):
         assert len({line.count("|") for line in block}) == 1
 
 
-def test_what_was_between_the_markers_is_replaced() -> None:
+def test_text_between_the_markers_is_replaced() -> None:
     text = f"before\n{BEGIN}\nold\n{END}\nafter\n"
     assert insert(text, "new") == f"before\n{BEGIN}\nnew\n{END}\nafter\n"
     assert insert(insert(text, "new"), "new") == insert(text, "new")
 
 
-def test_what_was_not_measured_is_a_dash() -> None:
+def test_a_value_that_was_not_measured_is_a_dash() -> None:
     (network,) = RESULTS["networks"].values()
     old = {key: value for key, value in network.items() if not key.endswith("bytes")}
     lines = table({**RESULTS, "networks": {"small": old}}).splitlines()
     assert lines[6].endswith("| 1,000 million | - | - |")
 
 
-def test_titles_are_those_of_the_networks() -> None:
+def test_kept_results_have_the_titles_of_the_networks() -> None:
     kept = json.loads(benchmark.RESULTS.read_text(encoding="utf-8"))["networks"]
     assert {name: one["title"] for name, one in kept.items()} == {
         name: case.title for name, case in NETWORKS.items()

@@ -1,4 +1,4 @@
-"""The site of docs/: it builds without a warning, and a reader's browser fetches nothing for it."""
+"""The site of docs/, which builds without a warning and loads nothing from other hosts."""
 
 import re
 import subprocess
@@ -17,7 +17,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for needed in ("sphinx", "furo", "myst_nb", "jupytext"):
         pytest.importorskip(needed, reason=f"{needed} is absent: pip install -e '.[docs]'")
     out = tmp_path_factory.mktemp("site")
-    # Notebooks that are not carried out have no kernel, which would say what colours their code.
+    # Notebooks that are not executed have no kernel, which would name the lexer of their code.
     off = ["-D", "nb_execution_mode=off", "-D", "suppress_warnings=myst-nb.lexer"]
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", *off, DOCS, out]
     built = subprocess.run(command, check=False, capture_output=True, text=True)
@@ -34,7 +34,7 @@ def test_every_page_is_in_the_contents_and_in_the_site(site: Path) -> None:
     assert (site / "examples" / "pole.html").is_file()
 
 
-def test_a_browser_fetches_nothing(site: Path) -> None:
+def test_pages_load_nothing_from_other_hosts(site: Path) -> None:
     for page in site.rglob("*.html"):
         text = page.read_text(encoding="utf-8")
         assert not re.search(r"""<(?:script|img|iframe)[^>]*src=["']?(?:https?:)?//""", text), page
@@ -43,14 +43,14 @@ def test_a_browser_fetches_nothing(site: Path) -> None:
         assert not re.search(r"(?:@import|url\()[\s\"']*(?:https?:)?//", sheet.read_text()), sheet
 
 
-def test_equations_are_drawn_and_objects_described(site: Path) -> None:
+def test_the_page_of_the_api_renders_equations_and_describes_objects(site: Path) -> None:
     page = (site / "api.html").read_text(encoding="utf-8")
     assert page.count("<math ") >= 5
     for name in ("spikeport.Simulator", "spikeport.compile_network", "spikeport.nir.load"):
         assert f'id="{name}"' in page
 
 
-def test_links_of_code_hosts_lead_to_notebooks_and_files(site: Path) -> None:
+def test_links_that_work_on_a_code_host_lead_to_pages_and_downloads_of_the_site(site: Path) -> None:
     page = (site / "own-robot.html").read_text(encoding="utf-8")
     assert 'href="examples/pole.html"' in page
     assert re.search(r'href="_downloads/\w+/own_robot.py"', page)

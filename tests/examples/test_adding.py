@@ -1,4 +1,4 @@
-"""The modules of docs/adding.md do what the page says."""
+"""The modules of docs/adding.md, which do what the page says."""
 
 import re
 import sys
@@ -52,7 +52,7 @@ def test_the_pass_renumbers_cores(module, network):
     np.testing.assert_array_equal(made, usual.max() - usual)
 
 
-def test_the_backend_counts_and_has_the_bits_of_the_native_one(module, network):
+def test_the_backend_counts_spikes_and_equals_the_native_one_bit_for_bit(module, network):
     compiled = compile_network(network)
     chips = [NativeChip(compiled.image, 0) for _ in range(2)]
     counting = module("backends/counting.py").CountingChip(chips[0])

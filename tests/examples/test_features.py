@@ -25,7 +25,7 @@ pytestmark = pytest.mark.filterwarnings("ignore")
 
 
 class LiveCamera(nengo_loihi.dvs.DVSFileChipProcess):
-    """Stand-in for a camera, whose events no file has."""
+    """Stand-in for a live camera, whose events are in no file."""
 
 
 def neurons_of_the_chip() -> None:
@@ -197,7 +197,9 @@ def test_every_row_has_a_test() -> None:
 
 
 @pytest.mark.parametrize(("row", "make", "rule"), CASES)
-def test_a_row_is_true(row: str, make: Callable[[], None], rule: str | None) -> None:
+def test_a_feature_compiles_or_is_refused_as_its_row_says(
+    row: str, make: Callable[[], None], rule: str | None
+) -> None:
     with nengo.Network(seed=1) as network:
         make()
     if rule is None:
@@ -210,7 +212,7 @@ def test_a_row_is_true(row: str, make: Callable[[], None], rule: str | None) -> 
 
 
 @pytest.mark.usefixtures("nengo_defaults")
-def test_settings_and_options_of_a_simulator_are_taken() -> None:
+def test_settings_and_options_of_a_simulator_are_accepted() -> None:
     spikeport.set_defaults()
     with nengo.Network() as network:
         spikeport.add_params(network)
@@ -226,7 +228,7 @@ def test_settings_and_options_of_a_simulator_are_taken() -> None:
         np.testing.assert_array_equal(sim.data[probe], first)
 
 
-def test_files_of_events_are_taken(tmp_path: Path) -> None:
+def test_a_network_with_a_file_of_events_compiles(tmp_path: Path) -> None:
     path = write_events(tmp_path / "a.events", **random_events(50, 5_000))
     spikeport.compile_network(camera_network(process_of(path)))
 
@@ -237,7 +239,7 @@ def test_options_of_hardware_are_refused() -> None:
 
 
 @pytest.mark.parametrize("passes", ["as_written", "compact"])
-def test_a_passthrough_node_within_a_loop_is_probed_by_compact_alone(passes: str) -> None:
+def test_a_passthrough_node_within_a_loop_can_be_probed_only_with_compact(passes: str) -> None:
     with nengo.Network(seed=1) as network:
         array, out = nengo.networks.EnsembleArray(20, 2), nengo.Node(size_in=1)
         nengo.Connection(array.output, array.input, synapse=0.1)

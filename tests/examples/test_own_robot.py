@@ -29,7 +29,7 @@ def balanced(own_robot):
     return own_robot.balance(4.0)
 
 
-def test_nobody_pushes_and_the_pole_falls(own_robot):
+def test_the_pole_falls_without_a_controller(own_robot):
     tilts_rad = own_robot.fall(4.0)
     assert abs(tilts_rad[-1]) > np.pi / 2
     assert len(tilts_rad) < 0.3 * 4.0 / own_robot.CartPole().dt_s
@@ -41,7 +41,7 @@ def test_neurons_on_the_chip_balance_the_pole(own_robot, balanced):
     assert np.abs(balanced[-200:]).max() < 0.5 * own_robot.TILT_RAD
 
 
-def test_what_the_example_prints_is_what_the_page_shows(own_robot, balanced, monkeypatch, capsys):
+def test_the_page_shows_the_lines_that_the_example_prints(own_robot, balanced, monkeypatch, capsys):
     monkeypatch.setattr(own_robot, "balance", lambda _: balanced)
     own_robot.main()
     printed = capsys.readouterr().out.splitlines()
@@ -54,7 +54,7 @@ def test_what_the_example_prints_is_what_the_page_shows(own_robot, balanced, mon
     ]
 
 
-def test_the_emulator_balances_it_bit_for_bit_alike(own_robot, balanced):
+def test_the_emulator_balances_the_pole_bit_for_bit_like_the_native_chip(own_robot, balanced):
     emulated = own_robot.balance(0.5, backend="nengo-loihi")
     assert np.array_equal(emulated, balanced[: len(emulated)])
 
@@ -68,11 +68,11 @@ def test_the_neurons_are_on_the_chip(own_robot):
 
 
 def test_a_perceptron_in_place_of_the_controller_balances_the_pole(own_robot):
-    """The section of docs/own-robot.md on a policy of one's own, with layers in place of a file."""
+    """Follow docs/own-robot.md on a policy of one's own, with layers in place of a file."""
     rng = np.random.RandomState(0)
     gains = own_robot.GAINS[np.newaxis]
     mixed = rng.uniform(0.5, 1.5, (8, 1)) * np.repeat([[1], [-1]], 4, axis=0)
-    # Four units pass a positive force on, four a negative one, and each a quarter of it.
+    # Four units pass a positive force on, four a negative force, and each unit a quarter of it.
     layers = [Layer(mixed @ gains, np.zeros(8)), Layer(1 / (4 * mixed.T), np.zeros(1))]
     observations = rng.uniform(-1, 1, (500, 4)) * own_robot.RADII
     ranges = record_ranges(layers, observations, activation_name="relu")

@@ -1,4 +1,4 @@
-"""README's first page: its commands work, and print what stands there."""
+"""The commands of the README's first page, which print the lines shown there."""
 
 import re
 from pathlib import Path
@@ -20,7 +20,7 @@ def run(monkeypatch, command):
 
 @pytest.mark.usefixtures("nengo_defaults")
 @pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive")
-def test_the_first_run_prints_what_stands_there(monkeypatch, capsys, tmp_path):
+def test_the_first_run_prints_the_lines_of_the_readme(monkeypatch, capsys, tmp_path):
     (command,) = re.findall(r"^    (spikeport simulate examples/.*) --out .*$", README, re.M)
     monkeypatch.chdir(ROOT)
     run(monkeypatch, f"{command} --out {tmp_path / 'channel'}")

@@ -1,1 +1,1 @@
-"""Good files with bytes changed: each of them loads, or is refused in spikeport's own words."""
+"""Good files with changed bytes, each of which loads or is refused with spikeport's own error."""

@@ -1,4 +1,4 @@
-"""``python -m tests.fuzz``: all loaders, for as long as is asked, in rounds of a hundred files."""
+"""``python -m tests.fuzz``: fuzz all loaders for a given time, in rounds of a hundred files."""
 
 import argparse
 import tempfile
@@ -12,7 +12,7 @@ ROUND = 100
 
 
 def main() -> int:
-    """Fuzz the loaders in turn, and print a table; 1 if a file got through, else 0."""
+    """Fuzz the loaders in turn, print a table, and return 1 if a file failed, else 0."""
     asked = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
     asked.add_argument("--seconds", type=float, default=60.0)
     asked.add_argument("--loader", action="append", choices=list(LOADERS), help="default: all")

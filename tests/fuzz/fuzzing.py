@@ -1,4 +1,4 @@
-"""One loader against spoilt files: what became of them is counted, what got through is kept."""
+"""One loader against spoilt files: the outcomes are counted, and files that fail are kept."""
 
 import random
 import time
@@ -12,12 +12,12 @@ from tests.fuzz.loaders import Loader
 from tests.fuzz.mutations import mutated
 
 SECONDS = 10
-"""The most that reading a file may take."""
+"""The longest time that reading a file may take."""
 
 
 @dataclass
 class Tally:
-    """The fate of spoilt files: how many were read or refused, and how others failed."""
+    """The outcomes of spoilt files: how many were read or refused, and how others failed."""
 
     loaded: int = 0
     refused: int = 0
@@ -41,10 +41,10 @@ def good_files(loader: Loader, folder: Path) -> list[Path]:
 
 
 def fuzz(loader: Loader, files: Sequence[Path], mutations: int, seed: int, tally: Tally) -> None:
-    """Spoil good files so often, one after the other, and count what becomes of them.
+    """Spoil good files in turn, ``mutations`` times in all, and count the outcomes.
 
-    A spoilt file lies beside the good one, so that it is there if Python itself ends; one that
-    fails stays, under the name of its seed.
+    A spoilt file lies beside the good one, so that it is left if Python itself crashes. A file
+    that fails is kept, with its seed in its name.
     """
     for number in range(mutations):
         good = files[number % len(files)]

@@ -1,4 +1,4 @@
-"""The loaders that are fuzzed, by name, with good files of their own. A further one is one line."""
+"""Loaders to fuzz, by name, each with a function that writes good files for it."""
 
 import binascii
 import shutil
@@ -191,7 +191,7 @@ def _mode(folder: Path) -> None:
 
 
 def _pressed(path: Path) -> None:
-    """Read a remote's message, whose refusals know no path."""
+    """Read a remote's message, and add its path to a refusal."""
     try:
         decode(path.read_bytes())
     except UsageError as error:
@@ -199,7 +199,7 @@ def _pressed(path: Path) -> None:
 
 
 def _released(path: Path) -> None:
-    """Take a robot out of the mode that a file says it is in."""
+    """Release a robot from the mode that a file contains."""
     answer = Answer(0, path.read_bytes().decode(errors="replace"))
     try:
         SportModeRelease(lambda *_: answer).step()
@@ -296,7 +296,7 @@ def _finished(path: Path) -> None:
 
 
 def _beside(path: Path, name: str) -> Path:
-    """Return a folder that has a copy of a file, and its name in its own."""
+    """Copy a file to a name in a folder called after the file, and return the folder."""
     folder = Path(f"{path}-folder")
     (folder / name).parent.mkdir(parents=True, exist_ok=True)
     shutil.copyfile(path, folder / name)
@@ -341,7 +341,7 @@ def _bodies(folder: Path) -> None:
 
 
 def _answered_whole(path: Path) -> None:
-    """Let a board in a session answer a body whose CRC is right, whatever is in it."""
+    """Let a board in a session answer a spoilt body with a valid CRC."""
     image, (kind, flags, *_) = small_image(), (*path.read_bytes()[:2], 0, 0)
     board = Board(MACHINE)
     opening = [Frame(Kind.HELLO, body=Hello(image.digest, 0).pack())]
@@ -375,7 +375,7 @@ LISTED = [Output(held, 0, place) for held in (Held.U, Held.V, Held.SPIKE) for pl
 
 
 def _sealed_answer(content: bytes) -> bytes:
-    """Return an answer of a soft core's port, to a host that sent nothing."""
+    """Return content as an answer of a soft core's port to a host that sent nothing."""
     return content + binascii.crc_hqx(content, 0).to_bytes(port.CRC_BYTES, "big")
 
 
@@ -405,7 +405,7 @@ def _robot_messages(folder: Path) -> None:
 
 
 def _read_message(path: Path, message: bytes) -> None:
-    """Read a message as its side of the link does; a robot obeys it for a step."""
+    """Read a message as its receiver does; a robot obeys a command for a step."""
     try:
         if path.suffix == ".lowstate":
             decode_state(message)
@@ -425,7 +425,7 @@ def _read_message(path: Path, message: bytes) -> None:
 
 
 def _sealed_anew(path: Path) -> None:
-    """Read a message whose checksum is right, whatever is in it."""
+    """Read a spoilt message with a valid checksum."""
     message = path.read_bytes()
     layout = {".lowcmd": COMMAND, ".lowstate": STATE}.get(path.suffix)
     if layout is not None and len(message) == layout.size:
@@ -466,7 +466,7 @@ def _compiled_arrays(folder: Path) -> None:
 
 
 def _kept_compile(path: Path) -> None:
-    """Read a compile whose seal holds, whatever it is."""
+    """Read a spoilt compile as if its seal were valid."""
     try:
         kept.read(npz.read(path), _compile_request(), lambda: pytest.fail("compiled"))
     except MismatchError as error:

@@ -1,4 +1,4 @@
-"""Ways to spoil a file: bytes anywhere, or in a member of an archive that stays whole otherwise."""
+"""Ways to spoil a file: bytes anywhere, or in a member of an archive that is valid otherwise."""
 
 import io
 import random
@@ -6,10 +6,10 @@ import zipfile
 from collections.abc import Callable
 
 TELLING = (0x00, 0x01, 0x7F, 0x80, 0xFF, 0x0A, 0x22, 0x28, 0x2E, 0x5B, 0x7B)
-"""Bytes that mean something in many formats: ends, signs, line feeds, quotes, brackets."""
+"""Bytes with a meaning in many formats: ends, signs, line feeds, quotes, brackets."""
 
 MOST = 64
-"""Bytes that are taken out, doubled or put in at once."""
+"""The most bytes that are cut, doubled or inserted at once."""
 
 
 def _flip(data: bytearray, rng: random.Random) -> None:
@@ -22,7 +22,7 @@ def _put(data: bytearray, rng: random.Random) -> None:
 
 
 def _number(data: bytearray, rng: random.Random) -> None:
-    """Let four bytes be a number at the edge of what they hold."""
+    """Replace four bytes by a number at the limits of 32-bit integers."""
     place = rng.randrange(len(data))
     data[place : place + 4] = rng.choice((0, 1, 2**31 - 1, 2**31, 2**32 - 1)).to_bytes(4, "little")
 
@@ -58,7 +58,7 @@ WAYS: tuple[Callable[[bytearray, random.Random], None], ...] = (
 
 
 def mutated(content: bytes, rng: random.Random) -> bytes:
-    """Return a file's content, spoilt; an archive's as often within a member as anywhere."""
+    """Return a file's content, spoilt; more than half of all archives within a member."""
     if content.startswith(b"PK") and rng.random() < 0.6:
         return _within(content, rng)
     return _spoilt(content, rng)
@@ -73,7 +73,7 @@ def _spoilt(content: bytes, rng: random.Random) -> bytes:
 
 
 def _within(content: bytes, rng: random.Random) -> bytes:
-    """Spoil a member, and pack all again: sizes and check sums are right, and hide nothing."""
+    """Spoil a member and pack the archive again, so that its sizes and checksums are valid."""
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         members = {name: archive.read(name) for name in archive.namelist()}
     name = rng.choice([name for name, value in members.items() if value])

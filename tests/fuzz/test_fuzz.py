@@ -1,4 +1,4 @@
-"""A few hundred spoilt files for each loader; `python -m tests.fuzz` goes on for hours."""
+"""A few hundred spoilt files for each loader; `python -m tests.fuzz` can run for hours."""
 
 import os
 import random
@@ -34,7 +34,7 @@ IN_FOLDERS = "sweep's"
 @pytest.mark.parametrize(
     "name", [name for name in LOADERS if not name.startswith((*MESSAGES, IN_FOLDERS))]
 )
-def test_what_is_no_file_is_refused(name, tmp_path):
+def test_a_path_that_is_not_a_regular_file_is_refused(name, tmp_path):
     loader = LOADERS[name]
     good, *_ = good_files(loader, tmp_path / "good")
     places = [tmp_path / f"{place}{good.suffix}" for place in ("none", "folder", "loop", "n" * 300)]
@@ -47,7 +47,7 @@ def test_what_is_no_file_is_refused(name, tmp_path):
         assert path.name in str(caught.value)
 
 
-def test_what_is_neither_read_nor_refused_is_kept(tmp_path):
+def test_files_that_are_neither_read_nor_refused_are_kept(tmp_path):
     def load(path):
         if path.read_bytes() == b"good":
             return
@@ -63,7 +63,7 @@ def test_what_is_neither_read_nor_refused_is_kept(tmp_path):
     assert len(list(tmp_path.glob("*-failed.txt"))) == len(tally.failures)
 
 
-def test_a_seed_spoils_a_file_in_one_way():
+def test_the_same_seed_spoils_a_file_in_the_same_way():
     content = bytes(range(256))
     assert mutated(content, random.Random("a")) == mutated(content, random.Random("a"))
     assert mutated(content, random.Random("a")) != mutated(content, random.Random("b"))

@@ -1,4 +1,4 @@
-"""The wheel in clean environments of the Pythons that are here: each compiles the same image."""
+"""The wheel in clean environments of the Pythons on this machine, which compile the same image."""
 
 import json
 import shutil
@@ -17,10 +17,10 @@ pytestmark = pytest.mark.slow
 
 
 def python_of(version: str) -> Path:
-    """Return a Python of a version, on the path or of pyenv, or a test that is skipped."""
+    """Return a Python of a version from the path or pyenv, or skip the test."""
     pyenv = sorted(Path.home().glob(f".pyenv/versions/{version}.*/bin/python"))
     for python in (shutil.which(f"python{version}"), *pyenv):
-        # pyenv's shims are there for every version, and fail for those that are not chosen.
+        # pyenv has shims for every version, which fail unless the version is selected.
         if python and subprocess.run([python, "-c", ""], capture_output=True).returncode == 0:
             return Path(python)
     pytest.skip(f"Python {version} is absent")

@@ -1,4 +1,4 @@
-"""The versions in constraints.txt: such as the package asks for, and both of NumPy."""
+"""The versions in constraints.txt, compared with the requirements of the package."""
 
 import tomllib
 from pathlib import Path
@@ -15,11 +15,11 @@ def constraints() -> dict[str, SpecifierSet]:
     return {one.name.lower(): one.specifier for one in found}
 
 
-def test_they_allow_both_numpys() -> None:
+def test_constraints_allow_numpy_1_and_2() -> None:
     assert all(version in constraints()["numpy"] for version in ("1.26.4", "2.4.6"))
 
 
-def test_they_pin_versions_that_the_package_asks_for() -> None:
+def test_pinned_versions_meet_the_requirements_of_the_package() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     extras = (one for some in project["optional-dependencies"].values() for one in some)
     pins, compared = constraints(), 0

@@ -1,4 +1,4 @@
-"""The rules of docs/architecture.md on which folder may import which, held against the code."""
+"""The rules of docs/architecture.md on which folder may import which, compared with the code."""
 
 import ast
 from collections.abc import Iterator
@@ -58,11 +58,11 @@ OF_COMPILE: dict[str, set[str]] = {
         "passes",
     },
 }
-"""The folders of compile/, from the ground up: none imports one above it."""
+"""The folders of compile/, lowest first: no folder imports one above it."""
 
 
 def imported(path: Path) -> Iterator[str]:
-    """Yield the dotted names of all that a file imports, within functions too."""
+    """Yield the dotted names that a file imports, within functions too."""
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -82,7 +82,7 @@ def reached(files: list[Path], package: str) -> set[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("folder", FOLDERS)
-def test_a_folder_imports_what_it_may(root: Path, folder: str) -> None:
+def test_a_folder_imports_only_from_allowed_folders(root: Path, folder: str) -> None:
     allowed = {folder} | FOLDERS[folder] | EVERYONE
     found = reached(sorted((root / folder).rglob("*.py")), "spikeport")
     assert {(file, other) for file, other in found if other not in allowed} == set()
@@ -94,14 +94,14 @@ def files_of(root: Path, folder: str) -> list[Path]:
 
 
 @pytest.mark.parametrize("folder", OF_COMPILE)
-def test_a_folder_of_compile_imports_what_it_may(root: Path, folder: str) -> None:
+def test_a_folder_of_compile_imports_only_from_allowed_folders(root: Path, folder: str) -> None:
     found = reached(files_of(root, folder), "spikeport.compile")
     assert {
         (file, other) for file, other in found if other not in {folder} | OF_COMPILE[folder]
     } == set()
 
 
-def test_no_folder_imports_one_above_it(root: Path) -> None:
+def test_no_folder_of_compile_may_import_one_above_it(root: Path) -> None:
     below: set[str] = set()
     for folder, allowed in OF_COMPILE.items():
         assert allowed <= below
@@ -118,7 +118,7 @@ def test_only_one_folder_builds_with_nengo_loihi(root: Path) -> None:
 
 def test_the_image_and_its_kernels_need_no_nengo(root: Path) -> None:
     files = [*files_of(root, "image"), *(root / "backends" / "native").glob("*.py")]
-    files.remove(root / "backends" / "native" / "learning.py")  # learns by nengo-loihi's own code
+    files.remove(root / "backends" / "native" / "learning.py")  # uses nengo-loihi's own code
     names = {name.split(".")[0] for path in files for name in imported(path)}
     assert names & {"nengo", "nengo_loihi", "nengo_spa"} == set()
     native = reached(files, "spikeport.compile")

@@ -1,8 +1,8 @@
-"""A module's test lies where the module does, and every module has one, or a reason for none.
+"""The places of tests: each module has a test at its own path, or a reason for having none.
 
 The test of ``compile/placing/packing.py`` is ``tests/compile/placing/test_packing.py``, that of
-``src/spikeport/cli.py`` is ``tests/spikeport/test_cli.py``. A folder of tests may hold others, of
-what its modules do together.
+``src/spikeport/cli.py`` is ``tests/spikeport/test_cli.py``. A folder of tests may also hold tests
+of several modules together.
 """
 
 from collections import Counter
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 OTHERS = {"benchmarks", "docs", "examples", "fuzz", "helpers", "nengo_suite", "packaging", "shadow"}
-"""Folders of tests that mirror none of the package: scripts, spoilt files, suites, the whole."""
+"""Folders of tests that mirror no folder of the package."""
 
 TYPES = {
     "backends/chip.py",
@@ -53,7 +53,7 @@ ELSEWHERE = {
     "networks/spa_selection.py": "networks/test_action_selection.py",
     "training/export.py": "training/test_networks.py",
 }
-"""Modules that the test of another one covers, and that test."""
+"""Modules that the test of another module covers, and this test."""
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def modules(root: Path) -> set[str]:
 
 @pytest.fixture(scope="module")
 def tests(root: Path) -> set[str]:
-    """The files with tests, by their path within the folder of tests."""
+    """Return the files with tests, by their path within the folder of tests."""
     folder = root / "tests"
     return {path.relative_to(folder).as_posix() for path in folder.rglob("test_*.py")}
 
@@ -114,7 +114,7 @@ def test_a_module_has_a_test_at_its_path_or_a_reason_for_none(
 
 
 @pytest.mark.parametrize(("module", "test"), ELSEWHERE.items())
-def test_a_module_without_a_test_of_its_own_is_in_that_of_another(
+def test_a_module_without_a_test_of_its_own_is_imported_by_the_test_of_another(
     root: Path, module: str, test: str
 ) -> None:
     dotted = module.removesuffix(".py").replace("/", ".")

@@ -1,4 +1,4 @@
-"""The wheel's content, and its use where nothing but its core dependencies is installed."""
+"""The wheel's content, and its use with only its core dependencies installed."""
 
 import json
 import re
@@ -91,7 +91,7 @@ def test_the_core_does_not_depend_on_the_robot(metadata):
     assert core & (extras["runs"] | extras["robot"]) == set()
 
 
-def test_it_is_imported_from_site_packages_with_numpy_1(numpy_1, tmp_path):
+def test_the_wheel_is_imported_from_site_packages_with_numpy_1(numpy_1, tmp_path):
     code = "import spikeport, numpy; print(spikeport.__file__, numpy.__version__)"
     done = numpy_1("python", "-c", code, cwd=tmp_path)
     assert done.stderr == ""
@@ -101,7 +101,7 @@ def test_it_is_imported_from_site_packages_with_numpy_1(numpy_1, tmp_path):
 
 
 @pytest.mark.parametrize("package", ["mujoco", "matplotlib", "xarray", "h5netcdf", "imageio"])
-def test_the_core_installation_is_light(numpy_1, tmp_path, package):
+def test_the_core_installation_lacks_the_packages_of_extras(numpy_1, tmp_path, package):
     done = numpy_1("python", "-c", f"import {package}", cwd=tmp_path)
     assert f"No module named '{package}'" in done.stderr
 
@@ -141,7 +141,9 @@ def test_doctor_names_the_missing_extra(numpy_1, wheel, tmp_path):
         (["simulate", "net.py"], "spikeport simulate", "runs"),
     ],
 )
-def test_what_needs_an_extra_says_how_to_get_it(numpy_1, wheel, tmp_path, command, what, extra):
+def test_a_command_that_needs_an_extra_says_how_to_install_it(
+    numpy_1, wheel, tmp_path, command, what, extra
+):
     done = numpy_1("spikeport", *command, cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1] == (

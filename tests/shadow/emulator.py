@@ -1,4 +1,4 @@
-"""nengo-loihi's emulator, which takes the native backend along and compares after every step."""
+"""nengo-loihi's emulator beside the native backend, with a comparison after every step."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -18,11 +18,11 @@ from tests.shadow.tally import TALLY
 
 
 class ShadowMismatchError(AssertionError):
-    """The two emulators differ."""
+    """A difference between the two emulators."""
 
 
 class ShadowEmulator(EmulatorInterface):
-    """Emulator that runs both; what it returns is nengo-loihi's."""
+    """Emulator that runs both emulators, and returns the results of nengo-loihi's."""
 
     def __init__(self, model: Any, seed: int | None = None) -> None:
         super().__init__(model, seed=seed)
@@ -49,7 +49,7 @@ class ShadowEmulator(EmulatorInterface):
         if self._native is None:
             super().step()
             return
-        # read before they are popped; the native chip took these in the step before
+        # read before the emulator pops them; the native chip took them in the step before
         arriving = [sorted(source.spikes.get(self.t, [])) for source in self.inputs]
         if arriving != self._expected:
             raise ShadowMismatchError(f"step {self.t + 1}: spikes came after their step")
@@ -107,7 +107,7 @@ def image_of(model: Any) -> ChipImage:
 
 
 def install() -> None:
-    """Put the shadow where nengo-loihi looks its emulator up."""
+    """Replace nengo-loihi's emulator by the one that also runs the native backend."""
     nengo_loihi.emulator.EmulatorInterface = ShadowEmulator
     nengo_loihi.simulator.EmulatorInterface = ShadowEmulator
 

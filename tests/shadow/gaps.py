@@ -1,4 +1,4 @@
-"""The parts that nengo-loihi's tests miss with Nengo 4, NumPy 2 and its wheel."""
+"""Parts that nengo-loihi's tests need, and that Nengo 4, NumPy 2 and its wheel lack."""
 
 import pickle
 import sys
@@ -59,7 +59,7 @@ def widen_largest_values() -> None:
 
 
 def draw_pictures(test_conv: Any, folder: Path) -> None:
-    """Stand in for ten pictures of digits that the package leaves out: ten strokes of a pen."""
+    """Write ten strokes of a pen in place of ten pictures of digits, which the package lacks."""
     with open(folder / "mnist10.pkl", "wb") as file:
         pictures = np.stack([_stroke(i).ravel() for i in range(10)]).astype(np.float32)
         pickle.dump((pictures, np.arange(10)), file)

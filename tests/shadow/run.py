@@ -1,8 +1,8 @@
-"""Runs nengo-loihi's own tests with the native backend in the shadow of its emulator.
+"""Run of nengo-loihi's own tests with the native backend beside its emulator.
 
     python -m tests.shadow.run [--report FILE] [options of pytest]
 
-Ends with pytest's exit code, or 1 where the emulators differed.
+The exit code is pytest's, or 1 if the emulators differed.
 """
 
 import argparse
@@ -24,17 +24,17 @@ PACKAGE = Path(nengo_loihi.__file__).parent
 
 
 def main(arguments: list[str]) -> int:
-    """Run the tests; returns the exit code."""
+    """Run the tests, and return the exit code."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--report", type=Path, help="where to write the counts, as JSON")
     options, rest = parser.parse_known_args(arguments)
     report = options.report.absolute() if options.report else None
     with tempfile.TemporaryDirectory() as folder, numpy1_semantics():
-        settings = Path(folder, "pytest.ini")  # this checkout's are not theirs
+        settings = Path(folder, "pytest.ini")  # not this checkout's settings
         settings.write_text("[pytest]\n", encoding="utf-8")
-        # tests draw their seeds from their names, which begin with the package's
+        # tests draw their seeds from their names, which begin with the package's name
         where = ["-c", str(settings), "--rootdir", str(PACKAGE.parent), "--pyargs", PACKAGE.name]
-        os.chdir(folder)  # for what tests write
+        os.chdir(folder)  # for files that tests write
         code = pytest.main([*OPTIONS, *where, *rest], plugins=[suite])
         os.chdir(PACKAGE)
     if report:

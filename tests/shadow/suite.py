@@ -1,4 +1,4 @@
-"""The fixtures that nengo-loihi's tests expect of pytest, and its package does not bring along."""
+"""Fixtures and options that nengo-loihi's tests need, and that its package does not contain."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""The comparisons, test by test."""
+"""Counts of the comparisons of each test."""
 
 import json
 from collections import Counter
@@ -21,21 +21,21 @@ class Tally:
         self.errors: dict[str, str] = {}
 
     def begin(self, test: str) -> None:
-        """Count what follows for this test."""
+        """Count all following steps for this test."""
         self.test = test
 
     def step(self, spikes: int, n: int) -> None:
-        """Count one step that was compared, and equal."""
+        """Count one step in which both emulators were equal."""
         self.steps[self.test] += 1
         self.updates += int(n)
         self.spikes += int(spikes)
 
     def mismatch(self, what: str) -> None:
-        """Note that the emulators differed: a test may swallow the error."""
+        """Note a difference of the emulators: a test may swallow the error."""
         self.mismatches.append(f"{self.test}: {what}")
 
     def say(self, reason: str) -> None:
-        """Keep the reason why nothing can be compared."""
+        """Note why the steps of this test cannot be compared."""
         self.reasons[self.test] = reason
 
     def end(self, test: str, outcome: str, error: str = "") -> None:
@@ -46,11 +46,11 @@ class Tally:
                 self.errors[test] = error
 
     def of(self, outcome: str) -> list[str]:
-        """Return the tests that ended so."""
+        """Return the tests with this outcome."""
         return sorted(test for test, how in self.outcomes.items() if how == outcome)
 
     def not_covered(self) -> dict[str, dict[str, int]]:
-        """Return tests that passed without a step compared, by reason, and in how many variants."""
+        """Return by reason the tests that passed without a comparison, and their variants."""
         silent = [test for test in self.of("passed") if not self.steps[test]]
         reasons = {self.reasons.get(test, NO_EMULATOR) for test in silent}
         return {reason: self._variants(silent, reason) for reason in sorted(reasons)}
@@ -60,7 +60,7 @@ class Tally:
         return dict(sorted(Counter(test.partition("[")[0] for test in mine).items()))
 
     def write(self, path: Path) -> None:
-        """Return all counts, as JSON."""
+        """Write all counts as JSON."""
         content = {
             "tests": {how: self.of(how) for how in ("passed", "failed", "skipped", "xfailed")},
             "errors": self.errors,

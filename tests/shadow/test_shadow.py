@@ -1,4 +1,4 @@
-"""nengo-loihi's own tests pass with the native backend beside its emulator, equal in every step."""
+"""nengo-loihi's own tests, with the native backend compared with its emulator in every step."""
 
 import importlib.util
 import json
@@ -23,7 +23,7 @@ def reads_one_number_arrays() -> bool:
 
 
 def known_failures() -> dict[str, str]:
-    """Return tests that fail without us, and why."""
+    """Return the tests that also fail without spikeport, and the reasons."""
     lowpass = "NumPy 2.4 refuses arrays as numbers, nengo's Lowpass.filt assigns one"
     transforms = ("True-True", "True-False", "False-True")
     known = {
@@ -63,7 +63,7 @@ def test_only_known_tests_fail(report: dict[str, Any]) -> None:
 
 
 @pytest.mark.slow
-def test_only_float_models_run_unwatched(report: dict[str, Any]) -> None:
+def test_only_float_models_run_without_a_comparison(report: dict[str, Any]) -> None:
     """Other tests that compare nothing make no emulator, or do not step it."""
     assert report["not_covered"]["runs blocks of floats, which have no chip image"] == {
         "nengo_loihi/emulator/tests/test_interface.py::test_strict_mode": 2,
