@@ -17,21 +17,21 @@ def test_a_standing_robot_is_trusted():
     ("name", "value", "unit"),
     [("q", 0.6, "rad"), ("q", -0.6, "rad"), ("dq", 21.0, "rad/s"), ("torque", -201.0, "N m")],
 )
-def test_what_is_beyond_a_limit_is_refused_with_joint_value_and_limit(name, value, unit):
+def test_a_value_beyond_its_limits_is_reported_with_joint_value_and_limits(name, value, unit):
     found = beyond(spoilt(STANDING, name, value), LIMITS)
     assert found is not None
     assert found.startswith(f"{name} of {JOINTS[0]} is {value:.3g} {unit}, allowed ")
 
 
 @pytest.mark.parametrize(("name", "value"), [("gyroscope", -51.0), ("accelerometer", 301.0)])
-def test_what_no_imu_measures_is_refused(name, value):
+def test_an_imu_value_beyond_its_limit_is_reported(name, value):
     found = beyond(spoilt(STANDING, name, value), LIMITS)
     assert found is not None
     assert found.startswith(f"{name} is {abs(value):g}")
 
 
 def test_a_folded_robot_is_trusted():
-    """By Unitree's URDF a hip turns twice as far as by h1.xml."""
+    """Unitree's URDF lets a hip turn twice as far as h1.xml does."""
     folded = STANDING._replace(q=STANDING.q.copy())
     folded.q[HIP_PITCHES] = -2.0
     assert beyond(folded, h1_limits()) is None
@@ -40,7 +40,7 @@ def test_a_folded_robot_is_trusted():
     assert found == "q of left_hip_pitch is -3.3 rad, allowed -3.24 to 2.63"
 
 
-def test_limits_are_those_of_the_model_and_of_the_motors():
+def test_limits_are_the_joint_ranges_and_motor_limits_with_margins():
     low, high = load().jnt_range[1:].T.copy()
     low[HIP_PITCHES], high[HIP_PITCHES] = -3.14, 2.53
     limits = h1_limits()

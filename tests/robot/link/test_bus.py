@@ -1,4 +1,4 @@
-"""The bus: messages arrive whole and in order, with who wrote them, and nothing is left."""
+"""The DDS bus: whole messages in order, each with its writer, and a close that leaves nothing."""
 
 import time
 
@@ -64,13 +64,13 @@ def in_between() -> list[tuple[int, bool]]:
         return [(arrival.message[0], arrival.writer == first.number) for arrival in reader.take()]
 
 
-def test_in_real_time_another_writer_is_seen_and_pushes_nobody_out() -> None:
+def test_in_real_time_messages_of_a_second_writer_displace_none_of_the_first() -> None:
     found = in_namespace(in_between)
     assert found == [[0, True], [1, False], [2, True], [3, True]]
 
 
 def late() -> list[int]:
-    """Return the numbers of the messages that are left to a reader of 100 messages at once."""
+    """Return the numbers of the messages that a reader gets after 100 were written."""
     from spikeport.robot.link.bus import Bus
     from spikeport.robot.link.messages import STATES
     from spikeport.robot.link.place import Place
@@ -87,12 +87,12 @@ def late() -> list[int]:
         return taken
 
 
-def test_in_real_time_a_late_reader_takes_the_newest_at_once() -> None:
+def test_in_real_time_a_late_reader_takes_the_newest_64_messages_at_once() -> None:
     assert in_namespace(late) == list(range(36, 100))
 
 
 def again() -> list[str]:
-    """Open a bus twice in a row, and return what still is open of it."""
+    """Open and close a bus twice, and return the sockets and threads that are left."""
     import threading
     from pathlib import Path
 
@@ -107,7 +107,7 @@ def again() -> list[str]:
     return [*rows, *(thread.name for thread in threading.enumerate()[1:])]
 
 
-def test_a_bus_that_is_closed_leaves_no_socket_and_can_be_opened_again() -> None:
+def test_a_closed_bus_leaves_no_socket_or_thread_and_can_be_opened_again() -> None:
     assert in_namespace(again) == []
 
 
@@ -124,5 +124,5 @@ def refused() -> str:
     return ""
 
 
-def test_a_second_bus_of_a_process_in_a_domain_is_refused() -> None:
+def test_a_second_bus_in_the_same_process_and_domain_is_refused() -> None:
     assert "DDS cannot begin on lo, domain 1" in in_namespace(refused)

@@ -1,4 +1,4 @@
-"""A robot in this process: the same messages, and the same reasons to give it up."""
+"""The robot in this process: the messages of a remote one, and the same reasons to give it up."""
 
 import pytest
 
@@ -16,7 +16,7 @@ def inline(*faults: str) -> InlineRobot:
     return InlineRobot(LockStep(SimulatedRobot(RobotSettings(hoist=True)), plan))
 
 
-def test_an_observation_answers_each_command() -> None:
+def test_each_command_is_answered_by_the_next_observation() -> None:
     robot = inline()
     seen = robot.first()
     for tick in (10, 15, 20):
@@ -28,14 +28,14 @@ def test_an_observation_answers_each_command() -> None:
     assert robot.summary()["robot"]["steps"] == 3
 
 
-def test_a_robot_that_is_silent_is_given_up() -> None:
+def test_a_silent_robot_is_given_up() -> None:
     robot = inline("stop@2")
     seen = robot.exchange(robot.first(), DAMPING)
     with pytest.raises(RobotLostError, match="sent no state after that of 10 ms"):
         robot.exchange(seen, DAMPING)
 
 
-def test_a_fault_that_was_never_reached_is_named(recwarn: pytest.WarningsRecorder) -> None:
+def test_closing_warns_of_a_fault_that_was_never_reached(recwarn: pytest.WarningsRecorder) -> None:
     robot = inline("duplicate@3", "loss@4")
     ticks(robot, 3)
     robot.close()
@@ -45,7 +45,7 @@ def test_a_fault_that_was_never_reached_is_named(recwarn: pytest.WarningsRecorde
 
 
 def ticks(robot: InlineRobot, steps: int) -> list[tuple[int, int]]:
-    """Return the ticks that are observed step by step, and those that ask for an answer."""
+    """Return the observed tick of each step, and the tick that asks for an answer."""
     seen, found = robot.first(), []
     for _ in range(steps):
         seen = robot.exchange(seen, DAMPING)
@@ -53,7 +53,7 @@ def ticks(robot: InlineRobot, steps: int) -> list[tuple[int, int]]:
     return found
 
 
-def test_a_state_that_is_late_is_held_and_answered_at_its_time() -> None:
+def test_the_last_observation_is_held_while_a_state_is_late() -> None:
     robot = inline("state-delay=10:1")
     assert ticks(robot, 5) == [(5, 10), (5, 15), (10, 20), (15, 25), (20, 30)]
     assert (robot.figures.states, robot.figures.held) == (3, 2)
@@ -68,10 +68,10 @@ def test_a_state_that_is_late_is_held_and_answered_at_its_time() -> None:
         ("state-reorder@3", [10, 10, 20, 25]),
     ],
 )
-def test_states_may_be_lost_or_come_twice_or_in_another_order(
+def test_lost_duplicated_and_reordered_states_are_tolerated(
     fault: str, expected: list[int]
 ) -> None:
-    """The newest that came is controlled by, and an older one that comes later is not."""
+    """The observation is the newest state; an older one that arrives later is ignored."""
     assert [tick for tick, _ in ticks(inline(fault), 4)] == expected
 
 
@@ -92,7 +92,7 @@ def test_a_state_that_is_not_finite_damps_the_robot() -> None:
     assert (summary["damaged"], summary["robot"]["steps"]) == (1, 3)
 
 
-def test_ticks_do_not_go_back() -> None:
+def test_a_robot_whose_tick_goes_back_is_given_up() -> None:
     robot = inline()
     seen = robot.first()
     with pytest.raises(RobotLostError, match="its tick went from 70 back to 5 ms; start the run"):

@@ -1,4 +1,4 @@
-"""Sensors and commands as messages and back; bytes that are fixed for good."""
+"""Sensors and commands as messages and back, and bytes that must never change."""
 
 import hashlib
 
@@ -41,21 +41,21 @@ SENSORS = Sensors(
 )
 
 
-def test_a_command_comes_back() -> None:
+def test_a_command_is_decoded_as_it_was_encoded() -> None:
     answers, motors = decode_command(encode_command(Command(123_456, COMMANDS)))
     assert answers == 123_456
     for found, sent in zip(motors, COMMANDS, strict=True):
         np.testing.assert_array_equal(found, sent)
 
 
-def test_a_state_comes_back() -> None:
+def test_a_state_is_decoded_as_it_was_encoded() -> None:
     tick, sensors = decode_state(encode_state(125, SENSORS))
     assert (tick, sensors.time_s) == (125, 0.125)
     for found, sent in zip(sensors[1:], SENSORS[1:], strict=True):
         np.testing.assert_array_equal(found, sent)
 
 
-def test_the_truth_comes_back_to_the_millisecond() -> None:
+def test_the_truth_is_decoded_as_it_was_encoded_with_its_tick_in_ms() -> None:
     sent = Base(61_005, np.array([1.5, -2.25, 0.75]), np.array([0.5, 0.0, -0.125]))
     found = decode_base(encode_base(sent))
     assert found.tick == 61_005
@@ -63,7 +63,7 @@ def test_the_truth_comes_back_to_the_millisecond() -> None:
     np.testing.assert_array_equal(found.velocity, sent.velocity)
 
 
-def test_joints_lie_in_their_slots_and_the_unused_one_is_commanded_nothing() -> None:
+def test_joints_fill_their_slots_and_the_unused_slot_gets_zeros() -> None:
     message = encode_command(Command(0, COMMANDS))
     for slot in range(20):
         assert message[COMMAND.at(f"motor_cmd[{slot}].mode")] == MODES[slot]
@@ -75,8 +75,8 @@ def test_joints_lie_in_their_slots_and_the_unused_one_is_commanded_nothing() -> 
     assert message[:3] == bytes((0xFE, 0xEF, 0xFF))
 
 
-def test_bytes_are_fixed() -> None:
-    """Robots rely on these bytes: a digest that changes is another protocol."""
+def test_bytes_of_messages_never_change() -> None:
+    """Robots rely on these bytes: a changed digest means another protocol."""
     command, state = encode_command(Command(5, COMMANDS)), encode_state(125, SENSORS)
     truth = encode_base(Base(125, SENSORS.gyroscope, SENSORS.accelerometer))
     assert command[-4:].hex() == "54e4dbd7"
@@ -93,17 +93,17 @@ def test_a_state_that_is_not_finite_is_refused(part: str) -> None:
         decode_state(encode_state(1, SENSORS._replace(**{part: spoilt})))
 
 
-def test_an_orientation_that_is_none_is_refused() -> None:
+def test_a_quaternion_of_length_0_is_refused() -> None:
     with pytest.raises(MessageError, match="quaternion is of length 0, not 1"):
         decode_state(encode_state(1, SENSORS._replace(quaternion=np.zeros(4))))
 
 
-def test_a_truth_that_is_none_is_refused() -> None:
+def test_a_truth_that_is_too_short_or_not_finite_is_refused() -> None:
     with pytest.raises(MessageError, match=r"SportModeState_: 3 bytes, not 512"):
         decode_base(b"123")
     with pytest.raises(MessageError, match="SportModeState_: a number is not finite"):
         decode_base(encode_base(Base(1, np.full(3, np.nan), np.zeros(3))))
 
 
-def test_layouts_are_of_unitrees_sizes() -> None:
+def test_layouts_have_unitrees_sizes() -> None:
     assert (COMMAND.size, STATE.size, BASE.size) == (808, 1176, 512)

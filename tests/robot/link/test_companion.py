@@ -1,4 +1,4 @@
-"""Messages beside the states: the newest counts, and that of a tick is waited for on request."""
+"""Messages beside the states: the newest one, and waiting for a tick's own on request."""
 
 from collections.abc import Callable
 
@@ -16,9 +16,9 @@ def message(tick: int) -> bytes:
 
 
 def asked(answer: Callable[[FakeReader], None]) -> tuple[Companion, FakeReader, FakeClock]:
-    """Return a companion whose publisher is asked for more where something is waited for.
+    """Return a companion, its reader and its clock.
 
-    Each question takes 4 ms.
+    Whenever the companion waits, `answer` may publish messages, and 4 ms pass.
     """
     clock = FakeClock()
 
@@ -30,7 +30,7 @@ def asked(answer: Callable[[FakeReader], None]) -> tuple[Companion, FakeReader, 
     return Companion(reader, clock), reader, clock
 
 
-def test_the_newest_counts_and_nothing_is_waited_for_unless_asked() -> None:
+def test_the_newest_message_counts_and_waiting_is_only_on_request() -> None:
     companion, reader, _ = asked(lambda reader: reader.queue.append(message(20)))
     companion.take(20, waits=False)
     assert (companion.newest, companion.came) == (None, 0)
@@ -43,7 +43,7 @@ def test_the_newest_counts_and_nothing_is_waited_for_unless_asked() -> None:
     assert companion.published
 
 
-def test_a_publisher_that_fell_silent_is_not_waited_for() -> None:
+def test_waiting_for_a_silent_publisher_ends_in_time() -> None:
     companion, _, clock = asked(lambda _: None)
     companion.take(5, waits=True)
     assert companion.newest is None
@@ -52,7 +52,7 @@ def test_a_publisher_that_fell_silent_is_not_waited_for() -> None:
 
 @pytest.mark.parametrize("stamps", [[0] * 9, range(1, 10)], ids=["none", "of another clock"])
 def test_a_publisher_whose_stamps_are_behind_is_waited_for_once(stamps: list[int]) -> None:
-    """It publishes for ever, and a run would wait as long."""
+    """Such a publisher never catches up, so a run would wait at every tick."""
     behind = iter(stamps)
     companion, _, clock = asked(lambda reader: reader.queue.append(message(next(behind))))
     companion.take(20, waits=True)

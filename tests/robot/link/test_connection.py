@@ -1,4 +1,4 @@
-"""Options that name a robot, and their combinations."""
+"""Options that choose a robot, and their combinations."""
 
 import pytest
 
@@ -17,7 +17,7 @@ def test_a_place_is_an_interface_and_a_domain() -> None:
 
 
 @pytest.mark.parametrize("text", ["", "dds", "dds:lo", "dds:lo:x", "dds::1", "stubb", "dds:a:b:1"])
-def test_other_texts_are_refused_with_the_form(text: str) -> None:
+def test_a_malformed_robot_option_is_refused_with_the_expected_form(text: str) -> None:
     with pytest.raises(UsageError, match="write inline, stub or dds:INTERFACE:DOMAIN"):
         connect(RobotOptions(text), HOIST)
 
@@ -34,12 +34,12 @@ def test_other_texts_are_refused_with_the_form(text: str) -> None:
         (RobotOptions("dds:lo:1", states=True), "--robot-states is for"),
     ],
 )
-def test_what_does_not_go_together_is_refused(options: RobotOptions, words: str) -> None:
+def test_invalid_combinations_of_options_are_refused(options: RobotOptions, words: str) -> None:
     with pytest.raises(UsageError, match=words):
         connect(options, HOIST)
 
 
-def test_an_inline_robot_has_its_faults() -> None:
+def test_an_inline_robot_gets_the_faults_of_its_options() -> None:
     robot = connect(RobotOptions("inline", faults=("nan@1",)), HOIST)
     assert isinstance(robot, InlineRobot)
     robot.exchange(robot.first(), DAMPING)

@@ -1,4 +1,4 @@
-"""A robot in real time is led through its controller's states, and damped when it leaves them."""
+"""The robot in real time: started by hand through its controller's states, damped on trouble."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ DT_S = 0.005
 
 
 class Keys:
-    """A terminal whose keys are pressed at calls that were chosen."""
+    """A terminal whose keys are pressed at chosen calls of `events`."""
 
     is_heard = True
 
@@ -43,14 +43,14 @@ class Keys:
 
 
 class LostTerminal(Keys):
-    """A terminal that is gone when it is closed."""
+    """A terminal that is gone by the time it is closed."""
 
     def close(self) -> None:
         raise OSError("no terminal")
 
 
 class LiveBus(FakeBus):
-    """A robot that publishes after every command, with the remote's keys at ticks."""
+    """A robot that publishes after every command, with the remote's keys pressed at some ticks."""
 
     def __init__(self, settings: RobotSettings = HANGS, place: Place = HERE) -> None:
         super().__init__(settings, clocked=True, place=place)
@@ -109,7 +109,7 @@ def test_the_run_begins_by_hand_after_the_ramp() -> None:
     assert all((one.kd == DAMPING.kd).all() and not one.kp.any() for one in sent(bus)[-3:])
 
 
-def test_a_terminal_that_is_gone_does_not_keep_the_robot_from_damping() -> None:
+def test_closing_damps_the_robot_even_if_the_terminal_is_gone() -> None:
     bus, keys = LiveBus(), LostTerminal(BY_TERMINAL)
     robot = ControlledRobot(bus, TRUTHS, Pace(DT_S, FakeClock()), keys, lambda _: None)
     robot.first()
@@ -119,7 +119,7 @@ def test_a_terminal_that_is_gone_does_not_keep_the_robot_from_damping() -> None:
     assert (sent(bus)[-1].kd == DAMPING.kd).all()
 
 
-def test_the_terminal_is_given_back_where_no_robot_is_found(
+def test_the_terminal_is_closed_if_no_robot_is_found(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def none(*_: object) -> None:
@@ -134,7 +134,7 @@ def test_the_terminal_is_given_back_where_no_robot_is_found(
 
 
 @pytest.mark.parametrize(("domain", "told"), [(0, False), (7, True)])
-def test_a_truth_is_read_where_no_robot_is_real(
+def test_the_truth_is_read_only_in_a_domain_without_real_robots(
     domain: int, told: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(controlled, "own_terminal", lambda: Keys(BY_TERMINAL))
@@ -146,7 +146,7 @@ def test_a_truth_is_read_where_no_robot_is_real(
     assert (robot.first().truth is not None) is told
 
 
-def test_the_remote_starts_and_stops_it() -> None:
+def test_the_remote_starts_and_stops_the_robot() -> None:
     bus, robot, keys, words = started({})
     keys.is_heard = False
     bus.pressed = {50: ("start",), 2500: ("A",), 2520: ("select",)}
@@ -171,7 +171,7 @@ def test_a_damaged_state_damps_a_running_robot() -> None:
     assert (sent(bus)[-1].kd == DAMPING.kd).all()
 
 
-def test_a_command_that_is_not_finite_damps_it() -> None:
+def test_a_command_that_is_not_finite_damps_the_robot() -> None:
     bus, robot, _, _ = started(BY_TERMINAL)
     seen = robot.exchange(robot.first(), HOLD)
     with pytest.raises(RobotLostError, match=r"damping: a command of the policy: q of .* is nan"):
@@ -179,7 +179,7 @@ def test_a_command_that_is_not_finite_damps_it() -> None:
     assert (sent(bus)[-1].kd == DAMPING.kd).all()
 
 
-def test_stop_before_the_run_is_left_by_arming_again() -> None:
+def test_a_stop_before_the_run_ends_when_the_controller_is_armed_again() -> None:
     again = {10: Event.START, 20: Event.STOP, 30: Event.REARM, 40: Event.START, 500: Event.RUN}
     _, robot, _, words = started(again)
     robot.first()
@@ -197,7 +197,7 @@ class Damages(LiveBus):
             self.readers[STATES].queue.append(bytes(1176))
 
 
-def test_a_stop_is_no_refusal_of_long_before() -> None:
+def test_a_stop_does_not_give_an_earlier_refusal_as_its_reason() -> None:
     at = {10: Event.STOP, 20: Event.REARM, 30: Event.START, 500: Event.RUN, 502: Event.STOP}
     bus, words = Damages(), []
     robot = ControlledRobot(bus, TRUTHS, Pace(DT_S, FakeClock()), Keys(at), words.append)
@@ -208,8 +208,8 @@ def test_a_stop_is_no_refusal_of_long_before() -> None:
         robot.exchange(robot.exchange(seen, HOLD), HOLD)
 
 
-def test_a_robot_that_began_anew_ends_the_run_even_before_it_moves() -> None:
-    """It may be in sport mode again, which is released only as a run begins."""
+def test_a_robot_that_restarts_ends_the_run_even_before_it_moves() -> None:
+    """The robot may be in sport mode again, which is released only at the start of a run."""
     bus, robot, _, words = started({})
     bus.reboots_after = 300
     with pytest.raises(RobotLostError, match=r"damping: the robot began anew: .* start the run"):
@@ -219,7 +219,7 @@ def test_a_robot_that_began_anew_ends_the_run_even_before_it_moves() -> None:
 
 
 class Stalls(LiveBus):
-    """A robot of which no state comes for some time after a command."""
+    """A robot that sends no state for some time after a chosen command."""
 
     stalls_at, stalls_for, n_commands = 0, 0, 0
 
@@ -236,7 +236,7 @@ def stalled(at: int, steps: int, keys: dict[int, Event]) -> tuple[Stalls, Contro
     return bus, ControlledRobot(bus, TRUTHS, pace, Keys(keys), words.append), words
 
 
-def test_a_stall_while_the_robot_hangs_loose_ends_nothing() -> None:
+def test_a_stall_while_the_robot_hangs_limp_does_not_damp_it() -> None:
     _, robot, words = stalled(5, 100, {200: Event.START, 700: Event.RUN})
     assert robot.first().tick > 0
     assert not any("damping." in line for line in words)
@@ -255,7 +255,7 @@ def test_a_stall_in_the_ramp_damps_until_the_robot_is_armed_again() -> None:
     assert 50 <= damped[0] <= 60
 
 
-def test_a_stall_in_the_run_damps_and_ends_it() -> None:
+def test_a_stall_in_the_run_damps_the_robot_and_ends_the_run() -> None:
     bus, robot, _ = stalled(500, 20, BY_TERMINAL)
     seen = robot.first()
 
@@ -278,8 +278,8 @@ def test_a_robot_that_stays_silent_before_the_run_is_given_up(
 
 
 @pytest.mark.slow
-def test_a_robot_is_started_by_hand_let_down_and_let_go_of_and_walks_on_an_estimate() -> None:
-    """Real time with a clock that never stalls: of 2,000 steps none is late, and none is held."""
+def test_a_robot_started_by_hand_is_lowered_released_and_walks_on_an_estimate() -> None:
+    """Real time with a clock that never stalls: no step of 2,000 is late or held."""
     by_hand = {10: Event.START, 1000: Event.RUN}
     bus, robot, _, _ = started(by_hand, RobotSettings(hoist=True, let_down_s=2.5))
     motion, policy, action = EstimatedMotion(EKF), load(), np.zeros(19)

@@ -31,11 +31,11 @@ class Robot:
         return self.again(STANDING._replace(time_s=self.time_s), *keys)
 
     def again(self, sensors: Sensors, *keys: str, late_s: float = 0.0) -> MotorCommands:
-        """Send an observation, of whatever time, as it comes."""
+        """Send an observation as it is, whatever its time."""
         return self.controller.answer(sensors, remote(*keys), self.time_s + late_s)
 
     def to(self, state: State) -> "Robot":
-        """Bring the controller into a state, by the remote."""
+        """Bring the controller into a state by the remote's keys."""
         order = [State.WAIT, State.ZERO_TORQUE, State.RAMP, State.HOLD, State.RUN]
         if state is State.DAMPING:
             self.to(State.RUN).send("select")
@@ -57,7 +57,7 @@ def same(one: MotorCommands, other: MotorCommands) -> bool:
     return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
 
 
-def test_the_first_observation_is_answered_by_no_torque(robot):
+def test_the_first_observation_is_answered_by_zero_torque(robot):
     assert robot.controller.state is State.WAIT
     assert same(robot.send(), ZERO_TORQUE)
     assert robot.controller.state is State.ZERO_TORQUE
@@ -78,7 +78,7 @@ def test_the_ramp_leads_from_the_first_angles_to_the_default_pose_in_two_seconds
     assert robot.controller.state is State.HOLD
 
 
-def test_the_pose_is_held_until_the_policy_is_asked_for(robot):
+def test_the_pose_is_held_until_the_run_key_starts_the_policy(robot):
     robot.to(State.HOLD)
     for _ in range(10):
         np.testing.assert_array_equal(robot.send().q, POSE_RAD)
@@ -89,7 +89,7 @@ def test_the_pose_is_held_until_the_policy_is_asked_for(robot):
     assert len(robot.asked) == 2
 
 
-def test_the_pose_is_held_where_the_joints_sag(robot):
+def test_the_pose_stays_the_target_even_if_joints_sag(robot):
     robot.to(State.HOLD).time_s += DT_S
     sagging = STANDING._replace(time_s=robot.time_s, q=POSE_RAD + 0.05)
     np.testing.assert_array_equal(robot.again(sagging).q, POSE_RAD)
@@ -100,7 +100,7 @@ def test_the_run_key_does_nothing_before_the_ramp_is_over(robot):
     assert robot.controller.state is State.RAMP
 
 
-def test_keys_that_are_down_from_the_start_do_nothing_but_stop(robot):
+def test_a_key_that_is_down_from_the_start_does_nothing_unless_it_is_stop(robot):
     robot.send("start")
     robot.send("start")
     assert robot.controller.state is State.ZERO_TORQUE
@@ -109,7 +109,7 @@ def test_keys_that_are_down_from_the_start_do_nothing_but_stop(robot):
 
 
 @pytest.mark.parametrize("state", State)
-def test_what_is_refused_damps_where_the_robot_moves_and_is_never_obeyed(robot, state):
+def test_a_refusal_damps_a_moving_robot_and_does_not_ask_the_policy(robot, state):
     robot.to(state)
     n_asked = len(robot.asked)
     robot.controller.refuse("its checksum is wrong")
@@ -124,7 +124,7 @@ def test_what_is_refused_damps_where_the_robot_moves_and_is_never_obeyed(robot, 
 
 
 @pytest.mark.parametrize("state", State)
-def test_a_silent_robot_is_damped_after_40_ms_where_it_moves(robot, state):
+def test_a_moving_robot_that_is_silent_for_40_ms_is_damped(robot, state):
     robot.to(state)
     controller = robot.controller
     assert not controller.watch(robot.time_s + LATEST_S - 1e-6)
@@ -140,7 +140,7 @@ def test_a_state_that_comes_too_late_is_answered_by_damping(robot):
     assert "no new state for 55 ms, allowed 40 ms" in robot.controller.refused
 
 
-def test_a_stream_of_old_states_is_a_silent_robot(robot):
+def test_a_robot_that_repeats_an_old_state_counts_as_silent(robot):
     robot.to(State.RUN)
     old, n_asked = STANDING._replace(time_s=robot.time_s), len(robot.asked)
     answers = [robot.again(old, late_s=i * DT_S) for i in range(10)]
@@ -158,8 +158,8 @@ def test_delays_up_to_40_ms_and_lost_states_do_not_stop_a_run(robot):
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 45.0])
-def test_a_command_of_the_policy_that_no_motor_is_to_obey_damps(robot, value):
-    """A target of 45 is one in degrees."""
+def test_a_command_of_the_policy_beyond_the_limits_damps_the_robot(robot, value):
+    """A target of 45 stands for one in degrees."""
     robot.to(State.RUN)
     robot.action = robot.action._replace(q=np.full(N, value))
     assert same(robot.send(), DAMPING)
@@ -168,7 +168,7 @@ def test_a_command_of_the_policy_that_no_motor_is_to_obey_damps(robot, value):
     assert robot.controller.damped_for == reason
 
 
-def test_a_stop_has_no_reason_of_an_earlier_refusal(robot):
+def test_a_stop_does_not_take_its_reason_from_an_earlier_refusal(robot):
     robot.to(State.HOLD)
     robot.controller.refuse("its checksum is wrong")
     assert robot.controller.damped_for == "its checksum is wrong"
@@ -186,7 +186,7 @@ def test_the_stop_key_of_a_terminal_counts_even_if_no_newer_state_comes(robot):
     assert same(robot.again(STANDING._replace(time_s=robot.time_s)), DAMPING)
 
 
-def test_damping_lasts_until_the_controller_is_armed_again_and_all_begins_anew(robot):
+def test_damping_lasts_until_arming_again_restarts_the_controller(robot):
     robot.to(State.DAMPING)
     for _ in range(100):
         assert same(robot.send(), DAMPING)
@@ -199,7 +199,7 @@ def test_damping_lasts_until_the_controller_is_armed_again_and_all_begins_anew(r
     robot.to(State.ZERO_TORQUE)
 
 
-def test_a_robot_that_reboots_while_damped_is_heard_once_it_is_armed_again(robot):
+def test_a_robot_that_reboots_while_damped_can_be_armed_again(robot):
     robot.to(State.DAMPING)
     robot.controller.press(Event.REARM)
     robot.time_s = 0.0
@@ -207,8 +207,8 @@ def test_a_robot_that_reboots_while_damped_is_heard_once_it_is_armed_again(robot
     assert robot.controller.state is State.ZERO_TORQUE
 
 
-def test_every_arrival_is_answered(robot):
-    """Whatever comes and is refused, in whatever state: there is a whole and finite command."""
+def test_every_arrival_is_answered_by_a_complete_and_finite_command(robot):
+    """This holds in every state, after refusals and after gaps."""
     rng = np.random.RandomState(1)
     keys = ("start", "A", "select", "L1", "R1")
     for _ in range(5000):

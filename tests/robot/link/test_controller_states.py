@@ -23,11 +23,11 @@ EVENTS = (
 
 
 @pytest.mark.parametrize(("state", "event"), list(product(State, Event)))
-def test_every_event_leads_where_the_table_says(state: State, event: Event) -> None:
+def test_every_event_leads_to_the_state_in_the_table(state: State, event: Event) -> None:
     assert after(state, event) is TABLE[state][EVENTS.index(event)]
 
 
-def test_a_robot_moves_only_by_way_of_every_state_before() -> None:
+def test_each_state_is_reached_only_from_itself_or_the_state_before() -> None:
     reached = {state: {after(state, event) for event in Event} for state in State}
     assert {state for state in State if R in reached[state]} == {H, R}
     assert {state for state in State if H in reached[state]} == {M, H}
@@ -41,5 +41,5 @@ def test_damping_is_latched(event: Event) -> None:
 
 
 @pytest.mark.parametrize("state", sorted(MOVING, key=str))
-def test_what_is_refused_damps_a_robot_that_moves(state: State) -> None:
+def test_a_refusal_damps_a_moving_robot(state: State) -> None:
     assert after(state, Event.REFUSED) is D

@@ -1,4 +1,4 @@
-"""Effects of faults on the way of commands, in the robot's own time."""
+"""Faults that delay, lose, repeat, reorder or spoil messages, in the robot's own time."""
 
 from collections.abc import Sequence
 
@@ -21,7 +21,7 @@ STEP_MS = 5
 
 
 def arrivals(*faults: str, steps: int = 6, seed: int = 0) -> list[list[int]]:
-    """Return which commands arrive in each step; they are numbered by their step."""
+    """Return the commands that arrive in each step, numbered by the step that sent them."""
     plan = [FAULTS.parse(text) for text in faults]
     way = FaultyWay(STEP_MS, lambda it: it, plan, seed)
     found = []
@@ -44,22 +44,22 @@ def test_a_delay_is_in_the_robots_time() -> None:
     assert arrivals("delay=10@2") == [[1], [], [3], [2, 4], [5], [6]]
 
 
-def test_losses_duplicates_and_the_like() -> None:
+def test_losses_duplicates_reorderings_and_mutes_change_the_arrivals() -> None:
     assert arrivals("loss@3") == [[1], [2], [], [4], [5], [6]]
     assert arrivals("duplicate@3") == [[1], [2], [3], [4, 3], [5], [6]]
     assert arrivals("reorder@3") == [[1], [2], [], [4, 3], [5], [6]]
     assert arrivals("mute@3") == [[1], [2], [], [], [], []]
 
 
-def test_a_share_of_losses_is_that_share() -> None:
+def test_a_share_of_losses_loses_that_share_of_commands() -> None:
     found = arrivals("loss:0.2", steps=2000)
     assert 1550 < len(flat(found)) < 1650
 
 
-def test_jitter_is_exponential_and_of_its_mean() -> None:
+def test_jitter_delays_by_its_mean_and_reorders_commands() -> None:
     found = arrivals("jitter=20:1", steps=4000)
     late = [STEP_MS * (step - one) for step, ones in enumerate(found, 1) for one in ones]
-    assert abs(np.mean(late) - 22.5) < 2  # up to the next step
+    assert abs(np.mean(late) - 22.5) < 2  # 20 ms, and half a step on average until the next one
     assert flat(found) != sorted(flat(found))
 
 
@@ -69,20 +69,20 @@ def test_plans_are_deterministic() -> None:
     assert arrivals(*plan, steps=200) != arrivals(*plan, steps=200, seed=1)
 
 
-def test_a_message_is_spoilt_where_the_plan_says_so() -> None:
+def test_a_message_is_spoilt_in_the_step_of_the_plan() -> None:
     way = FaultyWay(STEP_MS, str.upper, [FAULTS.parse("nan@2")])
     for step, message in enumerate("abc", 1):
         way.send(step, STEP_MS * step, message)
     assert way.arrived(3 * STEP_MS) == ["a", "B", "c"]
 
 
-def test_faults_of_states_are_those_with_that_in_front() -> None:
+def test_faults_of_states_are_those_with_the_prefix_state() -> None:
     plan = [FAULTS.parse(text) for text in ("delay=10:1", "state-loss@3", "stop@9")]
     assert [fault.kind for fault in of_commands(plan)] == ["delay", "stop"]
     assert [(fault.kind, fault.step) for fault in of_states(plan)] == [("loss", 3)]
 
 
-def test_every_kind_can_be_asked_for() -> None:
+def test_every_kind_of_fault_can_be_parsed() -> None:
     for kind in KINDS:
         text = f"{kind}=2@2" if kind in FAULTS.timed else f"{kind}@2"
         assert FAULTS.parse(text).kind == kind
@@ -98,7 +98,8 @@ def test_a_fault_of_the_first_state_is_refused(text: str) -> None:
     assert FAULTS.parse(text.replace("@1", ":1")).step == 0
 
 
-def test_faults_beyond_the_run_are_named_and_a_state_more_than_commands_is_not() -> None:
+def test_faults_beyond_the_last_command_or_state_are_reported_as_never_reached() -> None:
+    """A run of six commands has seven states: the first one comes before any command."""
     plan = [FAULTS.parse(text) for text in ("loss@6", "loss@7", "state-loss@7", "state-loss@8")]
     assert never_reached(plan, 6) == [
         f"fault {text} was never reached: the robot's run has 6 steps"

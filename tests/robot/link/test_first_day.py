@@ -1,4 +1,4 @@
-"""A robot on a hoist is started, let down, walks on an estimate of its motion, and is stopped."""
+"""A whole run: start on the hoist, release, a walk on an estimate of the motion, and stop."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ class Day:
         return MotorCommands(targets_rad(self.action), np.zeros(N), kp, kd, np.zeros(N))
 
     def spend(self, seconds: float, *keys: str) -> None:
-        """Go on for a time; keys are pressed at its beginning."""
+        """Run for a time, with keys pressed in its first step."""
         for step in range(round(seconds / self.plant.dt_s)):
             time_s = self.plant.time_s
             pressed = remote(*keys * (step == 0))
@@ -55,7 +55,7 @@ class Day:
 
 
 @pytest.mark.slow
-def test_a_first_day_on_a_robot():
+def test_a_robot_is_started_on_its_hoist_released_walks_and_is_stopped():
     day = Day()
     day.spend(0.5)
     assert day.controller.state is State.ZERO_TORQUE
@@ -70,5 +70,5 @@ def test_a_first_day_on_a_robot():
     assert np.linalg.norm(day.plant.data.qpos[:2]) > 1.5
     day.spend(1.5, "select")
     assert day.controller.state is State.DAMPING
-    assert day.height_m < 0.7  # damping lets a robot that stands fall
+    assert day.height_m < 0.7  # damping does not keep a robot standing
     assert day.controller.refusals == 0

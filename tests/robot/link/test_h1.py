@@ -15,7 +15,7 @@ from spikeport.robot.link.h1 import (
 from spikeport.robot.link.wire import MessageError
 
 
-def test_every_joint_has_a_slot_and_the_tenth_has_none() -> None:
+def test_every_joint_has_a_slot_and_slot_9_has_no_joint() -> None:
     assert sorted(SLOTS) == [slot for slot in range(20) if slot != 9]
     slot = dict(zip(JOINTS, SLOTS, strict=True))
     assert [slot[f"right_{role}"] for role in ("hip_roll", "hip_pitch", "knee")] == [0, 1, 2]
@@ -46,7 +46,7 @@ def test_torque_limits_are_those_of_the_model() -> None:
         ("tau", -201.0, 0.0, 0.0, "tau of torso is -201, allowed -200 to 200"),
     ],
 )
-def test_what_no_motor_is_to_obey_is_refused(
+def test_a_command_beyond_the_limits_is_refused_with_joint_and_value(
     name: str, value: float, kp: float, kd: float, words: str
 ) -> None:
     one = np.zeros(len(JOINTS))
@@ -59,12 +59,12 @@ def test_what_no_motor_is_to_obey_is_refused(
         check_commands(commands)
 
 
-def test_targets_that_no_gain_makes_count_are_obeyed() -> None:
+def test_targets_with_a_gain_of_zero_are_not_limited() -> None:
     nowhere = np.full(len(JOINTS), 2.146e9)  # Unitree's "no target"
     check_commands(DAMPING._replace(q=nowhere))
     check_commands(DAMPING._replace(dq=np.full(len(JOINTS), 16000.0), kd=np.zeros(len(JOINTS))))
 
 
-def test_limits_that_were_rounded_to_float32_are_within() -> None:
+def test_commands_at_the_limits_are_allowed_despite_rounding_to_float32() -> None:
     check_commands(DAMPING._replace(dq=SPEED_LIMITS_RAD_S, tau=TORQUE_LIMITS_NM))
     check_commands(DAMPING._replace(tau=TORQUE_LIMITS_NM * (1 + 1e-7)))

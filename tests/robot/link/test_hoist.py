@@ -1,4 +1,4 @@
-"""A robot on its hoist is let down slowly, stands held, and is let go of."""
+"""The hoist: a robot that is lowered slowly, stands while it is held, and is released."""
 
 import numpy as np
 import pytest
@@ -18,11 +18,11 @@ FOLDED = {
     for side in ("left", "right")
     for joint, rad in (("knee", 1.6), ("hip_pitch", -0.8), ("ankle", -0.8))
 }
-"""A posture in which the way down takes more than `LETS_GO_S`."""
+"""A posture from which lowering takes longer than `LETS_GO_S`."""
 
 
 def held(robot: SimulatedRobot, command: MotorCommands, steps: int) -> list[tuple[int, Held]]:
-    """Return the ways in which the hoist holds a commanded robot, and the steps of their begin."""
+    """Return the phases of a commanded robot's hoist, each with the step at which it began."""
     found: list[tuple[int, Held]] = []
     for step in range(steps):
         robot.obey(Command(robot.tick, command))
@@ -32,16 +32,16 @@ def held(robot: SimulatedRobot, command: MotorCommands, steps: int) -> list[tupl
     return found
 
 
-def test_a_robot_is_let_down_until_it_stands_and_then_let_go_of() -> None:
+def test_a_robot_is_lowered_until_it_stands_and_is_then_released() -> None:
     plant = Plant(anchored=True)
     hoist = Hoist(plant)
     for _ in range(200):
         hoist.step()
         plant.step()
     assert hoist.held is Held.HANGS
-    hung_m = plant.lowest_sole_m()  # its legs have stretched by their weight
+    hung_m = plant.lowest_sole_m()  # the weight of the legs has stretched them
     hoist.pull()
-    hoist.pull()  # nothing, as long as it is on its way
+    hoist.pull()  # has no effect while the robot is being lowered
     steps = 0
     while hoist.held is Held.LOWERS:
         hoist.step()
@@ -60,7 +60,7 @@ def test_a_robot_without_a_hoist_is_free() -> None:
     assert Hoist(Plant()).held is Held.FREE
 
 
-def test_time_pulls_the_hoist_twice() -> None:
+def test_the_hoist_lowers_and_releases_the_robot_at_set_times() -> None:
     robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.5))
     found = held(robot, HOLD, round((0.5 + LETS_GO_S) / 0.005) + 1)
     assert [phase for _, phase in found] == list(Held)
@@ -69,7 +69,7 @@ def test_time_pulls_the_hoist_twice() -> None:
     assert robot.hoist.held is Held.HANGS
 
 
-def test_a_robot_that_is_still_on_its_way_down_is_let_go_of_once_it_stands() -> None:
+def test_a_robot_that_is_still_being_lowered_is_released_once_it_stands() -> None:
     robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.0, posture_rad=FOLDED))
     folded = HOLD._replace(q=np.array([(DEFAULT_POSE | FOLDED)[joint] for joint in JOINTS]))
     found = held(robot, folded, round(6.0 / 0.005))
@@ -78,7 +78,7 @@ def test_a_robot_that_is_still_on_its_way_down_is_let_go_of_once_it_stands() -> 
     assert free == stands + 1 > LETS_GO_S / 0.005
 
 
-def test_a_robot_that_is_let_down_by_hand_before_its_time_is_let_go_of_at_its_time() -> None:
+def test_a_robot_that_was_lowered_early_by_hand_is_released_at_the_set_time() -> None:
     robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.5))
     robot.hoist.pull()
     found = held(robot, HOLD, round((0.5 + LETS_GO_S) / 0.005) + 1)
@@ -86,14 +86,14 @@ def test_a_robot_that_is_let_down_by_hand_before_its_time_is_let_go_of_at_its_ti
     assert found[2][0] == 900
 
 
-def test_a_robot_whose_legs_stretch_on_its_way_down_stands_where_they_touch_the_floor() -> None:
+def test_a_robot_whose_legs_stretch_while_lowered_stands_where_they_touch_the_floor() -> None:
     robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.0, posture_rad=FOLDED))
     held(robot, HOLD, round(3.5 / 0.005))
     assert robot.hoist.held is Held.STANDS
     assert decode_base(robot.truth()).position[2] == pytest.approx(0.98, abs=0.01)
 
 
-def test_a_robot_whose_legs_bend_on_its_way_down_does_not_stand_in_the_air() -> None:
+def test_a_robot_whose_legs_bend_while_lowered_does_not_stand_in_the_air() -> None:
     plant = Plant(anchored=True)
     hoist, hung_m = Hoist(plant), plant.lowest_sole_m()
     hoist.pull()
@@ -107,6 +107,6 @@ def test_a_robot_whose_legs_bend_on_its_way_down_does_not_stand_in_the_air() -> 
     assert steps * plant.dt_s > hung_m / LOWERS_M_S + 1.0
 
 
-def test_only_a_robot_on_its_hoist_is_let_down() -> None:
+def test_lowering_a_robot_without_a_hoist_is_refused() -> None:
     with pytest.raises(UsageError, match="--let-down is for a robot on its --hoist"):
         RobotSettings(let_down_s=1.0)

@@ -1,4 +1,4 @@
-"""Types of DDS: their hashes are Unitree's, so that either side takes the other's for its own."""
+"""Types of DDS, with Unitree's hashes, so that either side accepts the other's types."""
 
 import pytest
 

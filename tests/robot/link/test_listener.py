@@ -1,4 +1,4 @@
-"""A first look at a robot: what is heard of it, what is not to be trusted, and nothing is sent."""
+"""A first look at a robot: a report of its states and problems, without sending anything."""
 
 import subprocess
 import sys
@@ -26,7 +26,7 @@ def state(tick: int, **values: object) -> bytes:
     return encode_state(tick, STANDING._replace(**values))
 
 
-def test_a_robot_that_stands_is_trusted_and_said_joint_by_joint() -> None:
+def test_a_standing_robot_has_no_problems_and_is_reported_joint_by_joint() -> None:
     found = heard(*(state(tick) for tick in (2, 4, 6, 10)))
     assert found.problems() == []
     lines = found.lines()
@@ -39,14 +39,14 @@ def test_a_robot_that_stands_is_trusted_and_said_joint_by_joint() -> None:
     assert [line.split()[1] for line in lines[3:]] != list(JOINTS)  # in the order of slots
 
 
-def test_a_tick_that_stands_still_and_a_tilt_are_said() -> None:
+def test_a_tick_that_does_not_advance_and_a_tilt_are_reported() -> None:
     lying = np.array([np.cos(np.pi / 4), np.sin(np.pi / 4), 0, 0])
     lines = heard(state(2), state(2, quaternion=lying)).lines()
     assert "their tick does not advance" in lines[0]
     assert "tilted by 90.0 degrees" in lines[1]
 
 
-def test_where_no_state_could_be_read_nothing_is_said_of_its_tick() -> None:
+def test_without_a_readable_state_no_tick_is_reported() -> None:
     """Unitree's simulator in Python sets no checksum."""
     assert heard(bytes(1176)).lines() == ["0 states; no message could be read"]
 
@@ -59,13 +59,13 @@ def test_where_no_state_could_be_read_nothing_is_said_of_its_tick() -> None:
         (heard(state(2), state(4), writers=(1, 2)), "2 processes publish states"),
     ],
 )
-def test_what_a_controller_would_not_stand_is_said(found: Heard, words: str) -> None:
+def test_problems_that_would_stop_a_controller_are_reported(found: Heard, words: str) -> None:
     (problem,) = found.problems()
     assert words in problem
 
 
 def listened() -> dict[str, object]:
-    """Listen to a robot that waits, and to nobody."""
+    """Listen to a robot that waits for commands, and then where no robot is."""
     from spikeport.robot.link.listener import listen
     from spikeport.robot.link.place import Place
 
@@ -84,7 +84,7 @@ def listened() -> dict[str, object]:
     return {}
 
 
-def test_nothing_is_sent_to_a_robot_that_is_listened_to() -> None:
+def test_listening_sends_nothing_to_the_robot() -> None:
     found = in_namespace(listened)
     assert "their tick does not advance" in found["lines"][0]
     assert '"steps": 0' in found["robot"]

@@ -33,17 +33,17 @@ def run(one: LockStep, steps: int) -> dict[str, object]:
     return one.robot.summary()
 
 
-def test_an_answer_is_a_step_and_nothing_else_is() -> None:
+def test_only_the_controllers_answer_to_the_current_state_makes_a_step() -> None:
     one = lock_step()
     assert answer(one)
-    assert not answer(one, tick=5)  # that of before
+    assert not answer(one, tick=5)  # an answer to the state before
     assert not answer(one, tick=500)
     assert not one.take_answer(b"nonsense", writer=1)
     assert not one.take_answer(encode_command(Command(one.robot.tick, HOLD)), writer=2)
     assert one.robot.steps == 1
 
 
-def test_state_and_truth_are_of_one_tick() -> None:
+def test_the_truth_is_published_with_the_state_unless_it_is_switched_off() -> None:
     one = lock_step()
     answer(one)
     assert decode_state(one.published().state)[0] == 10
@@ -63,7 +63,7 @@ def test_state_and_truth_are_of_one_tick() -> None:
 def test_the_watchdog_is_tripped_by_silence_alone(
     faults: Sequence[str], refused: int, trips: int
 ) -> None:
-    """With 40 ms of delay and a fifth lost, 100 ms without a command never come about."""
+    """With 40 ms of delay and a fifth of the commands lost, no gap lasts 100 ms."""
     found = run(lock_step(*faults), 400)
     assert found["steps"] == 400
     assert found["refused"]["beyond_limits"] == refused
@@ -75,19 +75,19 @@ def test_faults_are_deterministic() -> None:
     assert motions[0] == motions[1] != run(lock_step(), 100)["motion"]
 
 
-def test_a_command_with_a_target_that_is_not_a_number_leaves_the_controllers_own() -> None:
+def test_a_nan_fault_leaves_the_controllers_own_command_unchanged() -> None:
     one, motors = lock_step("nan@1"), HOLD._replace(q=POSE_RAD.copy())
     answer(one, motors)
     assert one.robot.refusals.beyond_limits == 1
     assert np.isfinite(motors.q).all()
 
 
-def test_faults_of_states_leave_the_robot_as_it_is() -> None:
+def test_faults_of_states_do_not_change_the_robots_motion() -> None:
     faulty = lock_step("state-delay=20:1", "state-nan:0.2", "state-reorder:0.2")
     assert run(faulty, 50)["motion"] == run(lock_step(), 50)["motion"]
 
 
-def test_an_older_state_that_arrives_later_replaces_no_newer_one() -> None:
+def test_an_older_state_that_arrives_later_does_not_replace_a_newer_one() -> None:
     one = lock_step("state-duplicate:1")
     ticks = []
     for _ in range(5):
@@ -96,7 +96,7 @@ def test_an_older_state_that_arrives_later_replaces_no_newer_one() -> None:
     assert ticks == [10, 15, 20, 25, 30]
 
 
-def test_a_state_says_whom_the_robot_obeys_and_what_it_asks() -> None:
+def test_a_state_carries_the_obeyed_writer_and_the_tick_to_answer() -> None:
     one = lock_step("state-mute@2")
     assert turn_of(one.published().state) == Turn(5, 0)
     command = encode_command(Command(5, HOLD))
@@ -112,7 +112,7 @@ def test_a_robot_that_stops_is_silent() -> None:
     assert one.robot.steps == 3
 
 
-def test_another_controller_finds_the_robot_as_the_first_did() -> None:
+def test_a_restarted_robot_repeats_its_motion_for_the_next_controller() -> None:
     one = lock_step("loss:0.2", "stop@90")
     motion = run(one, 80)["motion"]
     run(one, 20)
@@ -122,7 +122,7 @@ def test_another_controller_finds_the_robot_as_the_first_did() -> None:
     assert run(one, 80)["motion"] == motion
 
 
-def test_a_robot_that_restarts_is_at_its_first_tick() -> None:
+def test_a_restart_fault_takes_the_robot_back_to_its_first_tick() -> None:
     one = lock_step("restart@3")
     assert [answer(one) for _ in range(3)] == [True] * 3
     assert one.robot.tick == 5

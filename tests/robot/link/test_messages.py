@@ -1,9 +1,9 @@
-"""Declarations of Unitree's messages: how many fields, and where their paths lead."""
+"""Declarations of Unitree's messages: their fields, the paths to these, and the topics."""
 
 from spikeport.robot.link.messages import COMMANDS, LOW_CMD, LOW_STATE, STATES, TRUTHS
 
 
-def test_paths_lead_through_structs_and_arrays_of_them() -> None:
+def test_paths_of_fields_lead_through_structs_and_arrays_of_structs() -> None:
     leaves = list(LOW_CMD.leaves())
     assert leaves[0] == ("head", "u1", 2)
     assert ("motor_cmd[19].kp", "f4", 1) in leaves

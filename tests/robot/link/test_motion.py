@@ -1,4 +1,4 @@
-"""Estimators follow a robot's messages, and their error is taken where the truth is published."""
+"""Estimators on a robot's messages, and their errors where the truth is published."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,9 @@ def observations(n: int, *, hoist: bool = False, truth: bool = True) -> list[Obs
 
 
 @pytest.mark.parametrize("name", [name for name in ESTIMATORS if name != TRUTH])
-def test_a_standing_robot_is_followed_and_the_error_is_that_to_the_truth(name: str) -> None:
+def test_an_estimator_follows_a_standing_robot_and_reports_its_error_to_the_truth(
+    name: str,
+) -> None:
     motion, seen = EstimatedMotion(name), observations(40)
     errors = []
     for one in seen:
@@ -60,7 +62,7 @@ def test_a_standing_robot_is_followed_and_the_error_is_that_to_the_truth(name: s
     assert 0 < rms.max() < 0.3
 
 
-def test_without_the_truth_only_the_truth_is_no_estimator() -> None:
+def test_without_the_truth_an_estimate_has_no_error_and_the_estimator_truth_fails() -> None:
     seen = observations(3, truth=False)
     motion = EstimatedMotion(EKF)
     for one in seen:
@@ -79,7 +81,7 @@ def test_without_the_truth_only_the_truth_is_no_estimator() -> None:
         EstimatedMotion(TRUTH)(seen[0])
 
 
-def test_headings_are_apart_the_short_way_round() -> None:
+def test_headings_differ_by_the_short_way_round() -> None:
     (seen,) = observations(0)
     true = EstimatedMotion(TRUTH)(seen)
     east, west = (
@@ -96,7 +98,7 @@ def test_headings_are_apart_the_short_way_round() -> None:
 def test_no_model_is_compiled_at_the_first_observation(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A robot that waits for its first command is damped after 40 ms; two models took 50."""
+    """A robot is damped after 40 ms without its first command; compiling two models took 50 ms."""
     (seen,) = observations(0)
     motion, made = EstimatedMotion(name), []
     monkeypatch.setattr(Legs, "__init__", lambda _legs: made.append(name))
@@ -104,7 +106,7 @@ def test_no_model_is_compiled_at_the_first_observation(
     assert made == []
 
 
-def test_truth_of_another_moment_is_not_compared() -> None:
+def test_a_truth_of_another_tick_is_not_compared() -> None:
     one, other = observations(1)
     motion = EstimatedMotion(EKF)
     motion(one._replace(truth=other.truth))
@@ -112,8 +114,8 @@ def test_truth_of_another_moment_is_not_compared() -> None:
 
 
 @pytest.mark.parametrize("stamp", [0, 10**12])
-def test_the_truth_of_another_world_judges_nothing(stamp: int) -> None:
-    """A real robot's sport mode publishes where a simulation tells its truth."""
+def test_a_truth_whose_stamps_are_not_the_robots_ticks_is_not_used(stamp: int) -> None:
+    """A real robot's sport mode publishes on the topic of a simulation's truth."""
     motion = EstimatedMotion(EKF)
     for one in observations(20):
         motion(one._replace(truth=one.truth._replace(tick=stamp)))
@@ -122,7 +124,7 @@ def test_the_truth_of_another_world_judges_nothing(stamp: int) -> None:
     assert (figures["place_error_m"], figures["recorded"]) == (None, "estimate")
 
 
-def test_a_truth_that_falls_silent_is_no_longer_the_truth() -> None:
+def test_a_truth_that_falls_silent_is_no_longer_used() -> None:
     motion, seen = EstimatedMotion(EKF), observations(20)
     for one in seen[:5]:
         motion(one)
@@ -140,7 +142,7 @@ def test_a_truth_that_falls_silent_is_no_longer_the_truth() -> None:
         assert found[name] == errors[name]
 
 
-def test_a_robot_on_its_hoist_is_where_the_hoist_holds_it() -> None:
+def test_the_hoists_fix_keeps_the_estimate_where_the_hoist_holds_the_robot() -> None:
     held, loose = EstimatedMotion(EKF, HOIST), EstimatedMotion(EKF)
     for one in observations(200, hoist=True):
         found, free = held(one), loose(one)
@@ -154,17 +156,17 @@ def test_an_unknown_estimator_is_refused() -> None:
 
 
 @pytest.mark.parametrize("name", [ODOMETER, EKF_ODOMETER])
-def test_without_odometry_there_is_no_estimate_by_it(name: str) -> None:
+def test_an_estimator_by_odometry_fails_without_odometry(name: str) -> None:
     (seen,) = observations(0)
     with pytest.raises(RobotLostError, match="the robot publishes no odometry"):
         EstimatedMotion(name)(seen._replace(odometry=None))
 
 
-def test_estimators_that_need_a_topic_beside_the_states_say_which() -> None:
+def test_an_estimator_names_the_topic_that_it_needs_beside_the_states() -> None:
     assert [needed(name) for name in (TRUTH, EKF, ODOMETER)] == [TRUTHS, None, ODOMETRY]
 
 
-def test_a_state_that_is_held_changes_no_estimate() -> None:
+def test_a_held_state_does_not_change_the_estimate() -> None:
     motion, seen = EstimatedMotion(EKF_ODOMETER), observations(3)
     for one in seen:
         found = motion(one)
@@ -172,8 +174,8 @@ def test_a_state_that_is_held_changes_no_estimate() -> None:
 
 
 @pytest.mark.parametrize("name", [ODOMETER, EKF_ODOMETER])
-def test_odometry_that_is_slower_than_states_is_used_once(name: str) -> None:
-    """A place that is an observation old would hold back a robot that walks."""
+def test_each_message_of_odometry_slower_than_the_states_is_used_once(name: str) -> None:
+    """A repeated old position would hold back the estimate of a walking robot."""
     seen = observations(40)
     rare = [one._replace(odometry=seen[i - i % 10].odometry) for i, one in enumerate(seen)]
     motion, fixes = EstimatedMotion(name), []

@@ -1,4 +1,4 @@
-"""The motion switcher: a controller asks, a simulated robot answers, and nothing moves before."""
+"""The motion switcher: requests of a controller, and answers of a simulated robot."""
 
 import json
 from collections import defaultdict, deque
@@ -19,7 +19,7 @@ from tests.helpers.fake_bus import Arrival
 
 
 class End:
-    """Reader and writer of a topic in one: what is written is read."""
+    """A reader and writer of a topic in one, which reads the messages that it wrote."""
 
     def __init__(self, bus: "Exchange") -> None:
         self.queue: deque[bytes] = deque()
@@ -45,7 +45,7 @@ class End:
 
 
 class Exchange:
-    """A bus with a robot's motion switcher at its other end, or nobody."""
+    """A bus with a robot's motion switcher at its other end, or with none."""
 
     def __init__(self, robot: SimulatedRobot | None) -> None:
         self.ends: defaultdict[Topic, End] = defaultdict(lambda: End(self))
@@ -70,7 +70,7 @@ def in_mode(mode: str) -> SimulatedRobot:
     return SimulatedRobot(RobotSettings(hoist=True, sport_mode=mode))
 
 
-def test_a_mode_is_released_and_commands_count_only_then() -> None:
+def test_commands_are_refused_until_the_mode_is_released() -> None:
     robot = in_mode("ai")
     command = encode_command(Command(0, DAMPING))
     assert robot.read(command, writer=1) is None
@@ -86,14 +86,14 @@ def test_a_robot_without_a_mode_is_left_as_it_is() -> None:
     assert MotionSwitcher(Exchange(in_mode("")), required=True).release() == []
 
 
-def test_without_a_switcher_a_simulation_goes_on_and_a_robot_does_not() -> None:
+def test_a_missing_switcher_is_an_error_only_if_it_is_required() -> None:
     assert MotionSwitcher(Exchange(None), required=False).release() is None
     with pytest.raises(BackendError, match=r"no motion switcher within 0\.02 s"):
         MotionSwitcher(Exchange(None), required=True).release()
 
 
 @pytest.mark.parametrize(("n_readers", "writers"), [(1, []), (0, [1])])
-def test_a_switcher_of_which_one_end_is_not_found_is_asked_for_nothing(
+def test_a_switcher_with_only_a_reader_or_only_a_writer_is_not_asked(
     monkeypatch: pytest.MonkeyPatch, n_readers: int, writers: list[int]
 ) -> None:
     monkeypatch.setattr(End, "n_readers", n_readers)
@@ -104,7 +104,7 @@ def test_a_switcher_of_which_one_end_is_not_found_is_asked_for_nothing(
     assert robot.sport_mode == "ai"
 
 
-def test_answers_of_others_and_damaged_ones_are_not_taken() -> None:
+def test_answers_to_other_requests_and_damaged_messages_are_ignored() -> None:
     bus = Exchange(in_mode("ai"))
     bus.ends[SWITCHER_RESPONSES].queue.extend(
         [b"nonsense", encode_response(Response(1, CHECK_MODE, 0, '{"name": ""}'))]
@@ -121,6 +121,6 @@ def test_a_switcher_that_is_silent_is_an_error(monkeypatch: pytest.MonkeyPatch) 
         MotionSwitcher(bus, required=True).release()
 
 
-def test_other_functions_are_answered_by_unitrees_error() -> None:
+def test_an_unknown_function_is_answered_with_unitrees_error_code() -> None:
     switcher = MotionSwitcher(Exchange(in_mode("ai")), required=True)
     assert switcher.ask(1002, '{"name": "ai"}') == Answer(UNKNOWN_FUNCTION, "")

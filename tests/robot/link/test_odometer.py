@@ -1,4 +1,4 @@
-"""Odometry with errors that are stated, and fixes of it in the world of a run."""
+"""Simulated odometry with stated errors, and fixes by odometry in the frame of a run."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ EXACT = OdometerErrors(0, 0, 0, 0)
 
 
 def base(x: float, y: float, yaw_rad: float = 0.0, speed: tuple[float, ...] = (0, 0, 0)) -> Base:
-    """Return a motion at a place."""
+    """Return a motion with this place, heading and velocity."""
     return Base(5, np.array([x, y, 1.0]), np.array(speed), quaternion(waist_rotation(yaw_rad)))
 
 
@@ -25,19 +25,19 @@ def drawn(errors: OdometerErrors, steps: int, seed: int = 0) -> list[Base]:
     return [odometer.read(base(0, 0)) for _ in range(steps)]
 
 
-def test_an_exact_odometer_says_what_is() -> None:
+def test_an_exact_odometer_returns_the_true_motion() -> None:
     (found,) = drawn(EXACT, 1)
     for ours, theirs in zip(found, base(0, 0), strict=True):
         np.testing.assert_array_equal(ours, theirs)
 
 
-def test_noise_is_as_large_as_is_stated() -> None:
+def test_noise_has_the_stated_standard_deviations() -> None:
     found = drawn(OdometerErrors(0.01, 0.03, 0, 0), 2000)
     assert np.std([one.position[0] for one in found]) == pytest.approx(0.01, rel=0.05)
     assert np.std([one.velocity[1] for one in found]) == pytest.approx(0.03, rel=0.05)
 
 
-def test_drift_after_a_second_is_as_large_as_is_stated_and_the_height_has_none() -> None:
+def test_position_and_heading_drift_as_stated_and_the_height_does_not_drift() -> None:
     def ends(errors: OdometerErrors) -> list[Base]:
         odometers = [SimulatedOdometer(errors, seed, 0.25) for seed in range(300)]
         return [[odometer.read(base(0, 0)) for _ in range(4)][-1] for odometer in odometers]
@@ -49,7 +49,7 @@ def test_drift_after_a_second_is_as_large_as_is_stated_and_the_height_has_none()
     assert np.std(turned) == pytest.approx(0.1, rel=0.15)
 
 
-def test_a_robot_publishes_the_same_of_the_same_seed_and_begins_anew() -> None:
+def test_odometry_repeats_after_a_restart_and_is_published_only_if_asked_for() -> None:
     robot = SimulatedRobot(RobotSettings(hoist=True, odometer=OdometerErrors()))
     first = robot.odometry()
     robot.restart()
@@ -70,7 +70,7 @@ def test_fixes_begin_above_the_origin_with_the_heading_of_the_imu() -> None:
     assert ahead.yaw_rad == pytest.approx(np.pi / 2)
 
 
-def test_odometry_that_loses_its_orientation_has_no_heading_then() -> None:
+def test_a_fix_by_odometry_that_lost_its_orientation_has_no_heading() -> None:
     fixes = OdometryFixes()
     fixes.fix(base(1, 2, np.pi / 2), STANDING)
     fix = fixes.fix(base(1, 3)._replace(quaternion=np.zeros(4)), STANDING)
@@ -78,13 +78,13 @@ def test_odometry_that_loses_its_orientation_has_no_heading_then() -> None:
     np.testing.assert_allclose(fix.position[:2], [1, 0], atol=1e-12)
 
 
-def test_odometry_without_an_orientation_is_none_to_begin_with() -> None:
-    """Place and velocity would be turned by an angle that nobody knows."""
+def test_odometry_without_an_orientation_is_not_used_to_start_a_run() -> None:
+    """Place and velocity would be turned by an unknown angle."""
     blind = base(1, 2)._replace(quaternion=np.zeros(4))
     with pytest.raises(RobotLostError, match=r"odometry without an orientation.*cure: publish"):
         OdometryFixes().fix(blind, STANDING)
 
 
-def test_errors_are_not_below_0() -> None:
+def test_an_error_below_0_is_refused() -> None:
     with pytest.raises(UsageError, match="--odometer-error drift_m=-1: must be 0 or more"):
         OdometerErrors(drift_m=-1)
