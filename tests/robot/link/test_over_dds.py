@@ -1,4 +1,4 @@
-"""The controller's end: what it waits for, asks again for, skips, and gives up."""
+"""The controller's end of DDS: waiting, sending again, skipping, damping and giving up."""
 
 import gc
 import sys
@@ -76,7 +76,9 @@ def test_a_command_that_was_lost_is_sent_again() -> None:
 
 
 @pytest.mark.parametrize("clocked", [False, True])
-def test_without_a_publisher_of_the_truth_states_alone_are_observations(clocked: bool) -> None:
+def test_a_missing_publisher_of_the_truth_is_an_error_only_if_the_truth_is_needed(
+    clocked: bool,
+) -> None:
     bus = FakeBus(clocked=clocked)
     bus.robot = LockStep(SimulatedRobot(RobotSettings(hoist=True)), tells_truth=False)
     pace = Pace(0.005, FakeClock())
@@ -117,7 +119,7 @@ BETWEEN = {
 
 @pytest.mark.parametrize("reason", BETWEEN)
 @pytest.mark.parametrize("clocked", [False, True])
-def test_a_state_that_is_refused_between_two_good_ones_damps(clocked: bool, reason: str) -> None:
+def test_a_refused_state_between_two_good_ones_damps_the_robot(clocked: bool, reason: str) -> None:
     bus, robot, seen = real_time()[:3] if clocked else lock_step()
     bus.publish()
     bus.readers[STATES].queue.append(BETWEEN[reason])
@@ -129,12 +131,12 @@ def test_a_state_that_is_refused_between_two_good_ones_damps(clocked: bool, reas
     assert not last.kp.any()
 
 
-def test_states_of_a_run_of_another_controller_are_none_to_begin_with() -> None:
+def test_states_of_another_controllers_run_are_not_used_to_start_a_run() -> None:
     bus = FakeBus()
     for _ in range(4):
         bus.robot.take_answer(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=7)
     bus.publish()
-    bus.robot.restart()  # the other one has left; its last state is still under way
+    bus.robot.restart()  # the other controller has left; its last state is still under way
     seen = (robot := LockStepRobot(bus, TRUTHS)).first()
     assert (seen.tick, seen.controller) == (5, 0)
     assert robot.exchange(seen, HOLD).controller == bus.commands.number
@@ -154,7 +156,7 @@ def test_a_controller_that_came_second_is_refused() -> None:
         robot.exchange(seen, HOLD)
 
 
-def test_a_robot_that_takes_its_time_is_waited_for() -> None:
+def test_a_slow_robot_is_waited_for() -> None:
     bus, robot, seen = lock_step()
     asked: list[None] = []
 
@@ -183,7 +185,7 @@ def test_a_robot_that_left_is_given_up_at_once(monkeypatch: pytest.MonkeyPatch) 
         robot.exchange(seen, HOLD)
 
 
-def test_a_robot_that_began_anew_is_given_up() -> None:
+def test_a_robot_that_restarted_is_given_up() -> None:
     bus, robot, seen = lock_step()
     seen = robot.exchange(robot.exchange(seen, HOLD), HOLD)
     bus.robot.robot.restart()
@@ -199,7 +201,7 @@ def at_5_s() -> tuple[FakeBus, RealTimeRobot, Observed]:
     return bus, robot, robot.exchange(seen, HOLD)
 
 
-def test_in_real_time_a_robot_that_began_anew_is_damped_and_given_up() -> None:
+def test_in_real_time_a_robot_that_restarted_is_damped_and_given_up() -> None:
     bus, robot, seen = at_5_s()
     bus.readers[STATES].queue.append(encode_state(2, READINGS))
     with pytest.raises(RobotLostError, match=r"damping: .* tick went from 5,000 back to 2 ms; "):
@@ -207,21 +209,21 @@ def test_in_real_time_a_robot_that_began_anew_is_damped_and_given_up() -> None:
     assert not decode_command(bus.commands.sent[-1]).motors.kp.any()
 
 
-def test_in_real_time_a_state_of_just_before_is_as_none() -> None:
+def test_in_real_time_a_slightly_older_state_is_ignored() -> None:
     bus, robot, seen = at_5_s()
     bus.readers[STATES].queue.append(encode_state(4999, READINGS))
     assert robot.exchange(seen, HOLD) is seen
     assert robot.summary()["held"] == 1
 
 
-def test_no_robot_is_said_with_a_cure() -> None:
+def test_a_missing_robot_is_reported_with_a_cure() -> None:
     bus = FakeBus()
     bus.publishes = False
     with pytest.raises(RobotLostError, match="is `spikeport robot serve` running there"):
         LockStepRobot(bus, TRUTHS).first()
 
 
-def test_a_robot_whose_states_are_refused_is_said_with_the_reason() -> None:
+def test_a_robot_whose_states_are_refused_is_reported_with_the_reason() -> None:
     """Unitree's simulator in Python sets no checksum."""
     bus = FakeBus()
     bus.publishes = False
@@ -232,21 +234,21 @@ def test_a_robot_whose_states_are_refused_is_said_with_the_reason() -> None:
         RealTimeRobot(bus, None, Pace(0.005, FakeClock())).first()
 
 
-def test_a_robot_that_reads_no_commands_is_none_to_begin_with() -> None:
+def test_a_robot_that_reads_no_commands_is_not_used_to_start_a_run() -> None:
     bus = FakeBus()
     bus.commands.n_readers = 0
     with pytest.raises(RobotLostError, match="it publishes states but does not read commands"):
         LockStepRobot(bus, TRUTHS).first()
 
 
-def test_in_real_time_a_robot_that_waits_for_answers_is_not_driven() -> None:
+def test_in_real_time_a_robot_in_lock_step_is_refused_without_a_command() -> None:
     bus = FakeBus()
     with pytest.raises(RobotLostError, match="waits in lock-step; cure: give --robot-lock-step"):
         RealTimeRobot(bus, TRUTHS, Pace(0.005, FakeClock())).first()
     assert bus.commands.sent == []
 
 
-def test_in_lock_step_a_robot_that_keeps_to_the_clock_is_not_driven() -> None:
+def test_in_lock_step_a_robot_in_real_time_is_refused_without_a_command() -> None:
     bus = FakeBus(clocked=True)
     with pytest.raises(
         RobotLostError,
@@ -256,7 +258,7 @@ def test_in_lock_step_a_robot_that_keeps_to_the_clock_is_not_driven() -> None:
     assert bus.commands.sent == []
 
 
-def test_in_real_time_what_no_h1_observes_damps() -> None:
+def test_in_real_time_an_observation_beyond_the_limits_damps_the_robot() -> None:
     bus, robot, seen, _ = real_time()
     turned = READINGS._replace(q=np.full(19, 4.0))
     bus.readers[STATES].queue.append(encode_state(10, turned))
@@ -265,13 +267,13 @@ def test_in_real_time_what_no_h1_observes_damps() -> None:
     assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
 
 
-def test_leaving_closes_the_bus() -> None:
+def test_closing_the_robot_closes_the_bus() -> None:
     bus, robot, _ = lock_step()
     robot.close()
     assert bus.closed
 
 
-def test_a_bus_on_which_no_robot_can_be_made_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bus_is_closed_if_its_robot_cannot_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
     made = FakeBus()
     module = SimpleNamespace(Bus=lambda *_place, **_options: made)
     monkeypatch.setitem(sys.modules, "spikeport.robot.link.bus", module)
@@ -294,7 +296,7 @@ def test_in_real_time_the_newest_state_wins() -> None:
     assert robot.summary()["states"] == 1
 
 
-def test_in_real_time_nothing_new_is_held_and_then_given_up() -> None:
+def test_in_real_time_the_last_state_is_held_until_a_silent_robot_is_given_up() -> None:
     _, robot, seen, clock = real_time()
     for held in range(1, 8):
         assert robot.exchange(seen, HOLD) is seen
@@ -305,7 +307,7 @@ def test_in_real_time_nothing_new_is_held_and_then_given_up() -> None:
     assert robot.summary()["overruns"] == 1
 
 
-def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
+def test_odometry_comes_with_the_states_and_its_silence_damps_the_robot() -> None:
     bus, clock = FakeBus(WITH_ODOMETER, clocked=True), FakeClock()
     robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, clock))
     seen = robot.first()
@@ -323,7 +325,7 @@ def test_odometry_comes_with_the_states_and_its_silence_damps() -> None:
     assert (decode_command(bus.commands.sent[-1]).motors.kd == 8).all()
 
 
-def test_in_lock_step_odometry_is_of_the_tick_of_its_state() -> None:
+def test_in_lock_step_odometry_has_the_tick_of_its_state() -> None:
     robot = LockStepRobot(FakeBus(WITH_ODOMETER), ODOMETRY)
     seen = robot.first()
     for _ in range(5):
@@ -332,7 +334,7 @@ def test_in_lock_step_odometry_is_of_the_tick_of_its_state() -> None:
         assert seen.odometry.tick == seen.tick
 
 
-def test_in_lock_step_odometry_may_be_silent_for_a_fifth_of_a_second_of_the_robot() -> None:
+def test_in_lock_step_odometry_may_be_silent_for_200_ms_of_the_robots_time() -> None:
     bus = FakeBus(WITH_ODOMETER)
     robot = LockStepRobot(bus, ODOMETRY)
     seen = robot.first()
@@ -355,8 +357,8 @@ def test_in_lock_step_odometry_may_be_silent_for_a_fifth_of_a_second_of_the_robo
 
 
 @pytest.mark.parametrize("clocked", [False, True])
-def test_odometry_of_a_second_publisher_damps(clocked: bool) -> None:
-    """An estimator would jump between the worlds of both."""
+def test_odometry_of_a_second_publisher_damps_the_robot(clocked: bool) -> None:
+    """An estimator would jump between the frames of the two publishers."""
     bus, pace = FakeBus(WITH_ODOMETER, clocked=clocked), Pace(0.005, FakeClock())
     robot = RealTimeRobot(bus, ODOMETRY, pace) if clocked else LockStepRobot(bus, ODOMETRY)
     seen = robot.first()
@@ -384,8 +386,10 @@ def test_odometry_that_no_estimator_needs_is_not_read(needs: Topic | None) -> No
 
 @pytest.mark.parametrize(("domain", "told"), [(0, False), (7, True)])
 @pytest.mark.parametrize("clocked", [False, True])
-def test_a_truth_is_read_where_no_robot_is_real(clocked: bool, domain: int, told: bool) -> None:
-    """The sport mode of a real one publishes on that topic."""
+def test_the_truth_is_read_only_in_a_domain_without_real_robots(
+    clocked: bool, domain: int, told: bool
+) -> None:
+    """A real robot's sport mode publishes on the topic of the truth."""
     bus, pace = FakeBus(WITH_ODOMETER, clocked, Place("lo", domain)), Pace(0.005, FakeClock())
     robot = RealTimeRobot(bus, ODOMETRY, pace) if clocked else LockStepRobot(bus, ODOMETRY)
     seen = robot.first()
@@ -395,7 +399,7 @@ def test_a_truth_is_read_where_no_robot_is_real(clocked: bool, domain: int, told
     assert (robot.exchange(seen, HOLD).truth is not None) is told
 
 
-def test_odometry_without_an_orientation_is_none_to_begin_with() -> None:
+def test_odometry_without_an_orientation_is_not_used_to_start_a_run() -> None:
     bus = FakeBus(clocked=True)
     blind = encode_base(Base(2, np.zeros(3), np.zeros(3)))
     bus.readers[ODOMETRY].queue.append(blind)
@@ -407,7 +411,7 @@ def test_odometry_without_an_orientation_is_none_to_begin_with() -> None:
     assert bus.commands.sent == []
 
 
-def test_odometry_that_loses_its_orientation_goes_on() -> None:
+def test_a_run_goes_on_with_odometry_that_loses_its_orientation() -> None:
     bus = FakeBus(WITH_ODOMETER, clocked=True)
     robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, FakeClock()))
     seen = robot.first()
@@ -426,8 +430,8 @@ class Released:
         return ["ai"]
 
 
-def test_odometry_of_sport_mode_is_none_to_begin_with() -> None:
-    """It falls silent when it is released, and another publisher has another world."""
+def test_odometry_of_sport_mode_is_not_used_to_start_a_run() -> None:
+    """Sport mode's odometry ends once the mode is released; another publisher has another frame."""
     bus = FakeBus(clocked=True)
     bus.readers[ODOMETRY].queue.append(SimulatedRobot(WITH_ODOMETER).odometry())
     robot = RealTimeRobot(bus, ODOMETRY, Pace(0.005, FakeClock()), Released())
@@ -437,7 +441,7 @@ def test_odometry_of_sport_mode_is_none_to_begin_with() -> None:
         robot.first()
 
 
-def test_in_real_time_leaving_damps() -> None:
+def test_in_real_time_closing_damps_the_robot() -> None:
     bus, robot, seen, _ = real_time()
     robot.exchange(seen, HOLD)
     robot.close()
@@ -446,12 +450,12 @@ def test_in_real_time_leaving_damps() -> None:
     assert all((motors.kd == 8).all() and not motors.kp.any() for motors in sent[1:])
 
 
-def test_a_robot_that_cannot_be_damped_is_left_all_the_same(
+def test_closing_leaves_a_robot_even_if_damping_fails(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     bus, robot, seen, _ = real_time()
     robot.exchange(seen, HOLD)
-    assert gc.get_freeze_count() > 0  # the rest of the process is kept away
+    assert gc.get_freeze_count() > 0  # existing objects are frozen: garbage collection skips them
 
     def fail(message: bytes) -> None:
         raise BackendError("DDS cannot write (code -1)")

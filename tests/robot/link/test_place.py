@@ -1,4 +1,4 @@
-"""Places where a real robot may listen are refused, unless that is meant."""
+"""Places where a real robot may listen, which are refused unless allowed."""
 
 import pytest
 
@@ -17,19 +17,19 @@ def test_loopback_and_the_domain_of_simulations_are_safe() -> None:
 
 
 @pytest.mark.parametrize("where", [Place("lo", 0), Place("eth0", 1), Place("eth0", 0)])
-def test_where_a_robot_may_move_is_for_those_who_mean_it(where: Place) -> None:
+def test_a_place_where_a_real_robot_may_move_is_refused_unless_allowed(where: Place) -> None:
     with pytest.raises(UsageError, match="a real robot may listen there, and would move"):
         where.check(may_move_a_robot=False)
     where.check(may_move_a_robot=True)
 
 
 @pytest.mark.parametrize("name", ["eth9", "", 'x"', 'lo"/><'])
-def test_other_interfaces_are_refused(name: str) -> None:
+def test_an_unknown_interface_is_refused(name: str) -> None:
     with pytest.raises(UsageError, match="no interface"):
         Place(name).check(may_move_a_robot=True)
 
 
 @pytest.mark.parametrize("domain", [-1, 231])
-def test_other_domains_are_refused(domain: int) -> None:
+def test_a_domain_out_of_range_is_refused(domain: int) -> None:
     with pytest.raises(UsageError, match="must be from 0 to 230"):
         Place(domain=domain).check(may_move_a_robot=True)

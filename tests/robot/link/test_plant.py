@@ -1,4 +1,4 @@
-"""A plant at the other end of the messages moves as the robot does, and commands what is set."""
+"""A plant over messages, which moves as its robot does and sends the commands that are set."""
 
 from functools import partial
 
@@ -20,7 +20,7 @@ from spikeport.robot.plant import Plant
 
 
 class Recorded(InlineRobot):
-    """A robot that keeps its commands, and whether it was left."""
+    """A robot that records its commands, and whether it was closed."""
 
     def __init__(self, settings: RobotSettings, *faults: str) -> None:
         self.settings = settings
@@ -47,7 +47,7 @@ def linked(*faults: str, anchored: bool = True) -> tuple[LinkedPlant, list[Recor
     return LinkedPlant(connect, partial(EstimatedMotion, TRUTH), anchored=anchored), made
 
 
-def test_it_is_where_the_robot_is() -> None:
+def test_the_plant_has_the_positions_and_velocities_of_its_robot() -> None:
     plant, made = linked(anchored=False)
     plant.reset(3)
     for _ in range(40):
@@ -59,7 +59,7 @@ def test_it_is_where_the_robot_is() -> None:
     assert len(plant.history()["time_s"]) == 41
 
 
-def test_controllers_know_the_estimate_and_the_truth_is_recorded() -> None:
+def test_controllers_get_the_estimate_and_the_truth_is_recorded() -> None:
     made: list[Recorded] = []
 
     def connect(settings: RobotSettings) -> Recorded:
@@ -78,14 +78,14 @@ def test_controllers_know_the_estimate_and_the_truth_is_recorded() -> None:
 
 
 class OfSportMode(Recorded):
-    """A robot whose sport mode left a message where a simulation tells its truth."""
+    """A robot whose sport mode left a message on the topic of a simulation's truth."""
 
     def _follow(self, last: Observed, found: Observed) -> Observed:
         stale = Base(0, np.array([5.0, 0.0, 0.0]), np.zeros(3))
         return super()._follow(last, found)._replace(truth=stale)
 
 
-def test_the_estimate_is_recorded_where_the_truth_is_of_another_world() -> None:
+def test_the_estimate_is_recorded_if_the_truth_is_not_of_this_robot() -> None:
     plant = LinkedPlant(OfSportMode, partial(EstimatedMotion, LEG_ODOMETRY))
     plant.reset(3)
     for _ in range(20):
@@ -94,7 +94,7 @@ def test_the_estimate_is_recorded_where_the_truth_is_of_another_world() -> None:
     assert plant.height_m == plant.data.qpos[2]
 
 
-def test_it_moves_nearly_as_a_plant_without_messages() -> None:
+def test_a_linked_plant_moves_nearly_as_a_plant_without_messages() -> None:
     plant, alone = linked()[0], Plant(anchored=True)
     for one in (plant, alone):
         one.reset(5)
@@ -105,7 +105,7 @@ def test_it_moves_nearly_as_a_plant_without_messages() -> None:
     np.testing.assert_allclose(plant.data.qpos, alone.data.qpos, atol=2e-3)
 
 
-def test_a_reset_begins_with_a_robot_of_that_seed_and_posture() -> None:
+def test_a_reset_connects_a_robot_of_the_seed_and_posture() -> None:
     plant, made = linked()
     assert made == []
     plant.reset(7, posture_rad={"right_elbow": 1.0})
@@ -145,7 +145,7 @@ def test_targets_gains_and_torques_are_commanded_as_they_were_set() -> None:
     ("fault", "words"),
     [("stop@3", "sent no state after that of 15 ms"), ("restart@3", "began anew")],
 )
-def test_a_robot_that_is_gone_ends_the_run(fault: str, words: str) -> None:
+def test_a_robot_that_stops_or_restarts_ends_the_run(fault: str, words: str) -> None:
     plant, _ = linked(fault)
     plant.reset(0)
     plant.step()

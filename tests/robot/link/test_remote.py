@@ -37,7 +37,7 @@ def test_keys_that_go_down_are_events(keys, event):
     assert pressed(now, NO_KEYS) == []
 
 
-def test_one_of_two_keys_is_no_event_and_both_are_one_whichever_comes_first():
+def test_a_pair_of_keys_is_an_event_only_once_both_are_down():
     one, both = decode(remote("L1")), decode(remote("L1", "R1"))
     assert pressed(NO_KEYS, one) == []
     assert pressed(one, both) == [Event.REARM]

@@ -24,7 +24,7 @@ NUMBERS = st.integers(-(2**63), 2**63 - 1)
 
 
 @given(NUMBERS, NUMBERS, st.integers(-(2**31), 2**31 - 1), WORDS)
-def test_messages_are_what_cyclonedds_makes_of_them(
+def test_messages_are_encoded_as_cyclonedds_encodes_them(
     number: int, function: int, code: int, text: str
 ) -> None:
     pytest.importorskip("cyclonedds", reason="cyclonedds is absent: pip install 'spikeport[link]'")
@@ -46,7 +46,7 @@ def test_messages_are_read_as_they_were_written(number: int, text: str) -> None:
     assert decode_response(encode_response(response)) == response
 
 
-def test_bytes_behind_the_text_are_not_looked_at() -> None:
+def test_bytes_after_the_text_are_ignored() -> None:
     sent = Response(1, 1001, 0, '{"name":""}')
     assert decode_response(encode_response(sent)[:-4] + struct.pack("<I3s", 3, b"abc")) == sent
 

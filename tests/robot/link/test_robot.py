@@ -1,4 +1,4 @@
-"""The simulated robot: its torque law and limits, its watchdog, and what it refuses."""
+"""The simulated robot: its torque law and limits, its watchdog, and its refusals."""
 
 import numpy as np
 import pytest
@@ -34,14 +34,14 @@ def commanded(of: SimulatedRobot, motors: MotorCommands, steps: int) -> Sensors:
 
 
 def torque_of_a_moving_elbow(of: SimulatedRobot, rad_s: float) -> float:
-    """Return the torque, in N m, of a step that begins with that velocity."""
+    """Return the torque, in N m, of a step that begins with the elbow at that velocity."""
     of._plant.data.qvel[6 + ELBOW] = rad_s
     mujoco.mj_forward(of._plant.model, of._plant.data)
     of.step()
     return float(sensors(of).torque[ELBOW])
 
 
-def test_time_is_in_ticks_and_begins_after_zero() -> None:
+def test_ticks_count_milliseconds_and_begin_one_step_after_0() -> None:
     for rate_hz, ticks in ((200.0, 5), (500.0, 2), (1000.0, 1)):
         one = robot(rate_hz=rate_hz)
         assert one.tick == ticks
@@ -58,14 +58,14 @@ def test_a_posture_beyond_a_joints_stops_is_refused() -> None:
     )
 
 
-def test_joints_go_where_they_are_driven() -> None:
+def test_a_joint_moves_to_its_target() -> None:
     target = POSE_RAD.copy()
     target[ELBOW] = 0.2
     found = commanded(robot(), HOLD._replace(q=target), 400)
     assert found.q[ELBOW] == pytest.approx(0.2, abs=0.05)
 
 
-def test_torques_are_tau_and_gains_and_stay_within_the_motors() -> None:
+def test_torques_follow_tau_and_gains_within_the_motors_limits() -> None:
     one, tau = robot(), np.zeros(19)
     tau[ELBOW] = 3.0
     commanded(one, DAMPING._replace(kd=NONE, tau=tau), 1)
@@ -75,7 +75,7 @@ def test_torques_are_tau_and_gains_and_stay_within_the_motors() -> None:
     np.testing.assert_allclose(found.torque, TORQUE_LIMITS_NM, rtol=1e-6)
 
 
-def test_a_motor_at_its_largest_speed_pushes_no_further() -> None:
+def test_a_motor_at_its_largest_speed_does_not_accelerate_further() -> None:
     one, tau = robot(), np.zeros(19)
     tau[ELBOW] = 18.0
     speeds = [commanded(one, DAMPING._replace(kd=NONE, tau=tau), 1).dq[ELBOW] for _ in range(60)]
@@ -87,14 +87,14 @@ def test_a_motor_at_its_largest_speed_pushes_no_further() -> None:
     assert sensors(one).torque[ELBOW] <= 0.0
 
 
-def test_the_watchdog_damps_at_the_next_step_and_a_command_ends_it() -> None:
+def test_the_watchdog_damps_the_robot_until_the_next_command() -> None:
     one = robot(watchdog_s=0.1)
     commanded(one, HOLD, 1)
     trips = []
     for _ in range(30):
         one.step()
         trips.append(one.watchdog_trips)
-    # obeyed at 5 ms, damped in the step that begins 100 ms later
+    # the command was obeyed at 5 ms; the step that begins 100 ms later damps
     assert trips == [0] * 19 + [1] * 11
     assert torque_of_a_moving_elbow(one, 2.0) == pytest.approx(-16.0)
     commanded(one, HOLD, 1)
@@ -104,7 +104,7 @@ def test_the_watchdog_damps_at_the_next_step_and_a_command_ends_it() -> None:
     assert one.watchdog_trips == 2
 
 
-def test_until_the_first_command_it_is_damped_and_waits() -> None:
+def test_until_the_first_command_the_robot_is_damped_and_waits() -> None:
     one = robot()
     assert one.waits
     for _ in range(40):
@@ -115,7 +115,7 @@ def test_until_the_first_command_it_is_damped_and_waits() -> None:
     assert not one.waits
 
 
-def test_what_is_damaged_or_beyond_limits_is_counted_and_not_obeyed() -> None:
+def test_a_command_that_is_damaged_or_beyond_limits_is_counted_and_not_obeyed() -> None:
     one = robot()
     good = encode_command(Command(one.tick, HOLD))
     assert one.read(good[:-1], 1) is None
@@ -143,13 +143,13 @@ def test_a_second_writer_is_refused_until_the_first_is_gone() -> None:
     assert one.refusals.second_writer == 2
 
 
-def test_a_damaged_message_claims_nothing() -> None:
+def test_the_writer_of_a_damaged_message_does_not_claim_the_robot() -> None:
     one = robot()
     assert one.read(b"nonsense", 7) is None
     assert one.read(encode_command(Command(one.tick, HOLD)), 8) is not None
 
 
-def test_restart_begins_anew() -> None:
+def test_a_restart_repeats_the_first_state_and_the_motion() -> None:
     one = robot(seed=3)
     first = one.state()
     commanded(one, HOLD, 20)
@@ -161,7 +161,7 @@ def test_restart_begins_anew() -> None:
     assert one.summary()["motion"] == motion
 
 
-def test_a_report_begins_anew_with_the_robot() -> None:
+def test_a_restart_resets_the_report() -> None:
     one = robot()
     fresh = one.summary()
     assert one.read(b"nonsense", 1) is None
@@ -173,7 +173,7 @@ def test_a_report_begins_anew_with_the_robot() -> None:
     assert one.summary() == fresh
 
 
-def test_the_hoist_holds_a_limp_robot_which_else_falls() -> None:
+def test_a_limp_robot_hangs_on_its_hoist_and_falls_without_it() -> None:
     heights = []
     for hoist in (True, False):
         one = SimulatedRobot(RobotSettings(hoist=hoist))
@@ -183,6 +183,6 @@ def test_the_hoist_holds_a_limp_robot_which_else_falls() -> None:
     assert heights[1] < 0.7
 
 
-def test_the_posture_is_as_asked_for() -> None:
+def test_a_robot_starts_in_the_posture_of_its_settings() -> None:
     found = sensors(robot(posture_rad={"right_elbow": 1.0}))
     assert found.q[ELBOW] == pytest.approx(1.0, abs=0.03)

@@ -1,4 +1,4 @@
-"""The robot's process: it speaks DDS, and ends with its controller whatever becomes of that."""
+"""The robot's process: it speaks DDS, and ends with its controller however that ends."""
 
 import json
 import os
@@ -33,7 +33,7 @@ def started(*options: str) -> subprocess.Popen[str]:
 
 
 def report(process: subprocess.Popen[str], within_s: float = 30) -> dict[str, object]:
-    """Return a robot's last words, once it has ended."""
+    """Return a robot's report, once its process has ended."""
     words = process.communicate(timeout=within_s)[0].splitlines()[-1]
     return json.loads(words.removeprefix("robot: "))
 
@@ -93,7 +93,7 @@ def one_after_the_other() -> dict[str, object]:
         for _ in range(5):
             seen = robot.exchange(seen, DAMPING)
         found.append({"tick": seen.tick, "q": seen.sensors.q.tolist()})
-        robot.close()  # and the next one comes at once
+        robot.close()  # and the next controller joins at once
     assert process.stdout is not None
     reports = [json.loads(process.stdout.readline().removeprefix("robot: ")) for _ in found]
     process.terminate()
@@ -101,7 +101,7 @@ def one_after_the_other() -> dict[str, object]:
     return {"observed": found, "reports": reports}
 
 
-def test_a_robot_in_lock_step_begins_anew_for_each_controller() -> None:
+def test_a_robot_in_lock_step_restarts_for_each_controller() -> None:
     found = in_namespace(one_after_the_other)
     one, other = found["observed"]
     assert one == other
@@ -112,7 +112,7 @@ def test_a_robot_in_lock_step_begins_anew_for_each_controller() -> None:
 
 
 def in_real_time() -> dict[str, object]:
-    """Command a robot for a while, fall silent, and read what it does then."""
+    """Command a robot for a while, fall silent, and return its ticks and its report."""
     from spikeport.robot.link.bus import Bus
     from spikeport.robot.link.messages import COMMANDS, STATES
     from spikeport.robot.link.place import Place
@@ -130,13 +130,13 @@ def in_real_time() -> dict[str, object]:
 
 
 def in_sport_mode() -> dict[str, object]:
-    """Command a robot that is in sport mode; one that asks for its release first, is obeyed."""
+    """Command a robot in sport mode in vain, then join it, which releases the mode first."""
     from spikeport.robot.link import over_dds
     from spikeport.robot.link.bus import Bus
     from spikeport.robot.link.messages import COMMANDS
     from spikeport.robot.link.place import Place
 
-    over_dds.LATEST_S = 10.0  # a busy machine is no reason here
+    over_dds.LATEST_S = 10.0  # a busy machine must not end this run
     process = started("--hoist", "--sport-mode", "ai")
     with Bus(Place(), reliable=False) as bus:
         commands = bus.writer(COMMANDS)
@@ -171,7 +171,7 @@ def _newest_tick(states: object) -> int:
     return -1
 
 
-def test_time_stands_still_until_the_first_command_and_silence_is_damped() -> None:
+def test_time_stands_still_until_the_first_command_and_silence_damps_the_robot() -> None:
     found = in_namespace(in_real_time)
     assert found["waiting"] == [2, 2, 2]
     assert found["last"] > 100
@@ -179,7 +179,7 @@ def test_time_stands_still_until_the_first_command_and_silence_is_damped() -> No
 
 
 def with_a_killed_controller() -> dict[str, object]:
-    """Kill a controller that has not left; the robot ends when its lease does."""
+    """Kill a controller before it leaves; the robot ends when the controller's lease does."""
     process = started("--lock-step", "--hoist", "--once")
     code = (
         "import time\n"
@@ -211,7 +211,7 @@ def alone() -> dict[str, object]:
     return {"robot": report(process), "code": process.returncode}
 
 
-def test_a_robot_that_nobody_comes_to_ends() -> None:
+def test_a_robot_that_no_controller_joins_ends() -> None:
     assert in_namespace(alone)["code"] == 0
 
 
@@ -223,7 +223,7 @@ def ended() -> dict[str, object]:
     return {"code": process.returncode, "beside": beside, "steps": words["steps"]}
 
 
-def test_a_robot_that_is_ended_says_how_it_was_and_leaves_nothing() -> None:
+def test_a_terminated_robot_prints_its_report_and_leaves_no_files() -> None:
     assert in_namespace(ended) == {"code": 0, "beside": [], "steps": 0}
 
 
@@ -245,7 +245,7 @@ def ended_at_its_first_line() -> dict[str, object]:
     return {"lines": [line.split()[1] for line in lines]}
 
 
-def test_a_robot_that_is_ended_at_its_first_line_reports_too() -> None:
+def test_a_robot_that_is_terminated_at_its_first_line_reports_too() -> None:
     assert in_namespace(ended_at_its_first_line) == {"lines": ["H1", '{"steps":']}
 
 
@@ -263,7 +263,7 @@ class LeavingWriters:
         return next(self._looks)
 
 
-def test_a_controller_that_leaves_between_two_looks_leaves_its_run_as_it_is() -> None:
+def test_a_controller_that_leaves_between_two_looks_does_not_restart_the_robot() -> None:
     from spikeport.robot.link.server import Interface, serve_lock_step
 
     robot = Mock(silent=True)

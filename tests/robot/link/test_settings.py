@@ -1,4 +1,4 @@
-"""Settings of a simulated robot are checked."""
+"""Checks of a simulated robot's settings."""
 
 import pytest
 
@@ -15,6 +15,6 @@ from spikeport.robot.link.settings import RobotSettings
         ({"watchdog_s": 0.0}, "a watchdog of 0 ms: must be above 0"),
     ],
 )
-def test_settings_are_checked(settings: dict[str, float], words: str) -> None:
+def test_settings_out_of_range_are_refused(settings: dict[str, float], words: str) -> None:
     with pytest.raises(UsageError, match=words):
         RobotSettings(**settings)

@@ -14,7 +14,7 @@ from spikeport.robot.link.sport_mode import (
 
 
 class Switcher:
-    """A motion switcher that leaves its mode after so many releases, and keeps what was asked."""
+    """A motion switcher that leaves its mode after some releases, and records the requests."""
 
     def __init__(self, releases: int, name: str = "ai") -> None:
         self.releases, self.name = releases, name
@@ -63,7 +63,7 @@ def test_a_mode_that_stays_is_an_error():
 @pytest.mark.parametrize(
     ("failing", "name"), [(CHECK_MODE, "CheckMode"), (RELEASE_MODE, "Release")]
 )
-def test_an_error_of_the_switcher_is_named(failing, name):
+def test_an_error_code_of_the_switcher_is_raised_with_its_function(failing, name):
     good = Switcher(1)
 
     def answer(number: int, parameter: str) -> Answer:
@@ -80,6 +80,6 @@ def test_an_error_of_the_switcher_is_named(failing, name):
         *(json.dumps({"name": name}) for name in ("x" * 1000, "\x1b[2J", "\n", "é")),
     ],
 )
-def test_an_answer_that_is_no_mode_is_an_error(data):
+def test_an_answer_that_is_not_a_mode_is_an_error(data):
     with pytest.raises(BackendError, match="which is not a mode's name"):
         SportModeRelease(lambda *_: Answer(0, data)).step()

@@ -1,4 +1,4 @@
-"""A stub: started, used and gone, whatever ends it."""
+"""The stub: a robot's process that is started, used and gone, whatever ends it."""
 
 import os
 import time
@@ -46,7 +46,7 @@ def test_a_stub_ends_with_its_controller_and_leaves_nothing() -> None:
 
 
 def a_stub_with_a_plan() -> list[str]:
-    """Return what is warned of when a stub is closed."""
+    """Return the warnings of a stub with planned faults that is closed."""
     robot = StubRobot(HOIST, faults=("duplicate@3", "loss@4"))
     seen = robot.first()
     for _ in range(3):
@@ -57,7 +57,7 @@ def a_stub_with_a_plan() -> list[str]:
     return [str(one.message) for one in caught]
 
 
-def test_a_fault_of_a_stub_that_was_never_reached_is_named() -> None:
+def test_a_stub_warns_of_a_fault_that_was_never_reached() -> None:
     line = "fault loss@4 was never reached: the robot's run has 3 steps"
     assert in_namespace(a_stub_with_a_plan) == [line]
 
@@ -83,7 +83,7 @@ def a_stub_that_cannot_leave() -> dict[str, object]:
     return {}
 
 
-def test_a_stub_ends_even_if_its_controller_cannot_leave() -> None:
+def test_a_stub_ends_even_if_its_client_fails_to_close() -> None:
     assert in_namespace(a_stub_that_cannot_leave) == {
         "error": "DDS cannot write (code -1)",
         "alive": False,
@@ -107,7 +107,7 @@ def a_killed_stub() -> dict[str, object]:
 
 
 @pytest.mark.slow
-def test_a_stub_that_was_killed_is_missed() -> None:
+def test_a_killed_stub_is_reported_as_lost() -> None:
     found = in_namespace(a_killed_stub)
     assert found["error"].startswith("RobotLostError: the robot sent no state after that of 5 ms")
     assert "its process ended: killed by SIGKILL" in found["error"]

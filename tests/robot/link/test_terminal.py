@@ -1,4 +1,4 @@
-"""Keys of a terminal are events, and the terminal is left as it was."""
+"""Keys of a terminal as events, and the terminal's settings, which are restored."""
 
 import os
 import pty
@@ -13,7 +13,7 @@ from spikeport.robot.link.controller_states import Event
 from spikeport.robot.link.terminal import Terminal
 
 
-def test_keys_are_events_and_others_are_none() -> None:
+def test_only_known_keys_are_events_and_closing_restores_the_terminal() -> None:
     ours, theirs = pty.openpty()
     before = termios.tcgetattr(theirs)
     keys = Terminal(theirs)
@@ -49,10 +49,10 @@ def pressed() -> Iterator[tuple[int, Terminal]]:
     ],
     ids=repr,
 )
-def test_arrows_function_keys_and_alt_are_no_letters(
+def test_arrows_function_keys_and_alt_are_not_read_as_letters(
     pressed: tuple[int, Terminal], key: bytes
 ) -> None:
-    """Up ends in the letter that runs, F3 and F4 in those that re-arm and start."""
+    """The sequence of Up ends in the key for run, those of F3 and F4 in re-arm and start."""
     ours, keys = pressed
     os.write(ours, b"x" + key)
     assert keys.events() == []
@@ -76,7 +76,7 @@ def test_the_space_bar_stops_even_after_an_escape(
     assert keys.events() == [Event.STOP]
 
 
-def test_no_key_but_ctrl_c_stops_the_process_or_what_it_prints() -> None:
+def test_only_ctrl_c_stops_the_process_and_no_key_stops_its_output() -> None:
     ours, theirs = pty.openpty()
     keys = Terminal(theirs)
     found = termios.tcgetattr(theirs)

@@ -1,4 +1,4 @@
-"""The robot's motion from messages is that of the simulation, up to float32."""
+"""The robot's motion from messages, which is the simulation's up to float32."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def falling() -> SimulatedRobot:
     return robot
 
 
-def test_a_falling_robots_motion_is_found() -> None:
+def test_the_motion_of_a_falling_robot_equals_the_simulations() -> None:
     robot = falling()
     found, truth = estimate(observed(LockStep(robot).published())), state.read(robot._plant.data)
     assert np.abs(truth.base_angular_velocity).max() > 0.5
@@ -32,6 +32,6 @@ def test_a_falling_robots_motion_is_found() -> None:
         np.testing.assert_allclose(one, other, atol=1e-5, err_msg=name)
 
 
-def test_a_robot_that_tells_no_truth_is_refused() -> None:
+def test_a_robot_that_does_not_publish_the_truth_is_refused() -> None:
     with pytest.raises(RobotLostError, match="give --estimator ekf"):
         estimate(observed(LockStep(falling(), tells_truth=False).published()))

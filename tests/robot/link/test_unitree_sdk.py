@@ -48,7 +48,7 @@ def message(packed: str) -> bytes:
     return zlib.decompress(base64.b85decode(packed))
 
 
-def test_a_command_of_unitrees_is_read_with_its_checksum() -> None:
+def test_a_command_of_unitrees_sdk_is_decoded_with_its_checksum() -> None:
     command = decode_command(message(unitree_messages.LOW_CMD))
     assert command.answers == 0
     np.testing.assert_array_equal(command.motors.q, (SLOTS / 100).astype("f4"))
@@ -56,7 +56,7 @@ def test_a_command_of_unitrees_is_read_with_its_checksum() -> None:
         np.testing.assert_array_equal(getattr(command.motors, name), np.full(19, value))
 
 
-def test_a_state_of_unitrees_is_read_with_its_checksum() -> None:
+def test_a_state_of_unitrees_sdk_is_decoded_with_its_checksum() -> None:
     _, sensors = decode_state(message(unitree_messages.LOW_STATE))
     np.testing.assert_array_equal(sensors.q, (SLOTS / 100).astype("f4"))
     np.testing.assert_array_equal(sensors.quaternion, [1, 0, 0, 0])
@@ -70,7 +70,7 @@ def our_robot() -> dict[str, object]:
         [sys.executable, "-m", "spikeport", *serve], stdout=subprocess.PIPE, text=True
     ) as robot:
         assert robot.stdout is not None
-        robot.stdout.readline()  # it is there: the peer speaks for `SECONDS`, whoever listens
+        robot.stdout.readline()  # ready: the peer speaks for `SECONDS`, even if nobody listens
         return {"peer": last_line(started("controller")), "robot": last_line(robot)}
 
 

@@ -59,7 +59,7 @@ def filled(struct: Struct, values: np.random.Generator) -> tuple[object, np.ndar
 
 
 @pytest.mark.parametrize("name", MESSAGES)
-def test_a_message_is_what_cyclonedds_makes_of_it(name: str) -> None:
+def test_layouts_match_cyclonedds_serialisation_and_unitrees_checksum(name: str) -> None:
     pytest.importorskip("cyclonedds")
     struct = MESSAGES[name]
     layout = Layout(struct)
@@ -84,7 +84,7 @@ def test_a_message_is_what_cyclonedds_makes_of_it(name: str) -> None:
     holds()
 
 
-def test_sizes_are_those_that_were_measured() -> None:
+def test_sizes_of_messages_are_as_measured() -> None:
     sizes = {name: (Layout(s).size, Layout(s).size_in_c) for name, s in MESSAGES.items()}
     assert sizes == {
         "LowCmd_": (808, 812),
@@ -108,18 +108,18 @@ def test_a_sealed_message_opens_and_a_spoilt_one_does_not() -> None:
             layout.opened(bytes(flipped))
 
 
-def test_only_words_are_words() -> None:
+def test_a_field_of_single_bytes_has_no_words() -> None:
     with pytest.raises(AssertionError, match="head"):
         Layout(LOW_CMD).words("head")
 
 
-def test_there_is_a_number_for_each_place() -> None:
+def test_numbers_that_are_fewer_than_their_places_are_refused() -> None:
     words, places = np.zeros(LOW_CMD_WORDS, "<u4"), np.array([6, 7])
     with pytest.raises(ValueError, match="LowCmd_: 1 numbers for 2 places"):
         Layout(LOW_CMD).sealed(words, places, np.ones(1))
 
 
-def test_bytes_that_align_do_not_count() -> None:
+def test_padding_bytes_do_not_change_the_checksum() -> None:
     layout = Layout(LOW_CMD)
     message = bytearray(layout.sealed(np.zeros(LOW_CMD_WORDS, "<u4")))
     message[23] = 1  # between the first motor's mode and its q
