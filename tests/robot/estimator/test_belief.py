@@ -42,7 +42,7 @@ def test_covariances_are_those_of_the_information_form(seed):
     np.testing.assert_allclose(difference(found, belief), 0.0, atol=1e-12)
 
 
-def test_an_observation_without_worth_changes_next_to_nothing():
+def test_an_observation_with_huge_noise_changes_next_to_nothing():
     belief = random_belief(0)
     useless = Observation(np.ones(2), np.ones((2, N_ERRORS)), 1e12 * np.eye(2))
     np.testing.assert_allclose(difference(corrected(belief, useless), belief), 0.0, atol=1e-9)

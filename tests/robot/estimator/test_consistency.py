@@ -1,7 +1,7 @@
-"""A filter is consistent: its errors have no mean, and are as large as it says.
+"""The consistency of the filter: errors of zero mean, as large as its covariance says.
 
-The world of these tests is the filter's own: an IMU with white noise and biases, and two feet that
-stand by turns and are measured with noise.
+The simulated world is the one that the filter assumes: an IMU with white noise and biases, and two
+feet that stand by turns and are measured with noise.
 """
 
 import numpy as np
@@ -45,7 +45,7 @@ def first_belief() -> Belief:
 
 
 class World:
-    """The truth, and a filter that knows its statistics alone."""
+    """The truth, and a filter that knows only the statistics of the truth."""
 
     def __init__(self, seed: int) -> None:
         self.rng = np.random.RandomState(seed)
@@ -71,7 +71,7 @@ class World:
         return density / np.sqrt(DT_S) * self.rng.standard_normal(size)
 
     def _move(self, step: int) -> None:
-        """Sway the robot; its IMU and contacts err as the filter's noise has it."""
+        """Sway the robot; its IMU and contacts err by the noise that the filter assumes."""
         true, time_s = self.true, step * DT_S
         omega = np.array([np.sin(6 * time_s), np.cos(5 * time_s), 0.5])
         push = np.array([np.cos(7 * time_s), np.sin(8 * time_s), np.cos(9 * time_s)])
@@ -113,7 +113,7 @@ def ends() -> list[World]:
     return worlds
 
 
-def test_errors_have_no_mean(ends):
+def test_errors_have_zero_mean(ends):
     errors = np.array([difference(world.belief, world.true)[MOTION] for world in ends])
     expected = np.sqrt([np.diag(world.belief.covariance)[MOTION] for world in ends])
     means = (errors / expected).mean(axis=0) * np.sqrt(RUNS)
@@ -131,8 +131,8 @@ def test_errors_are_as_large_as_the_filter_says(ends):
     assert abs(np.mean(squares) - n) < 4 * np.sqrt(2 * n / RUNS)
 
 
-def test_feet_make_the_velocity_and_the_tilt_known(ends):
-    """Far better than at the start, and than by the IMU alone; place and heading stay unknown."""
+def test_standing_feet_reveal_velocity_and_tilt_but_not_place_and_heading(ends):
+    """Velocity and tilt are known better than at the start, place and heading no better."""
     start, end = first_belief().covariance, ends[0].belief.covariance
     better = np.sqrt(np.diag(end) / np.maximum(np.diag(start), 1e-30))
     assert (better[errors_of(VELOCITY)] < 0.5).all()

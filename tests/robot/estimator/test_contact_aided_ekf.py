@@ -22,7 +22,7 @@ DT_S = 0.005
 
 
 def loaded() -> np.ndarray:
-    """Return torques (19,) by which either leg carries 250 N."""
+    """Return joint torques (19,) with which each leg carries 250 N."""
     soles, torque = Legs().soles(STANDING.q), np.zeros(len(JOINTS))
     for side in range(2):
         middle = soles.jacobians[2 * side : 2 * side + 2].mean(axis=0)
@@ -46,7 +46,7 @@ def tilted(angle_rad: float) -> np.ndarray:
     return np.array([np.cos(angle_rad / 2), np.sin(angle_rad / 2), 0.0, 0.0])
 
 
-def test_a_robot_that_stands_still_stays():
+def test_the_estimate_of_a_robot_that_stands_still_does_not_move():
     ekf = ContactAidedEkf()
     found = stood(ekf, 1.0)
     assert ekf.standing.all()
@@ -57,7 +57,7 @@ def test_a_robot_that_stands_still_stays():
     np.testing.assert_array_equal(found.q, STILL.q)
 
 
-def test_the_bias_of_a_gyroscope_is_found_where_gravity_shows_it():
+def test_gyroscope_biases_about_horizontal_axes_are_estimated():
     ekf, bias = ContactAidedEkf(), np.array([0.01, -0.008, 0.0])
     found = stood(ekf, 10.0, gyroscope=bias)
     np.testing.assert_allclose(ekf.belief.gyroscope_bias[:2], bias[:2], atol=1e-3)
@@ -65,13 +65,13 @@ def test_the_bias_of_a_gyroscope_is_found_where_gravity_shows_it():
     np.testing.assert_allclose(found.base_linear_velocity, 0.0, atol=2e-3)
 
 
-def test_a_tilt_that_the_imu_has_wrong_at_the_start_is_corrected():
+def test_a_wrong_tilt_of_the_imu_at_the_start_is_corrected():
     ekf = ContactAidedEkf(EkfNoise(tilt_rad=0.1, accelerometer_bias=0.01))
     found = stood(ekf, 5.0, quaternion=tilted(0.05))
     assert torso.rotation(found.base_quaternion)[2, 1] == pytest.approx(0.0, abs=5e-3)
 
 
-def test_a_pelvis_below_an_imu_at_rest_that_turns_moves():
+def test_the_pelvis_below_a_turning_imu_moves_by_the_lever_arm():
     """v_pelvis = v_imu - omega x r."""
     omega = np.array([0.5, -1.0, 2.0])
     found = ContactAidedEkf().reset(STILL._replace(gyroscope=omega))
@@ -85,7 +85,7 @@ def test_the_heading_is_known_no_better_than_at_the_start():
     assert ekf.belief.covariance[ROTATION, ROTATION][2, 2] == 0.0
     stood(ekf, 1.0)
     after = np.diag(ekf.belief.covariance)[ROTATION]
-    assert after[2] > 0  # at the start it is 0: the heading is a matter of definition
+    assert after[2] > 0  # it was 0 at the start, when the heading is a matter of definition
     assert after[:2].max() < EkfNoise().tilt_rad ** 2
 
 
@@ -97,13 +97,13 @@ def test_a_robot_in_the_air_has_no_contacts():
 
 @pytest.fixture
 def displacements(monkeypatch) -> list[np.ndarray]:
-    """Return the list (4, 3) of what contacts have rolled by, which grows with each update."""
+    """Return the list of displacements (4, 3) of rolling contacts; each update adds one."""
     found, rolled = [], footholds.rolled
     monkeypatch.setattr(footholds, "rolled", lambda b, d: found.append(d) or rolled(b, d))
     return found
 
 
-def test_shapes_of_feet_that_turn_with_the_robot_roll_over_the_floor(displacements):
+def test_feet_that_turn_with_the_robot_roll_over_the_floor(displacements):
     """A sphere of radius r rolls by (omega x r e_z) dt."""
     forward_rad_s, left_rad_s = 0.3, 0.2
     stood(ContactAidedEkf(), 0.1, gyroscope=np.array([left_rad_s, forward_rad_s, 0.0]))
@@ -119,7 +119,7 @@ def test_feet_that_ankles_hold_level_do_not_roll(displacements):
     np.testing.assert_allclose(displacements[0], 0.0, atol=1e-9)
 
 
-def test_contacts_that_left_the_floor_are_gone_without_a_trace():
+def test_contacts_that_left_the_floor_leave_no_estimate_and_no_covariance():
     ekf, rolling = ContactAidedEkf(), np.full(len(JOINTS), 0.5)
     stood(ekf, 0.2, dq=rolling)
     assert ekf.belief.pose.vectors[FIRST_CONTACT:].all()
@@ -131,7 +131,7 @@ def test_contacts_that_left_the_floor_are_gone_without_a_trace():
         assert not ekf.belief.covariance[errors].any()
 
 
-def test_a_contact_is_known_no_better_than_the_sole_that_made_it():
+def test_a_new_contact_has_the_uncertainty_of_its_sole():
     def variances(sole_m: float) -> np.ndarray:
         """Return the variances (3,) of a contact from the IMU in the step in which it is added."""
         ekf, step = ContactAidedEkf(EkfNoise(sole_m=sole_m, floor_m=None)), 0
@@ -154,8 +154,8 @@ def test_an_observation_that_comes_twice_counts_once():
     assert ekf.belief is before
 
 
-def test_a_push_that_no_foot_follows_is_forgotten():
-    """An accelerometer errs for 0.1 s, by 0.1 m/s in all; feet that stand still correct it."""
+def test_standing_feet_correct_a_velocity_error_of_the_accelerometer():
+    """The accelerometer errs for 0.1 s, by 0.1 m/s in all, while the feet stand still."""
     ekf = ContactAidedEkf()
     stood(ekf, 1.0)
     wrong = STILL.accelerometer + np.array([1.0, 0.0, 0.0])
@@ -173,7 +173,7 @@ def fixes(ekf: ContactAidedEkf, fix: Fix, n: int) -> RobotState:
 
 
 @pytest.mark.parametrize("floor_m", [None, 0.05])
-def test_it_starts_at_a_fix_on_whatever_floor(floor_m):
+def test_the_filter_starts_at_a_fix_on_level_and_on_unknown_floors(floor_m):
     ekf = ContactAidedEkf(replace(EkfNoise(), floor_m=floor_m))
     fix = Fix(np.array([3.0, -2.0, 5.0]), 1.0)
     ekf.reset(STILL, fix)
@@ -183,7 +183,7 @@ def test_it_starts_at_a_fix_on_whatever_floor(floor_m):
     np.testing.assert_allclose(found.base_linear_velocity, 0.0, atol=2e-3)
 
 
-def test_fixes_draw_a_robot_that_drifted_back_and_find_what_made_its_heading_drift():
+def test_fixes_correct_a_drifted_estimate_and_the_gyroscope_bias_behind_it():
     ekf, bias = ContactAidedEkf(), np.array([0.0, 0.0, 0.01])
     drifted = stood(ekf, 4.0, gyroscope=bias)
     assert torso.heading_rad(torso.rotation(drifted.base_quaternion)) == pytest.approx(
@@ -197,8 +197,8 @@ def test_fixes_draw_a_robot_that_drifted_back_and_find_what_made_its_heading_dri
     np.testing.assert_allclose(ekf.belief.gyroscope_bias, bias, atol=2e-3)
 
 
-def test_the_place_is_known_as_well_as_the_heading_by_which_it_was_reached():
-    """An error of the heading about the origin moves a place by itself times the distance."""
+def test_a_heading_error_adds_to_the_deviation_of_the_place_by_its_distance():
+    """A heading error about the origin moves a place by the error times its distance."""
     ekf = ContactAidedEkf()
     ekf.reset(STILL, Fix(np.array([3.0, 4.0, 1.0]), 0.2))
     assert ekf.place_deviation_m == pytest.approx(0.0, abs=1e-9)
@@ -208,7 +208,7 @@ def test_the_place_is_known_as_well_as_the_heading_by_which_it_was_reached():
     assert ekf.place_deviation_m == pytest.approx(0.05)
 
 
-def test_fixes_far_from_the_origin_say_nothing_of_the_tilt():
+def test_fixes_far_from_the_origin_do_not_reveal_the_tilt():
     near, far = ContactAidedEkf(), ContactAidedEkf()
     for ekf, east_m in ((near, 0.0), (far, 100.0)):
         fix = Fix(np.array([east_m, 0.0, 1.0]), 0.0)

@@ -22,7 +22,7 @@ def test_heights_are_compared_with_the_lowest_point():
     assert found[0].tolist() == found[1].tolist() == [True, True, False, False]
 
 
-def test_it_stops_at_once_and_begins_anew():
+def test_an_unloaded_point_stops_standing_at_once_and_must_settle_again():
     detector = ContactDetector(4, LIMITS)
     detector.update(0.0, LEFT_DOWN, WEIGHT)
     assert detector.update(0.03, LEFT_DOWN, WEIGHT).any()

@@ -13,21 +13,21 @@ NOISE = FixNoise()
 
 
 def upright(seed: int) -> Belief:
-    """Return a belief of a robot that stands about upright, whose heading is a matter of course."""
+    """Return a belief of a nearly upright robot, so that its heading is well defined."""
     belief = random_belief(seed)
     turned = torso.rotation(np.array([1.0, 0.1, -0.1, 0.5 * seed]))
     return belief._replace(pose=belief.pose._replace(rotation=turned))
 
 
 def pelvis(belief: Belief) -> tuple[np.ndarray, float]:
-    """Place and heading of the pelvis."""
+    """Return place and heading of the pelvis."""
     rotation, vectors = belief.pose
     heading = torso.heading_rad(rotation @ torso.waist_rotation(WAIST_RAD).T)
     return vectors[PLACE] - rotation @ IMU_OFFSET_M, heading
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_fix_where_the_robot_is_believed_says_nothing_new(seed):
+def test_a_fix_at_the_believed_pose_has_no_innovation(seed):
     belief = upright(seed)
     found = fixed(belief, Fix(*pelvis(belief)), WAIST_RAD, NOISE)
     np.testing.assert_allclose(found.innovation, 0.0, atol=1e-12)
@@ -36,7 +36,7 @@ def test_a_fix_where_the_robot_is_believed_says_nothing_new(seed):
 
 @pytest.mark.parametrize("yaw_rad", [None, 0.1])
 @pytest.mark.parametrize("seed", range(4))
-def test_the_sensitivity_is_the_derivative(seed, yaw_rad):
+def test_the_sensitivity_is_the_derivative_of_the_innovation(seed, yaw_rad):
     belief = upright(seed)
     fix = Fix(np.array([0.3, 0.2, 0.9]), yaw_rad)
 
@@ -48,14 +48,14 @@ def test_the_sensitivity_is_the_derivative(seed, yaw_rad):
     np.testing.assert_allclose(found.sensitivity, -slope(innovation), atol=1e-8)
 
 
-def test_headings_differ_by_less_than_half_a_turn():
+def test_the_innovation_of_the_heading_is_less_than_half_a_turn():
     belief = upright(0)
     place, heading = pelvis(belief)
     found = fixed(belief, Fix(place, heading + 2 * np.pi - 0.1), WAIST_RAD, NOISE)
     assert found.innovation[3] == pytest.approx(-0.1)
 
 
-def test_precise_fixes_move_the_belief_to_where_they_are():
+def test_precise_fixes_move_the_belief_to_the_fix():
     belief = upright(1)
     place, heading = pelvis(belief)
     fix = Fix(place + np.array([0.05, -0.03, 0.02]), heading + 0.04)

@@ -17,14 +17,14 @@ CONTACTS = np.array([True, False, True, False])
 
 
 def points_of(belief: Belief) -> Points:
-    """Return points that are where the belief has them, known to 1 mm."""
+    """Return points at the places that the belief has for them, known to 1 mm."""
     vectors = belief.pose.vectors
     apart = vectors[FIRST_CONTACT:] - vectors[PLACE]
     return Points(apart @ belief.pose.rotation, np.tile(1e-6 * np.eye(3), (4, 1, 1)))
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_points_where_they_are_believed_say_nothing_new(seed):
+def test_points_at_their_believed_places_have_no_innovation(seed):
     belief = random_belief(seed)
     found = footholds.standing_still(belief, points_of(belief), CONTACTS)
     np.testing.assert_allclose(found.innovation, 0.0, atol=1e-12)
@@ -57,7 +57,7 @@ def test_the_sensitivity_of_heights_is_the_derivative(seed):
     np.testing.assert_allclose(found.noise, 0.01 * np.eye(2))
 
 
-def test_a_contact_that_is_added_is_where_the_foot_is_and_errs_as_the_place_does():
+def test_an_added_contact_is_at_the_foot_and_shares_the_error_of_the_place():
     belief = random_belief(0)
     points = Points(np.random.RandomState(0).standard_normal((4, 3)), points_of(belief).covariances)
     empty = footholds.forgotten(belief, np.ones(4, dtype=bool))
@@ -75,7 +75,7 @@ def test_a_contact_that_is_added_is_where_the_foot_is_and_errs_as_the_place_does
     np.testing.assert_allclose(covariance, covariance.T, atol=1e-15)
 
 
-def test_a_contact_that_is_forgotten_leaves_the_others_as_they_are():
+def test_forgetting_contacts_leaves_the_others_as_they_are():
     belief = random_belief(1)
     found = footholds.forgotten(belief, CONTACTS)
     assert not found.pose.vectors[FIRST_CONTACT:][CONTACTS].any()
@@ -88,8 +88,8 @@ def test_a_contact_that_is_forgotten_leaves_the_others_as_they_are():
     )
 
 
-def test_a_foot_that_seems_to_move_moves_the_robot():
-    """A foot 1 cm further behind, which stands: the robot is 1 cm further ahead."""
+def test_a_standing_foot_that_seems_to_move_moves_the_robot():
+    """If a standing foot is 1 cm further behind, the robot is 1 cm further ahead."""
     belief = random_belief(2)
     place = errors_of(PLACE)
     belief.covariance[:] = 1e-8 * np.eye(N_ERRORS)
@@ -102,7 +102,7 @@ def test_a_foot_that_seems_to_move_moves_the_robot():
     np.testing.assert_allclose(ahead, -behind, atol=1e-5)
 
 
-def test_contacts_roll():
+def test_rolling_moves_the_contacts_alone():
     belief = random_belief(0)
     by = np.random.RandomState(0).standard_normal((4, 3))
     found = footholds.rolled(belief, by)

@@ -33,7 +33,7 @@ def test_hat_is_the_cross_product(a, b):
 
 
 @given(COORDINATES)
-def test_hats_are_those_of_each_vector(xi):
+def test_hats_of_many_vectors_equal_those_of_each_vector(xi):
     vectors = xi.reshape(-1, 3)
     np.testing.assert_array_equal(group.hats(vectors), [group.hat(v) for v in vectors])
 

@@ -32,7 +32,7 @@ def sliding_back() -> np.ndarray:
     return dq
 
 
-def test_a_robot_that_stands_still_stays():
+def test_the_estimate_of_a_robot_that_stands_still_does_not_move():
     odometry = LegOdometry()
     first = odometry.reset(standing(0.0))
     for step in range(1, 100):
@@ -74,7 +74,7 @@ def on_a_toe(seed: int) -> Plant:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_a_robot_that_turns_on_a_toe_moves_so_that_its_toe_stands(seed):
+def test_the_velocity_of_a_robot_that_turns_on_a_toe_keeps_the_toe_still(seed):
     plant = on_a_toe(seed)
     sensors = SimulatedSensors(plant).read()
     odometry = LegOdometry(FAST)
@@ -114,7 +114,7 @@ def test_a_fix_replaces_place_and_heading():
     assert torso.heading_rad(torso.rotation(later.base_quaternion)) == pytest.approx(0.5)
 
 
-def test_it_starts_at_a_fix_and_walks_along_its_heading():
+def test_odometry_starts_at_a_fix_and_moves_along_its_heading():
     odometry, dq = LegOdometry(FAST), sliding_back()
     fix = Fix(np.array([1.0, 2.0, 3.0]), np.pi / 2)
     odometry.reset(standing(0.0), fix)

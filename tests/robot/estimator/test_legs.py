@@ -26,7 +26,7 @@ def test_the_legs_joints_come_first():
     assert JOINTS[LEG_JOINTS] == "torso"
 
 
-def test_points_are_where_the_whole_model_has_its_shapes(legs, q):
+def test_points_of_the_soles_are_at_the_shapes_of_the_whole_model(legs, q):
     plant = Plant()
     plant.data.qpos[:7] = 0, 0, 0, 1, 0, 0, 0
     plant.data.qpos[7:] = q
@@ -46,7 +46,7 @@ def test_jacobians_are_derivatives(legs, q):
         np.testing.assert_allclose(soles.jacobians[:, :, joint], slope, atol=1e-8)
 
 
-def test_turning_is_how_heel_and_toe_turn_about_each_other(legs, q):
+def test_turning_is_the_angular_velocity_that_heel_and_toe_share(legs, q):
     soles = legs.soles(q)
     dq = np.random.RandomState(0).standard_normal(LEG_JOINTS)
     velocities, turning = soles.jacobians @ dq, soles.turning @ dq
@@ -57,7 +57,7 @@ def test_turning_is_how_heel_and_toe_turn_about_each_other(legs, q):
         np.testing.assert_allclose(np.cross(turning[heel], apart), relative, atol=1e-12)
 
 
-def test_supports_are_the_forces_that_torques_hold(legs):
+def test_supports_are_the_forces_that_the_joint_torques_balance(legs):
     q = Plant().data.qpos[7:]
     soles, torque = legs.soles(q), np.zeros(len(JOINTS))
     for side, force in enumerate((300.0, 40.0)):

@@ -1,4 +1,4 @@
-"""Odometry of others as an estimate: theirs where they have it, the IMU's else."""
+"""External odometry as an estimate, with the IMU for the values that it lacks."""
 
 import numpy as np
 
@@ -18,13 +18,13 @@ def test_place_and_velocity_are_those_of_the_fix_in_the_frame_of_its_heading() -
     np.testing.assert_array_equal(found.q, STANDING.q)
 
 
-def test_the_heading_is_that_of_the_fix_wherever_the_imus_begins() -> None:
+def test_the_heading_is_that_of_the_fix_whatever_the_imus_heading() -> None:
     turned = STANDING._replace(quaternion=np.array([np.cos(0.4), 0.0, 0.0, np.sin(0.4)]))
     found = Odometer().reset(turned, Fix(PLACE, 0.5))
     assert abs(heading_rad(rotation(found.base_quaternion)) - 0.5) < 1e-12
 
 
-def test_what_a_fix_has_not_is_as_it_was() -> None:
+def test_values_that_a_fix_lacks_stay_as_they_were() -> None:
     estimator = Odometer()
     estimator.reset(STANDING, Fix(PLACE, 0.5, np.array([0.1, 0.0, 0.0])))
     for fix in (None, Fix(PLACE)):
@@ -34,7 +34,7 @@ def test_what_a_fix_has_not_is_as_it_was() -> None:
         assert abs(heading_rad(rotation(found.base_quaternion)) - 0.5) < 1e-12
 
 
-def test_without_a_fix_it_begins_above_the_origin_at_rest() -> None:
+def test_without_a_fix_the_estimate_begins_above_the_origin_at_rest() -> None:
     found = Odometer().reset(STANDING)
     assert found.base_position[:2].tolist() == [0, 0]
     assert 0.9 < found.base_position[2] < 1.1

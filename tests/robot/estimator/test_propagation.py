@@ -28,7 +28,7 @@ STANDING = np.array([True, False, True, True])
 NOISE = ImuNoise()
 
 
-def test_a_pose_moves_as_many_small_steps_would():
+def test_one_long_step_of_a_pose_equals_many_small_ones():
     pose, n = random_belief(0).pose, 20_000
     whole, small = moved(pose, OMEGA, FORCE, 0.1), pose
     rotation, (velocity, place) = pose.rotation, pose.vectors[:2].copy()
@@ -65,7 +65,7 @@ def test_the_transition_is_the_derivative_of_errors_up_to_the_second_order(seed,
     np.testing.assert_allclose(transition(belief, dt_s), slope(after), atol=atol)
 
 
-def test_an_error_of_the_tilt_falls_as_far_as_gravity_pulls():
+def test_a_tilt_error_grows_into_velocity_and_place_by_gravity():
     """g dt for the velocity, and g dt^2 / 2 for the place."""
     belief, dt_s = random_belief(0), 0.1
     phi = transition(belief, dt_s)
@@ -74,7 +74,7 @@ def test_an_error_of_the_tilt_falls_as_far_as_gravity_pulls():
     np.testing.assert_allclose(phi[errors_of(PLACE), ROTATION], pull * dt_s**2 / 2)
 
 
-def test_biases_are_subtracted_from_what_the_imu_measures():
+def test_biases_are_subtracted_from_the_imus_measurements():
     belief = random_belief(2)
     biases = {"gyroscope_bias": OMEGA / 10, "accelerometer_bias": FORCE / 10}
     args = OMEGA, FORCE, STANDING, 0.1, NOISE
@@ -84,7 +84,7 @@ def test_biases_are_subtracted_from_what_the_imu_measures():
     np.testing.assert_allclose(found.vectors, wanted.vectors)
 
 
-def test_without_biases_errors_do_not_depend_on_where_the_robot_is_or_how_it_moves():
+def test_without_biases_the_transition_of_errors_is_the_same_in_every_state():
     """The reason for an invariant filter: autonomous errors."""
     n = GYROSCOPE_BIAS.start
     one, other = transition(random_belief(0), 0.01), transition(random_belief(1), 0.01)
@@ -113,7 +113,7 @@ def test_contacts_sink_across_the_floor_and_slip_along_it():
     np.testing.assert_array_equal(found[errors_of(FIRST_CONTACT + 1)], 0.0)
 
 
-def test_a_contact_that_does_not_stand_stays_without_an_error():
+def test_a_contact_that_does_not_stand_gets_no_error():
     belief = random_belief(0)
     gone = errors_of(FIRST_CONTACT + 1)
     belief.pose.vectors[FIRST_CONTACT + 1] = 0.0

@@ -24,7 +24,7 @@ def moved(read: bool) -> tuple[np.ndarray, np.ndarray]:
     return plant.data.qpos, plant.data.qvel
 
 
-def test_no_bit_of_a_run_depends_on_whether_sensors_are_read():
+def test_reading_the_sensors_does_not_change_a_bit_of_a_run():
     for with_, without in zip(moved(True), moved(False), strict=True):
         np.testing.assert_array_equal(with_, without)
 
@@ -43,7 +43,7 @@ def test_a_robot_that_hangs_still_feels_its_weight():
     np.testing.assert_array_equal(found.torque, plant.data.actuator_force)
 
 
-def test_a_robot_in_free_fall_feels_none():
+def test_a_robot_in_free_fall_feels_no_weight():
     plant = Plant()
     plant.data.qpos[2] += 10.0
     mujoco.mj_forward(plant.model, plant.data)
@@ -55,7 +55,7 @@ def test_a_robot_in_free_fall_feels_none():
     assert np.linalg.norm(found.accelerometer) < 0.5  # joints still move
 
 
-def test_forces_add_up_to_how_the_imu_moves():
+def test_accelerometer_readings_integrate_to_the_imus_velocity():
     plant, dt_s = Plant(), 0.005
     sensors = SimulatedSensors(plant)
     body = plant.data.body("torso_link")
@@ -74,7 +74,7 @@ def test_forces_add_up_to_how_the_imu_moves():
     np.testing.assert_allclose((places[-1] - places[-3]) / (2 * dt_s), velocity, atol=0.02)
 
 
-def test_errors_are_as_large_as_they_are_to_be_and_seeded():
+def test_errors_have_the_stated_deviations_and_follow_from_the_seed():
     plant = Plant(anchored=True)
     errors = SensorErrors(0.1, 0.0, 0.2, 0.0, 0.3, 0.4, 0.5)
     exact = SimulatedSensors(plant).read()
@@ -89,7 +89,7 @@ def test_errors_are_as_large_as_they_are_to_be_and_seeded():
     np.testing.assert_allclose(sizes, [0.1, 0.2, 0.3, 0.4, 0.5], rtol=0.05)
 
 
-def test_biases_stay_the_same():
+def test_biases_are_constant_during_a_run():
     plant = Plant(anchored=True)
     sensors = SimulatedSensors(plant, SensorErrors(gyroscope_bias=0.1, accelerometer_bias=0.2))
     exact, first, second = SimulatedSensors(plant).read(), sensors.read(), sensors.read()
@@ -99,6 +99,6 @@ def test_biases_stay_the_same():
 
 
 @pytest.mark.parametrize("errors", [EXACT, ROUGH])
-def test_values_are_of_the_sizes_that_messages_have(errors):
+def test_readings_have_the_sizes_of_messages(errors):
     found = SimulatedSensors(Plant(), errors).read()
     assert [np.size(v) for v in found] == [1, 4, 3, 3, *3 * (len(JOINTS),)]

@@ -29,7 +29,7 @@ def test_a_robot_starts_above_the_origin_with_its_soles_on_the_floor():
     np.testing.assert_allclose(begun.rotation, plant.data.body("torso_link").xmat.reshape(3, 3))
 
 
-def test_a_fix_has_place_and_heading_and_says_where_the_floor_is():
+def test_a_fix_sets_place_and_heading_and_the_height_of_the_floor():
     plant = Plant()
     place = np.array([1.0, -2.0, plant.data.qpos[2] + 3.0])
     plant.data.qpos[3:7] = np.cos(0.2), 0.0, 0.0, np.sin(0.2)
@@ -40,7 +40,7 @@ def test_a_fix_has_place_and_heading_and_says_where_the_floor_is():
     assert begun.floor_m == pytest.approx(3.0, abs=1e-3)
 
 
-def test_a_fix_without_a_heading_leaves_the_imus():
+def test_a_fix_without_a_heading_keeps_the_imus_heading():
     plant = Plant()
     begun = started(plant, Fix(np.zeros(3)))
     true = torso.heading_rad(plant.data.xmat[PELVIS].reshape(3, 3))

@@ -23,7 +23,7 @@ def plant():
     return plant
 
 
-def test_the_pelvis_turns_as_the_torso_without_the_waist(plant):
+def test_orientation_and_rate_of_the_pelvis_are_the_torsos_less_the_waists(plant):
     sensors, true = SimulatedSensors(plant).read(), plant.state
     found = torso.pelvis_angular_velocity(sensors.gyroscope, sensors.q[WAIST], sensors.dq[WAIST])
     np.testing.assert_allclose(found, true.base_angular_velocity, atol=1e-12)
@@ -40,7 +40,7 @@ def test_the_waist_is_the_joint_between_torso_and_pelvis(plant):
     np.testing.assert_array_equal(plant.data.body("torso_link").xpos, plant.data.qpos[:3])
 
 
-def test_quaternions_and_rotations_are_inverse():
+def test_quaternions_and_rotations_convert_into_each_other():
     rng = np.random.RandomState(0)
     for quaternion in rng.standard_normal((20, 4)):
         rotation = torso.rotation(quaternion)
@@ -48,7 +48,7 @@ def test_quaternions_and_rotations_are_inverse():
         np.testing.assert_allclose(torso.rotation(3 * quaternion), rotation, atol=1e-12)
 
 
-def test_a_turned_body_has_its_heading_changed_by_as_much():
+def test_turning_a_body_changes_its_heading_by_the_same_angle():
     rotation = torso.rotation(np.array([0.9, 0.1, -0.2, 0.3]))
     before = torso.heading_rad(rotation)
     assert torso.heading_rad(torso.turned(rotation, 0.4)) == pytest.approx(before + 0.4)
