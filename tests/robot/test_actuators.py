@@ -9,7 +9,7 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 
 
-def test_joints_have_their_places():
+def test_joints_are_indexed_by_name_and_unknown_names_are_refused():
     names = ["torso", JOINTS[0]]
     assert actuators.indices(names).tolist() == [JOINTS.index("torso"), 0]
     with pytest.raises(UsageError, match=r"^unknown joint 'tail'; choose from: "):
@@ -35,7 +35,7 @@ def test_numbers_that_do_not_fit_the_joints_are_refused(given, message):
     assert str(caught.value) == message
 
 
-def test_torques_are_those_of_the_mode():
+def test_torques_follow_the_control_mode_of_each_joint():
     model = description.load()
     data = mujoco.MjData(model)
     hip, knee = actuators.indices(["left_hip_pitch", "left_knee"])

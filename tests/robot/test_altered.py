@@ -1,4 +1,4 @@
-"""Other bodies and floors of the robot."""
+"""Perturbed bodies and floors of the robot."""
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def test_the_torso_carries_a_payload_and_its_centre_moves(own):
     np.testing.assert_allclose(loaded.body_ipos[torso] - own.body_ipos[torso], [0.05, 0, 0])
 
 
-def test_torque_limits_and_friction(own):
+def test_strength_scales_torque_limits_and_friction_sets_the_floors(own):
     weak = built(strength=0.5, friction=0.3)
     np.testing.assert_allclose(weak.actuator_forcerange, 0.5 * own.actuator_forcerange)
     floor = weak.geom("floor")
@@ -58,7 +58,7 @@ def test_a_robot_of_strength_0_has_no_torque_and_falls():
     assert weak.height_m < 0.7 < nominal.height_m
 
 
-def test_unitrees_urdf_is_heavier_and_the_same_on_both_sides(own):
+def test_unitrees_urdf_is_heavier_and_symmetric(own):
     urdf = built(robot_model="urdf")
     assert urdf.body_mass.sum() == pytest.approx(59.3, abs=0.1)
     assert own.body_mass.sum() == pytest.approx(51.4, abs=0.1)
@@ -67,7 +67,7 @@ def test_unitrees_urdf_is_heavier_and_the_same_on_both_sides(own):
     np.testing.assert_allclose(left.ipos * [1, -1, 1], right.ipos)
 
 
-def test_more_than_a_torso_weighs_cannot_be_taken_off_it():
+def test_a_payload_that_leaves_no_torso_is_refused():
     built(mass=0.6, payload=-10.0)
     with pytest.raises(UsageError) as caught:
         built(mass=0.5, payload=-10.0)

@@ -104,11 +104,11 @@ def test_an_empty_batch_has_empty_terms(arm):
     assert shapes == [(0, 3), (0, 3, 4), (0, 4, 4), (0, 3, 3), (0, 4)]
 
 
-def test_limits(arm):
+def test_limits_are_the_joint_ranges_of_the_arm(arm):
     assert arm.limits_rad.tolist() == [[-2.87, 2.87], [-3.11, 0.34], [-4.45, 1.3], [-1.25, 2.61]]
 
 
-def test_wrong_shapes_are_named(arm):
+def test_postures_of_wrong_shape_are_refused(arm):
     with pytest.raises(UsageError) as error:
         arm.at(np.zeros(3))
     assert str(error.value) == "q: its shape is (3,); the right arm's postures are (4,)"

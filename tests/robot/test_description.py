@@ -62,7 +62,7 @@ def test_the_robot_weighs_what_unitree_published(model):
         ("right_elbow", -1.25, 2.61, 18),
     ],
 )
-def test_ranges_and_torque_limits(model, joint, low, high, torque_nm):
+def test_joints_have_the_documented_ranges_and_torque_limits(model, joint, low, high, torque_nm):
     assert list(model.joint(joint).range) == [low, high]
     assert list(model.actuator(joint).forcerange) == [-torque_nm, torque_nm]
     assert model.joint(joint).damping[0] == 1

@@ -13,7 +13,7 @@ def plant():
     return Plant(anchored=True)
 
 
-def test_a_number_that_is_none_is_named(plant):
+def test_a_joint_angle_that_is_nan_is_named(plant):
     plant.step()
     plant.data.joint("right_elbow").qpos = np.nan
     with pytest.raises(DivergedError) as error:
@@ -57,7 +57,7 @@ def test_the_history_holds_the_state_that_diverged(plant):
     assert history["qpos"][-1, 7 + JOINTS.index("left_knee")] > 2.55
 
 
-def test_full_torque_against_the_stops_is_no_divergence(plant):
+def test_full_torque_against_the_stops_is_not_a_divergence(plant):
     rng = np.random.RandomState(1)
     most = 0.0
     for step in range(1000):

@@ -12,7 +12,7 @@ def plant():
 
 
 def on_floor(plant, **angles_rad):
-    """Return the feet that touch the floor in a pose, the pelvis at the height of a stand."""
+    """Return whether each foot touches the floor in a pose, the pelvis at standing height."""
     plant.reset(0, perturbation_rad=0.0)
     plant.data.qpos[2] -= 0.001
     for joint, angle_rad in angles_rad.items():
@@ -30,7 +30,7 @@ def test_a_bent_knee_lifts_its_foot(plant):
     assert on_floor(plant, right_knee=1.6) == [True, False]
 
 
-def test_a_robot_in_the_air_has_none(plant):
+def test_a_robot_in_the_air_has_no_foot_on_the_floor(plant):
     plant.reset(0)
     plant.data.qpos[2] += 0.5
     mujoco.mj_forward(plant.model, plant.data)

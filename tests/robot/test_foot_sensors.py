@@ -11,7 +11,7 @@ from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.walk_interface import POSE_RAD
 
 
-def test_the_sensors_stand_behind_the_robots_own_left_foot_first():
+def test_foot_sensors_come_after_the_robots_own_sensors_left_foot_first():
     spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
     before = spec.compile().nsensordata
     add_foot_sensors(spec)
@@ -25,12 +25,12 @@ def test_the_sensors_stand_behind_the_robots_own_left_foot_first():
     assert not feet.velocities.any()
 
 
-def test_a_robot_that_stands_presses_with_its_weight():
+def test_the_feet_of_a_standing_robot_carry_its_weight():
     plant = PerturbedPlant(NONE)
     plant.reset(0)
     plant.hold(JOINTS, POSE_RAD)
     forces_n = []
-    # it stands for longer than this before it tips over
+    # the robot stands for longer than these steps before it tips over
     for _ in range(100):
         plant.step()
         forces_n.append(readings(plant.data.sensordata[-VALUES:]).force_n.sum())
@@ -38,7 +38,7 @@ def test_a_robot_that_stands_presses_with_its_weight():
     assert np.mean(forces_n) == pytest.approx(weight_n, rel=0.05)
 
 
-def test_many_readings_at_once_are_those_of_each():
+def test_a_batch_of_readings_equals_the_single_readings():
     values = np.random.default_rng(0).standard_normal((3, 5, VALUES))
     for together, alone in zip(readings(values), readings(values[2, 4]), strict=True):
         np.testing.assert_array_equal(together[2, 4], alone)

@@ -23,7 +23,7 @@ def test_the_last_states_are_kept_oldest_first():
     assert [kept[name].shape for name in ("qpos", "qvel", "ctrl")] == [(3, 26), (3, 25), (3, 19)]
 
 
-def test_what_is_forgotten_is_not_there():
+def test_a_cleared_history_is_empty():
     plant = Plant()
     history = History(plant.model, length=3)
     history.record(plant.data)

@@ -12,7 +12,7 @@ def test_the_mirror_image_of_the_mirror_image_is_the_original():
     assert (PRIVILEGED(PRIVILEGED(x)) == x).all()
 
 
-def test_joints_change_sides_and_roll_and_yaw_their_sign():
+def test_mirroring_swaps_the_sides_of_joints_and_negates_yaw():
     q = np.zeros(19)
     q[[JOINTS.index("left_knee"), JOINTS.index("left_hip_yaw"), JOINTS.index("torso")]] = 1, 2, 3
     image = dict(zip(JOINTS, mirror.JOINT(q), strict=True))

@@ -1,4 +1,4 @@
-"""Perturbations: their values are checked, and a robot without one is the robot as it is."""
+"""Perturbations: checks of their values, and the one that changes nothing."""
 
 import pytest
 
@@ -33,18 +33,18 @@ def test_bounds_themselves_are_allowed(name, bounds):
         assert getattr(Perturbation(**{name: value}), name) == value
 
 
-def test_a_terrain_is_checked_with_the_others():
+def test_an_unknown_terrain_is_refused():
     with pytest.raises(UsageError, match="terrain=moon: unknown terrain; expected flat"):
         Perturbation(terrain="moon")
 
 
-def test_none_leaves_the_robot_as_it_is():
+def test_the_perturbation_none_leaves_the_robot_as_it_is():
     scales = ("friction", "mass", "gains", "strength")
     assert all(getattr(NONE, name) == 1.0 for name in scales)
     rest = _BOUNDS.keys() - {*scales, "push_every"}
     assert all(getattr(NONE, name) == 0.0 for name in rest)
 
 
-def test_settings_with_more_fields_have_their_perturbation_alone():
+def test_the_perturbation_of_a_perturbation_is_equal_to_it():
     assert Perturbation(push=0.5).perturbation == Perturbation(push=0.5)
     assert NONE.perturbation == NONE

@@ -1,4 +1,4 @@
-"""The robot with a perturbation, beside the robot as it is."""
+"""The robot with a perturbation, compared with the plain robot."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from spikeport.robot.state import in_plane
 
 
 def moved(plant, seed=3, steps=40):
-    """Let a robot stand while its arms are lifted; returns it."""
+    """Lift the arms of a standing robot, and return it."""
     plant.reset(seed)
     for step in range(steps):
         plant.hold(JOINTS[11:], 0.01 * step)
@@ -24,7 +24,7 @@ def plain():
     return moved(Plant())
 
 
-def test_without_a_perturbation_it_moves_as_it_is_bit_for_bit(plain):
+def test_without_a_perturbation_the_motion_is_the_plain_plants_bit_for_bit(plain):
     unperturbed = moved(PerturbedPlant(NONE))
     np.testing.assert_array_equal(unperturbed.data.qpos, plain.data.qpos)
     np.testing.assert_array_equal(unperturbed.data.qvel, plain.data.qvel)
@@ -45,13 +45,13 @@ def test_a_run_depends_on_its_seed_alone():
     np.testing.assert_array_equal(again.state.dq, first[1].dq)
 
 
-def test_an_observation_is_late():
+def test_observations_are_late_by_the_observation_delay():
     late, now = moved(PerturbedPlant(Perturbation(observation_delay=0.02))), PerturbedPlant(NONE)
     np.testing.assert_array_equal(late.state.q, moved(now, steps=36).state.q)
     np.testing.assert_allclose(late.in_plane, in_plane(late.state))
 
 
-def test_a_command_is_late():
+def test_commands_are_late_by_the_action_delay():
     plant, now = PerturbedPlant(Perturbation(action_delay=0.015)), PerturbedPlant(NONE)
     for each in (plant, now):
         each.reset(3)
@@ -65,7 +65,7 @@ def test_a_command_is_late():
     assert plant.data.qpos[-5] != now.data.qpos[-5]
 
 
-def test_torques_are_late_as_torques_and_angles_as_angles():
+def test_delayed_torques_stay_torques_and_delayed_angles_stay_angles():
     plant = PerturbedPlant(Perturbation(action_delay=0.02), anchored=True)
     joints, torques_nm = ["right_shoulder_pitch", "right_elbow"], [8.0, 3.0]
     places = [JOINTS.index(joint) for joint in joints]

@@ -51,7 +51,7 @@ def test_time_advances_by_5_ms(free):
     assert free.time_s == pytest.approx(0.05)
 
 
-def test_damping_brakes_joints_and_holds_none(anchored):
+def test_damping_brakes_joints_but_does_not_hold_them(anchored):
     anchored.data.qvel[6:] = 1.0
     anchored.damp()
     anchored.step()
@@ -144,8 +144,8 @@ def test_torque_replaces_hold_and_hold_replaces_torque(anchored):
     assert anchored.data.actuator("right_elbow").force[0] == 3
 
 
-def test_joints_change_between_hold_and_torque_in_other_company(anchored):
-    """Their mode is their own, whatever it was with others, or alone."""
+def test_joints_switch_between_hold_and_torque_in_changing_groups(anchored):
+    """A joint's mode is its own, whether it is commanded alone or with others."""
     both = ["right_elbow", "left_knee"]
     for joints in (both, ["right_elbow"], both, ["left_knee", "right_elbow"]):
         anchored.torque(joints, 3.0)
@@ -239,7 +239,7 @@ def test_state_is_a_copy(free):
         np.testing.assert_array_equal(value, old)
 
 
-def test_hand_position_is_of_the_present_moment(anchored):
+def test_hand_position_is_that_of_the_current_state(anchored):
     arm = ArmDynamics()
     anchored.torque(ARM_JOINTS, [5.0, -5.0, 2.0, 2.0])
     run(anchored, 0.2)
@@ -282,7 +282,7 @@ def test_commands_need_one_finite_number_per_joint(free):
     np.testing.assert_array_equal(free.data.ctrl, before)
 
 
-def test_motion_gives_some_joints_in_the_order_asked():
+def test_motion_returns_the_named_joints_in_their_order():
     plant = Plant(anchored=True)
     plant.step()
     q, dq = plant.motion(("right_elbow", "left_knee"))
@@ -291,7 +291,7 @@ def test_motion_gives_some_joints_in_the_order_asked():
     assert dq.tolist() == state.dq[places].tolist()
 
 
-def test_a_robot_can_be_anchored_at_a_pose_beside_its_own(free):
+def test_a_robot_can_be_anchored_at_a_pose_near_its_own(free):
     pose = np.add(free.data.qpos[:7], [0.01, 0, 0.02, 0, 0, 0, 0])
     free.anchor(pose, torso_rad=0.05)
     run(free, 0.3)

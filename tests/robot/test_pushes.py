@@ -1,4 +1,4 @@
-"""Pushes are due at drawn times, and have one strength."""
+"""Pushes of one strength at drawn times."""
 
 import numpy as np
 
@@ -14,5 +14,5 @@ def test_pushes_have_one_strength_and_come_about_as_often_as_asked_for():
     assert np.abs(due.mean(axis=0)).max() < 0.15
 
 
-def test_no_push_is_due_where_none_is_asked_for():
+def test_a_strength_of_0_makes_no_push_due():
     assert Pushes(0.0, 5.0, np.random.RandomState(0)).due(1e9) is None

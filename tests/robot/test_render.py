@@ -64,7 +64,7 @@ def test_marks_are_drawn_for_one_frame(plant, renderer):
     assert not red(renderer.frame(plant.data)).any()
 
 
-def test_up_is_up_and_left_is_left(plant, renderer):
+def test_frames_are_neither_upside_down_nor_mirrored(plant, renderer):
     def row_and_column(position_m):
         frame = renderer.frame(plant.data, [Mark(position_m, 0.04, (1, 0, 0, 1))])
         return np.argwhere(red(frame)).mean(axis=0)
@@ -120,7 +120,7 @@ def test_too_large_a_picture_names_the_limit(plant):
     )
 
 
-def test_no_context_says_what_to_install(plant, monkeypatch):
+def test_a_missing_opengl_context_says_what_to_install(plant, monkeypatch):
     def absent(width, height):
         raise ImportError("no driver")
 
@@ -136,7 +136,7 @@ def test_no_context_says_what_to_install(plant, monkeypatch):
 
 
 class BrokenContext:
-    """A context that is there and cannot be drawn in."""
+    """An OpenGL context that exists and cannot be drawn in."""
 
     freed = 0
 
@@ -150,7 +150,7 @@ class BrokenContext:
         BrokenContext.freed += 1
 
 
-def test_a_context_that_cannot_be_drawn_in_is_given_back(plant, monkeypatch):
+def test_a_context_that_cannot_be_drawn_in_is_freed(plant, monkeypatch):
     monkeypatch.setattr(render, "_context_class", lambda: BrokenContext)
     with pytest.raises(RenderError, match="no surface"):
         Renderer(plant.model)
@@ -169,7 +169,7 @@ def last_line(code, **environment):
     return run.stderr.strip().splitlines()[-1]
 
 
-def test_graphics_switched_off_leaves_physics_and_says_so():
+def test_physics_works_with_graphics_disabled_and_rendering_names_the_cause():
     code = (
         "from spikeport.robot.plant import Plant; from spikeport.robot.render import Renderer\n"
         "plant = Plant(); plant.step(); Renderer(plant.model)"
@@ -200,7 +200,7 @@ def test_absent_mujoco_names_the_extra():
     ("set_", "chosen"),
     [({}, "mujoco.egl"), ({"MUJOCO_GL": "egl"}, None), ({"DISPLAY": ":0"}, None)],
 )
-def test_egl_is_chosen_only_where_nothing_else_is_said(monkeypatch, set_, chosen):
+def test_egl_is_chosen_only_without_a_display_and_without_mujoco_gl(monkeypatch, set_, chosen):
     for name in ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     for name, value in set_.items():

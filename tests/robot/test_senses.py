@@ -33,7 +33,7 @@ def test_without_noise_the_motion_is_the_truth(plant):
     )
 
 
-def test_observations_are_late(plant):
+def test_observations_are_late_by_the_delay_in_steps(plant):
     known, motions = senses(plant, delay_steps=3), [read(plant.data)]
     for _ in range(5):
         plant.step()
@@ -51,7 +51,7 @@ def test_observations_are_late(plant):
         ("dq", WIDTHS.dq),
     ],
 )
-def test_noise_is_within_its_widths(plant, name, width):
+def test_noise_fills_its_width_and_stays_within_it(plant, name, width):
     known, off, true = senses(plant, sensor_noise=2.0), [], getattr(read(plant.data), name)
     for _ in range(200):
         known.look()
@@ -59,7 +59,7 @@ def test_noise_is_within_its_widths(plant, name, width):
     assert 0.9 * 2 * width < np.max(off) <= 2 * width
 
 
-def test_noise_of_the_attitude_tilts_it_and_leaves_its_heading(plant):
+def test_noise_of_the_attitude_changes_the_tilt_and_not_the_heading(plant):
     known, tilts, true = senses(plant, sensor_noise=1.0), [], read(plant.data).base_quaternion
     for _ in range(200):
         known.look()
@@ -72,7 +72,7 @@ def test_noise_of_the_attitude_tilts_it_and_leaves_its_heading(plant):
     np.testing.assert_allclose(largest, [WIDTHS.tilt, WIDTHS.tilt, 0.0], rtol=0.1, atol=1e-12)
 
 
-def test_an_estimators_sensors_are_as_rough_as_the_noise_asks_for(plant):
+def test_sensor_errors_of_an_estimator_scale_with_the_noise(plant):
     def deviation(noise):
         made = senses(plant, sensor_noise=noise, estimator="leg-odometry")
         off = []

@@ -1,4 +1,4 @@
-"""The motion that the robot's own sensors would know of."""
+"""The motion that the robot's own sensors would measure."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ from spikeport.robot.plant import Plant
 
 def test_velocities_are_in_the_frame_of_the_pelvis():
     data = Plant().data
-    data.qpos[:7] = 1, 2, 3, np.sqrt(0.5), 0, 0, np.sqrt(0.5)  # turned left by a quarter
+    data.qpos[:7] = 1, 2, 3, np.sqrt(0.5), 0, 0, np.sqrt(0.5)  # a quarter turn to the left
     data.qvel[:6] = 0, 2, 0.5, 0.1, 0.2, 0.3
     data.qpos[7:], data.qvel[6:] = np.arange(19), -np.arange(19)
     mujoco.mj_kinematics(data.model, data)

@@ -1,4 +1,4 @@
-"""Terrain: texts that name it, and heights that agree with what MuJoCo collides with."""
+"""Terrain: texts that name it, and heights that agree with MuJoCo's collisions."""
 
 import mujoco
 import numpy as np
@@ -27,13 +27,13 @@ EXPECTED = (
         ("boxes:1", "1 m, limit 0.3 m"),
     ],
 )
-def test_what_names_no_terrain_is_refused(text, message):
+def test_a_text_that_names_no_terrain_is_refused(text, message):
     with pytest.raises(UsageError) as caught:
         find_terrain(text)
     assert str(caught.value) == f"terrain={text}: {message}"
 
 
-def test_texts_name_terrain():
+def test_a_text_is_parsed_into_its_terrain():
     assert find_terrain("flat") == Slope()
     assert find_terrain("slope:6:90") == Slope(np.radians(6), np.pi / 2)
     assert find_terrain("relief:0.02") == Uneven(0.02, smooth=True)
@@ -51,7 +51,7 @@ def hits(model, data, x, y):
 
 
 @pytest.mark.parametrize("text", ["slope:6:90", "slope:-3", "boxes:0.05", "relief:0.05"])
-def test_heights_are_those_of_the_model(text):
+def test_heights_agree_with_the_floor_of_the_model(text):
     terrain, spec = find_terrain(text), specified()
     terrain.lay(spec)
     for geom in spec.geoms:  # nothing but the floor is in the way of rays
@@ -61,7 +61,7 @@ def test_heights_are_those_of_the_model(text):
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     x, y = np.random.RandomState(0).uniform(-4, 4, (2, 20))
-    # a relief's cells are two triangles each; between them it differs from what is interpolated
+    # MuJoCo makes two triangles of each cell of a relief, which differ from the interpolation
     np.testing.assert_allclose(laid.height_m(x, y), hits(model, data, x, y), atol=0.002)
     if text[0] in "br":
         assert 0 <= laid.height_m(x, y).min() < laid.height_m(x, y).max() <= 0.05

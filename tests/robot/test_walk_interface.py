@@ -20,11 +20,11 @@ HALF = np.sqrt(0.5)
     [
         ([1, 0, 0, 0], [0, 0, -1]),
         ([HALF, 0, 0, HALF], [0, 0, -1]),  # turned about the vertical
-        ([HALF, HALF, 0, 0], [0, -1, 0]),  # on its left side
+        ([HALF, HALF, 0, 0], [0, -1, 0]),  # on its right side
         ([HALF, 0, HALF, 0], [1, 0, 0]),  # on its face
     ],
 )
-def test_gravity(quaternion, expected):
+def test_gravity_is_the_direction_of_down_in_the_frame_of_the_pelvis(quaternion, expected):
     np.testing.assert_allclose(gravity(quaternion), expected, atol=1e-12)
 
 
