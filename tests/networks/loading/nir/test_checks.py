@@ -16,14 +16,14 @@ def delays(n: int = 2) -> nir.Delay:
     return nir.Delay(delay=np.full(n, DT_S))
 
 
-def test_the_voltage_of_a_readout_does_not_go_to_neurons(tmp_path):
+def test_a_readout_that_feeds_neurons_is_refused(tmp_path):
     nodes = {"i": FIRST, "r": nir.LI(*np.ones((3, 2)) * 0.01), "n": lif(2), "o": LAST}
     with pytest.raises(MismatchError) as caught:
         folded(tmp_path, wired(nodes, "i>r r>n n>o"))
     assert str(caught.value) == "expected spikes into node n, found the voltage of LI r"
 
 
-def test_inputs_are_counted_for_each_delay(tmp_path, monkeypatch):
+def test_inputs_count_once_for_each_of_their_delays(tmp_path, monkeypatch):
     monkeypatch.setattr(checks, "SIZE", 8)
     nodes = {"i": nir_graphs.ends(4, 1)[0], "w": weights(1, 4), "o": nir_graphs.ends(4, 1)[1]}
     nodes |= {"a": lif(1), "b": lif(1)}
@@ -49,7 +49,7 @@ def test_inputs_are_counted_for_each_delay(tmp_path, monkeypatch):
         ("i>n n>d d>m m>e e>n n>o", "at most 1 delay in the cycle of m and n, found 2"),
     ],
 )
-def test_a_delay_beside_a_path_without_it_is_refused(tmp_path, edges, message):
+def test_unequal_delays_of_paths_and_two_delays_in_a_cycle_are_refused(tmp_path, edges, message):
     nodes = {"i": FIRST, "j": FIRST, "o": LAST, "n": lif(2), "m": lif(2), "w": weights(2, 2)}
     nodes |= {"d": delays(), "e": delays()}
     used = {name: nodes[name] for edge in edges.split() for name in edge.split(">")}

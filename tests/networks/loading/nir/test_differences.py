@@ -1,4 +1,4 @@
-"""The differences of a graph's populations, in words."""
+"""The differences between populations on the chip and in NIR, in words."""
 
 from pathlib import Path
 
@@ -20,7 +20,7 @@ def differences_of(folder: Path, graph: nir.NIRGraph, at_once: float = 1.0) -> d
     return found
 
 
-def test_each_population_says_what_it_does_otherwise(tmp_path):
+def test_each_population_lists_its_differences_from_nir(tmp_path):
     found = differences_of(tmp_path, nir_graphs.recurrent(bias=0.2))
     assert found["hidden"][:2] == [
         "spikes are 1 step late: each connection takes one",
@@ -42,7 +42,7 @@ def test_the_share_of_weights_beyond_which_inputs_wrap_is_named(tmp_path):
     assert not any("wrap" in text for text in differences_of(tmp_path, graph)["n"])
 
 
-def test_many_weights_of_a_size_wrap_and_say_so(tmp_path):
+def test_a_wrap_of_many_equal_weights_is_named(tmp_path):
     first, last = nir_graphs.ends(400, 2)
     weights = nir.Linear(weight=np.full((2, 400), 0.1))
     graph = nir_graphs.graph(input=first, w=weights, n=nir_graphs.lif(2), output=last)
@@ -64,7 +64,7 @@ def test_reset_leak_and_many_time_constants_are_named(tmp_path):
     assert "its bias is a source on the host, which spikes in every step from 1 on" in found["n"]
 
 
-def test_readouts_and_ways_of_different_lengths_are_named(tmp_path):
+def test_readouts_and_paths_of_different_lengths_are_named(tmp_path):
     rng = np.random.default_rng(0)
     first, last = nir_graphs.ends(3, 3)
     nodes = {"i": first, "a": nir_graphs.lif(3), "b": nir_graphs.lif(3), "o": last}

@@ -30,7 +30,7 @@ def test_a_current_based_neuron_has_both_decays():
     np.testing.assert_allclose(of.leak, [0.1 * 1, 0.2 * 0.5])
 
 
-def test_others_have_what_they_are():
+def test_other_kinds_of_neurons_have_the_coefficients_of_their_kind():
     lif = of_node(node("LIF", tau=[1e-2], r=[2], v_leak=[0], v_threshold=[1]))
     assert (lif.current_decay, lif.voltage_decay, lif.gain) == (1, pytest.approx(0.1), 0.2)
     fire = of_node(node("IF", r=np.full((2, 3), 2), v_threshold=np.ones((2, 3))))
@@ -76,12 +76,12 @@ def test_one_value_stands_for_all_neurons():
     assert own_shape(node("LIF", tau=1e-2, r=1, v_leak=0, v_threshold=np.ones(4))) == (4,)
 
 
-def test_parameters_of_channels_are_those_of_all_their_neurons():
+def test_a_parameter_of_a_channel_holds_for_all_its_neurons():
     made = node("IF", r=1, v_threshold=np.reshape([0.5, 0.7], (2, 1, 1)))
     of = dynamics(made, (2, 1, 3), DT_S)
     assert of.threshold.tolist() == [0.5] * 3 + [0.7] * 3
 
 
-def test_a_time_constant_of_a_voltage_may_be_as_long_as_any():
+def test_a_time_constant_of_a_voltage_has_no_upper_limit():
     found = of_node(node("LIF", tau=[1e6], r=[1e9], v_leak=[0], v_threshold=[1]))
     assert (found.voltage_decay, found.gain) == (pytest.approx(1e-9), pytest.approx(1))

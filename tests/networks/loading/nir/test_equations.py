@@ -1,4 +1,4 @@
-"""The equations of a folded graph, against NIR's node by node."""
+"""The equations of a folded graph, compared with NIR's node by node."""
 
 import nir
 import numpy as np
@@ -11,7 +11,7 @@ from tests.helpers.nir_referee import Referee
 
 
 @pytest.mark.parametrize("bias", [0.0, 0.3])
-def test_recurrent_neurons_are_those_of_the_referee(tmp_path, bias):
+def test_recurrent_neurons_spike_as_the_referees(tmp_path, bias):
     graph = nir_graphs.recurrent(bias)
     inputs = {"input": spikes(6)}
     found = equations.run(folded(tmp_path, graph), inputs)
@@ -38,7 +38,7 @@ def test_readouts_have_the_voltage_of_the_referee(tmp_path):
     np.testing.assert_allclose(equations.run(folded(tmp_path, graph), inputs)["read"], wanted)
 
 
-def test_pools_and_nested_graphs_are_those_of_the_referee(tmp_path):
+def test_neurons_after_a_pool_spike_as_the_referees(tmp_path):
     rng = np.random.default_rng(0)
     graph = nir_graphs.graph(
         input=nir.Input(input_type={"input": np.array([2, 6, 6])}),

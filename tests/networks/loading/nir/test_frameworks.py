@@ -1,6 +1,7 @@
-"""Our own graphs in other frameworks, which must have the spikes of NIR's equations as we run them.
+"""Graphs in other frameworks, which must have the spikes of NIR's equations as we run them.
 
-Both need torch, and neither is needed elsewhere: ``make referees`` puts them into a folder.
+Norse and snntorch need torch, and only this test needs them: ``make referees`` puts them into a
+folder.
 """
 
 import logging
@@ -22,7 +23,7 @@ FOLDER = Path(__file__).parents[4] / ".referees" / "nir"
 
 @pytest.fixture(autouse=True)
 def _referees(monkeypatch):
-    """Find them where ``make referees`` puts them."""
+    """Import the frameworks from where ``make referees`` puts them."""
     monkeypatch.syspath_prepend(FOLDER)
 
 
@@ -46,7 +47,7 @@ def by_norse(folder: Path, graph: nir.NIRGraph) -> tuple[np.ndarray, np.ndarray]
     norse = pytest.importorskip("norse.torch", reason=REASON.format("norse"))
     import torch
 
-    logging.disable(logging.WARNING)  # of resistances, which its module takes from the graph
+    logging.disable(logging.WARNING)  # Norse warns of resistances, which it takes from the graph
     rows = spikes(6, N_STEPS)
     module, state, found = norse.from_nir(nir.read(written(folder, graph)), dt=DT_S), None, []
     with torch.no_grad():
@@ -57,7 +58,7 @@ def by_norse(folder: Path, graph: nir.NIRGraph) -> tuple[np.ndarray, np.ndarray]
     return np.array(found), equations.run(folded, {"input": rows})["read"]
 
 
-def test_a_network_of_snntorch_is_run_alike(tmp_path):
+def test_a_network_exported_by_snntorch_has_the_same_spikes(tmp_path):
     snn = pytest.importorskip("snntorch", reason=REASON.format("snntorch"))
     import torch
     from snntorch.export_nir import export_to_nir
@@ -74,7 +75,7 @@ def test_a_network_of_snntorch_is_run_alike(tmp_path):
     last.reset_hidden()
     with torch.no_grad():
         found = [module(row).numpy() for row in torch.tensor(rows, dtype=torch.float32)]
-    folded = spikeport.nir.load(path, 1e-4).folded  # the step that its export has
+    folded = spikeport.nir.load(path, 1e-4).folded  # the time step of snntorch's export
     wanted = equations.run(folded, {"input": rows})[list(folded.populations)[-1]]
     assert wanted.sum() > 10
     assert np.mean(np.array(found) == wanted) > 0.999

@@ -1,4 +1,4 @@
-"""Graphs of nodes and edges, flat; and what is no such graph."""
+"""Flat graphs of nodes and edges, and the refusal of other values."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ INPUT = {"type": "Input", "shape": np.array([2])}
 LINEAR = {"type": "Linear", "weight": np.eye(2)}
 
 
-def test_nodes_of_nested_graphs_are_nodes_with_their_path(tmp_path):
+def test_nodes_of_nested_graphs_are_named_by_their_path(tmp_path):
     graph = flattened(read(nir_graphs.written(tmp_path, nir_graphs.nested())))
     assert set(graph.nodes) == {
         *("delay", "gate", "input", "out", "output"),
@@ -57,13 +57,13 @@ INNER = {"type": "NIRGraph", "nodes": {"a": INPUT}, "edges": []}
         (values(wide(10_001)), "expected at most 10,000 nodes, found more"),
     ],
 )
-def test_what_is_no_graph_is_refused(found, message):
+def test_a_value_that_is_not_a_graph_is_refused(found, message):
     with pytest.raises(MismatchError) as caught:
         flattened(found)
     assert str(caught.value).startswith(message)
 
 
-def test_kinds_that_are_not_known_are_refused_with_those_that_are():
+def test_an_unknown_kind_of_node_is_refused_with_the_known_kinds():
     with pytest.raises(MismatchError, match=r"node a of a kind in Input, Output, .*, found Sine"):
         flattened(values({"a": {"type": "Sine"}}))
 
@@ -78,7 +78,7 @@ def test_kinds_that_are_not_known_are_refused_with_those_that_are():
         (np.array([2**21]), "expected x from -1 to 1,048,576 in node a, found [2097152.]"),
     ],
 )
-def test_parameters_are_numbers(value, message):
+def test_a_parameter_other_than_a_whole_number_in_range_is_refused(value, message):
     node = Node("a", "Scale", {} if value is None else {"x": value})
     with pytest.raises(MismatchError) as caught:
         node.whole("x")

@@ -1,4 +1,4 @@
-"""Networks of graphs: in float NIR's equations spike for spike, on the chip close to them."""
+"""Networks of graphs: in float, NIR's equations spike for spike; on the chip, close to them."""
 
 import nengo
 import nir
@@ -25,7 +25,7 @@ GRAPHS = {
 
 
 def played(network: NirNetwork, rows: np.ndarray, backend: str) -> dict[str, np.ndarray]:
-    """Return what the populations of a network do, from the step on in which input reaches them."""
+    """Return the outputs of a network's populations, from the step in which input reaches them."""
     network.feeds["input"].play(rows, DT_S)
     depth = {name: one.depth for name, one in network.folded.populations.items()}
     with network:
@@ -47,10 +47,11 @@ def test_a_network_spikes_as_nir_does(tmp_path, name):
         assert 10 < spiked.sum() < spiked.size / 2, population
         np.testing.assert_array_equal(exact[population] > 0, spiked > 0)
         equal = np.mean((chip[population] > 0) == (spiked > 0))
-        assert equal > 1 - spiked.mean() / 3, population  # a third of what silence misses
+        # Silence would miss all spikes; the chip may miss a third as many.
+        assert equal > 1 - spiked.mean() / 3, population
 
 
-def test_one_synapse_for_each_weight_takes_half_of_them(tmp_path):
+def test_one_synapse_for_each_weight_takes_half_the_synapses_of_two(tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     counts = [
         len(spikeport.compile_network(spikeport.nir.load(path, DT_S, parts=n)).image.synapses)
@@ -60,7 +61,7 @@ def test_one_synapse_for_each_weight_takes_half_of_them(tmp_path):
     assert 1.9 < counts[1] / counts[0] <= 2
 
 
-def test_a_readout_on_the_host_has_its_voltage(tmp_path):
+def test_a_readout_on_the_host_has_the_voltage_of_the_chips_spikes(tmp_path):
     rng = np.random.default_rng(0)
     first, last = nir_graphs.ends(6, 2)
     values = {"r": np.full(2, 3.0), "v_leak": np.zeros(2), "w_in": np.full(2, 2.0)}
@@ -99,7 +100,7 @@ def biased_skips() -> nir.NIRGraph:
     return nir.NIRGraph(nodes, [*edges, ("b", "output")], type_check=False)
 
 
-def test_float_is_nir_from_the_first_step_on(tmp_path):
+def test_float_spikes_as_nir_does_from_the_first_step_on(tmp_path):
     path, rows = written(tmp_path, biased_skips()), spikes(6, N_STEPS)
     wanted = Referee(biased_skips(), DT_S).run({"input": rows})
     exact, chip = (played(spikeport.nir.load(path, DT_S), rows, b) for b in ("reference", "native"))
@@ -119,10 +120,11 @@ def test_long_time_constants_cost_little(tmp_path):
     wanted = equations.run(spikeport.nir.load(path, DT_S).folded, {"input": rows})["n"]
     found = played(spikeport.nir.load(path, DT_S), rows, "native")["n"]
     assert 0.01 < wanted.mean() < 0.2
-    assert np.mean((found > 0) == (wanted > 0)) > 0.995  # 12 bits hold it to within 50 %
+    # 12 bits represent the decay only to within 50 %.
+    assert np.mean((found > 0) == (wanted > 0)) > 0.995
 
 
-def test_a_spike_that_just_reaches_a_threshold_is_none_on_the_chip_either(tmp_path):
+def test_an_input_that_just_reaches_the_threshold_makes_no_spike_on_the_chip(tmp_path):
     first, last = nir_graphs.ends(4, 4)
     path = written(tmp_path, nir_graphs.graph(input=first, n=nir_graphs.lif(4), output=last))
     assert not played(spikeport.nir.load(path, DT_S), np.eye(4), "native")["n"].any()
@@ -134,7 +136,7 @@ def test_an_image_has_the_outputs_of_its_graph(tmp_path):
     assert [(one.name, one.size) for one in image.manifest.outputs] == [("read -> output", 4)]
 
 
-def test_large_readouts_are_sparse(tmp_path, monkeypatch):
+def test_sparse_matrices_of_large_readouts_compute_what_dense_ones_do(tmp_path, monkeypatch):
     path, rows = written(tmp_path, nir_graphs.nested()), spikes(5)
     found = {}
     for limit in (network_module.WHOLE, 0):
@@ -153,7 +155,7 @@ def test_large_readouts_are_sparse(tmp_path, monkeypatch):
     np.testing.assert_array_equal(one, other)
 
 
-def test_inputs_may_be_connected_too(tmp_path):
+def test_nengo_nodes_may_be_connected_to_inputs(tmp_path):
     network = spikeport.nir.load(written(tmp_path, nir_graphs.recurrent()), DT_S)
     with network:
         every = nengo.Node(np.ones(6))
@@ -165,7 +167,7 @@ def test_inputs_may_be_connected_too(tmp_path):
 
 
 def read(network: NirNetwork, rows: np.ndarray, backend: str) -> np.ndarray:
-    """Return what the output of a network is in each step."""
+    """Return the output of a network in each step."""
     network.feeds["input"].play(rows, DT_S)
     with network:
         probe = nengo.Probe(network.outputs["output"])
@@ -174,7 +176,7 @@ def read(network: NirNetwork, rows: np.ndarray, backend: str) -> np.ndarray:
         return np.array(sim.data[probe])
 
 
-def test_a_bias_before_an_output_is_in_its_unit(tmp_path):
+def test_a_bias_before_an_output_is_in_the_unit_of_spikes(tmp_path):
     first, last = nir_graphs.ends(1, 1)
     graph = nir_graphs.graph(
         input=first,

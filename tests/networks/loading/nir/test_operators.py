@@ -1,4 +1,4 @@
-"""Linear nodes as matrices, against torch."""
+"""Linear nodes as matrices, compared with torch."""
 
 import numpy as np
 import pytest
@@ -54,7 +54,7 @@ def test_weights_of_the_last_axis_are_those_of_torch(shape):
     np.testing.assert_allclose(applied(node("Affine", weight=weight, bias=bias), x), wanted.numpy())
 
 
-def test_a_batch_of_one_is_an_axis_more():
+def test_a_batch_axis_of_size_1_is_accepted():
     rng = np.random.default_rng(0)
     x, weight = rng.random((1, 2, 6, 6)), rng.random((4, 2, 3, 3))
     made = node("Conv2d", weight=weight, stride=1, padding=1, dilation=1, groups=1)
@@ -64,7 +64,8 @@ def test_a_batch_of_one_is_an_axis_more():
     np.testing.assert_allclose(applied(pool, x), torch.nn.AvgPool2d(2)(torch.from_numpy(x)))
     flat = node("Flatten", start_dim=1, end_dim=-1)
     assert applied(flat, x).shape == (1, 72)
-    assert applied(flat, x.ravel()).shape == (72,)  # its axis is one of a batch that is not there
+    # start_dim counts a batch axis that is absent here
+    assert applied(flat, x.ravel()).shape == (72,)
 
 
 @pytest.mark.parametrize(("stride", "padding"), [(1, 0), (3, 2), (1, "same")])
@@ -86,7 +87,7 @@ def test_pools_are_those_of_torch():
     np.testing.assert_allclose(applied(node("SumPool2d", **values), x), 6 * wanted)
 
 
-def test_other_nodes_are_what_they_say():
+def test_scale_flatten_linear_affine_and_delay_compute_what_nir_defines():
     x = np.arange(6.0).reshape(2, 3)
     np.testing.assert_array_equal(applied(node("Scale", scale=2 * x), x), 2 * x**2)
     np.testing.assert_array_equal(applied(node("Scale", scale=3), x), 3 * x)
@@ -156,13 +157,13 @@ def test_shapes_that_do_not_fit_are_refused(made, shape, message):
     assert str(caught.value).startswith(message)
 
 
-def test_a_diagonal_that_is_too_large_is_one_as_a_scale():
+def test_a_diagonal_matrix_that_is_too_large_is_small_enough_as_a_scale():
     with pytest.raises(MismatchError) as caught:
         operator(node("Linear", weight=np.eye(3000)), (3000,), DT_S)
     assert "make it a Scale" in str(caught.value.cure)
     assert operator(node("Scale", scale=np.ones(3000)), (3000,), DT_S).matrix.nnz == 3000
 
 
-def test_a_pool_over_all_places_is_small():
+def test_a_pool_over_all_places_has_one_weight_for_each_place():
     pool = node("AvgPool2d", kernel_size=64, stride=64, padding=0)
     assert operator(pool, (1, 64, 64), DT_S).matrix.nnz == 64 * 64

@@ -1,4 +1,4 @@
-"""Populations: how early or late spikes arrive."""
+"""Populations: the steps by which spikes arrive early or late."""
 
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import folded, lif, weights, wired
@@ -13,7 +13,7 @@ def test_inputs_of_deep_neurons_are_held_back(tmp_path):
     assert not [lead for one in found.populations.values() for lead in found.lead_steps(one)]
 
 
-def test_spikes_past_a_population_arrive_early_and_those_around_a_cycle_late(tmp_path):
+def test_spikes_that_skip_a_population_arrive_early_and_feedback_arrives_late(tmp_path):
     nodes = {"a": lif(2), "b": lif(2), "c": lif(2), "i": FIRST, "o": LAST}
     nodes["w"] = weights(2, 2)
     found = folded(tmp_path, wired(nodes, "i>c c>b b>a a>w w>c c>a a>o"))

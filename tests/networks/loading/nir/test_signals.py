@@ -32,7 +32,7 @@ def test_matrices_multiply_and_a_bias_is_added_once(tmp_path):
     assert signal.parts["n"].toarray().tolist() == [[10 * 2 * 2 * 0.5] * 3] * 3
 
 
-def test_neurons_with_parameters_of_channels_are_as_many_as_what_they_get(tmp_path):
+def test_neurons_with_parameters_of_channels_take_the_shape_of_their_input(tmp_path):
     first = nir.Input(input_type={"input": np.array([2, 3, 3])})
     fire = nir_graphs.integrate(2, 1, 1)
     last = nir.Output(output_type={"output": np.array([2, 3, 3])})
@@ -40,7 +40,7 @@ def test_neurons_with_parameters_of_channels_are_as_many_as_what_they_get(tmp_pa
     assert found.populations["n"].dynamics.shape == found.outputs["o"].shape == (2, 3, 3)
 
 
-def test_neurons_of_one_value_have_the_shape_of_their_input(tmp_path):
+def test_neurons_with_scalar_parameters_take_the_shape_of_their_input(tmp_path):
     nodes = {"i": FIRST, "w": weights(3, 2), "n": lone(), "again": weights(3, 3), "m": lone()}
     nodes["o"] = nir_graphs.ends(2, 3)[1]
     found = folded(tmp_path, wired(nodes, "again>n n>again i>w w>n n>m m>o"))
@@ -76,7 +76,7 @@ def test_nodes_that_do_not_fit_together_are_refused_by_name(tmp_path, nodes, edg
     assert str(caught.value).startswith(message)
 
 
-def test_weights_of_all_nodes_are_counted(tmp_path, monkeypatch):
+def test_too_many_weights_of_all_nodes_together_are_refused(tmp_path, monkeypatch):
     monkeypatch.setattr(signals, "MOST_WEIGHTS", 100)
     nodes = {"i": FIRST, "n": lif(2), "o": LAST} | {f"w{i}": weights(2, 2) for i in range(30)}
     edges = "i>w0 w29>n n>o " + " ".join(f"w{i}>w{i + 1}" for i in range(29))
@@ -85,7 +85,7 @@ def test_weights_of_all_nodes_are_counted(tmp_path, monkeypatch):
         folded(tmp_path, wired(nodes, edges))
 
 
-def test_neurons_of_one_value_in_a_cycle_that_no_input_reaches_are_one(tmp_path):
+def test_neurons_with_scalar_parameters_in_a_cycle_without_input_are_single(tmp_path):
     first, last = nir_graphs.ends(1, 1)
     found = folded(
         tmp_path, wired({"a": lone(), "b": lone(), "i": first, "o": last}, "a>b b>a a>o")

@@ -1,4 +1,4 @@
-"""Units of the chip: what they leave of weights, and what they keep within its registers."""
+"""Weights in units of the chip: their ratios to the threshold, and sums within its registers."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ def population(weights: np.ndarray, bias: np.ndarray | float = 0.0, **values: ob
 
 
 @pytest.mark.parametrize("n_parts", [1, 2])
-def test_neurons_keep_what_their_weights_are_of_their_threshold(n_parts):
+def test_scaling_keeps_the_ratio_of_weights_to_the_threshold(n_parts):
     rng = np.random.default_rng(0)
     weights = rng.normal(0, 1, (30, 50)) * rng.choice([1, 0.1], (30, 1))
     found = units(population(weights, bias=0.2), n_parts)
@@ -46,7 +46,7 @@ def test_no_input_wraps_a_register_around():
     assert np.max(sums) / 0.25 <= CURRENT
 
 
-def test_where_a_share_of_sources_spikes_at_once_weights_keep_more_bits():
+def test_weights_keep_more_bits_if_only_a_share_of_sources_spikes_at_once():
     weights = np.random.default_rng(0).normal(0, 1, (10, 400))
     all_of, eighth, few = (units(population(weights), 2, share) for share in (1.0, 0.125, 1e-3))
     assert (eighth.threshold > 1.5 * all_of.threshold).all()
@@ -56,10 +56,11 @@ def test_where_a_share_of_sources_spikes_at_once_weights_keep_more_bits():
     assert np.abs(few.weights["i"].data).max() <= 127 * 2.0**14
 
 
-def test_thresholds_are_few_and_as_large_as_registers_let_them():
+def test_thresholds_are_few_and_as_large_as_registers_allow():
     weights = np.random.default_rng(0).normal(0, 1, (10, 400)) * np.linspace(0.5, 4, 10)[:, None]
     found = units(population(weights), 2)
-    safe = INPUT / np.abs(weights).sum(axis=1)  # no less than sums of one sign
+    # Sums of absolute values are no less than sums of one sign.
+    safe = INPUT / np.abs(weights).sum(axis=1)
     assert len(np.unique(found.threshold)) == module.LEVELS
     assert (found.threshold % module.UNIT == 0).all()
     assert (found.threshold > safe).mean() > 0.5
@@ -77,7 +78,7 @@ def test_whole_weights_stay_whole():
         assert not (mine % module.UNIT).any()
 
 
-def test_what_the_chip_rounds_of_a_bias_is_corrected():
+def test_the_rounding_of_a_bias_on_the_chip_is_corrected():
     found = units(population(np.zeros((5, 3)), bias=np.linspace(0.1, 0.3, 5), tau_syn=7e-3), 2)
     bias, decay = found.constants[0], round(4096 / 7) / 4096
     settled = np.round(bias / 64) * 64 / decay + found.correction
@@ -87,7 +88,7 @@ def test_what_the_chip_rounds_of_a_bias_is_corrected():
 
 
 def test_neurons_that_do_not_leak_keep_room_for_inhibition():
-    """A voltage of their own can fall for ever; one that leaks, or is only excited, does not."""
+    """Without a leak, a voltage can fall for ever; with a leak or only excitation, it cannot."""
     fire = Node("n", "IF", {"r": np.ones(1), "v_threshold": np.ones(1)})
     found = []
     for sign, node in ((1, fire), (-1, fire), (-1, None)):
@@ -99,14 +100,14 @@ def test_neurons_that_do_not_leak_keep_room_for_inhibition():
     assert min(found[0], found[2]) > module.DEEP
 
 
-def test_one_synapse_takes_all_of_its_bits():
+def test_a_single_synapse_for_each_weight_uses_all_its_bits():
     weights = np.random.default_rng(0).normal(0, 1, (10, 40))
     largest = np.abs(units(population(weights), 1).weights["i"].data).max()
     step = 2.0 ** np.ceil(np.log2(largest / 127))
     assert 126 < largest / step <= 127.5
 
 
-def test_exactly_full_registers_are_not_reached():
+def test_weights_that_would_exactly_fill_a_register_are_scaled_below_it():
     one, four = (
         units(population(np.full((1, n), 4 / n), tau_syn=DT_S, w_in=0.25), 2) for n in (1, 4)
     )
@@ -114,7 +115,7 @@ def test_exactly_full_registers_are_not_reached():
         assert found.weights["i"].sum() == found.threshold[0] == 2.0**20
 
 
-def test_a_rest_holds_what_8_bits_do_not():
+def test_a_second_part_holds_the_rest_that_8_bits_lose():
     matrix = sparse.csr_matrix(np.random.default_rng(0).normal(0, 2**18, (10, 20)))
     coarse, fine = parts(matrix, 2)
     np.testing.assert_array_equal((coarse + fine).toarray(), matrix.toarray())
