@@ -1,4 +1,4 @@
-"""Files of policies, written by the libraries that write them elsewhere."""
+"""Files of policies, written by the libraries that users write them with."""
 
 import copy
 import resource
@@ -149,7 +149,7 @@ def module() -> nn.Sequential:
 
 @pytest.fixture
 def path(tmp_path, module) -> Path:
-    """Return the file of that policy."""
+    """Return the file of the policy `module`."""
     torch.jit.script(module).save(tmp_path / "policy.pt")
     return tmp_path / "policy.pt"
 

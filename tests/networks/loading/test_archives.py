@@ -64,7 +64,7 @@ def largest(path: Path) -> zipfile.ZipInfo:
 
 
 def bomb(path: Path, claimed: int | None) -> str:
-    """Let a member inflate to 300 MB, whatever size it states; returns its name."""
+    """Let a member inflate to 300 MB, whatever size it states, and return its name."""
     name, content = largest(path).filename, members(path)
     pack(path, {**content, name: bytes(300_000_000)})
     if claimed is not None:
@@ -94,7 +94,7 @@ def test_all_members_together_are_limited(path):
 
 
 @pytest.mark.parametrize("long", [False, True])
-def test_a_list_of_members_without_end_is_refused(path, refused, long):
+def test_an_oversized_list_of_members_is_refused(path, refused, long):
     entries = b"PK\1\2" + bytes(42)
     content, count = entries * 50_000, 50_000
     end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 0, 0, len(content) * (not long), 0, 0)

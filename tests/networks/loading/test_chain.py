@@ -49,7 +49,7 @@ def test_a_chain_can_be_subtracted_from_numbers() -> None:
         ),
     ],
 )
-def test_what_is_no_chain_of_layers_is_refused(make, message: str) -> None:
+def test_operations_that_make_no_chain_of_layers_are_refused(make, message: str) -> None:
     with pytest.raises(MismatchError) as caught:
         make()
     assert str(caught.value).startswith(message)
@@ -60,7 +60,7 @@ def test_two_chains_have_no_sum() -> None:
         Chain() + Chain()
 
 
-def test_an_operation_by_names_is_as_bounded_as_one_by_places() -> None:
+def test_arguments_by_name_are_as_bounded_as_arguments_by_position() -> None:
     evaluation = BoundedEvaluation({"add": lambda a, other: a + other})
     row, column = np.ones(10**5), np.ones((10**5, 1))
     for inputs, options in (((row, column), {}), ((row,), {"other": column})):

@@ -27,7 +27,7 @@ def checkpoint(actor):
 
 
 def older(checkpoint):
-    """Return the names of rsl-rl 3."""
+    """Return the file with the names of rsl-rl 3."""
     names = {"mlp.": "actor.", "obs_normalizer.": "actor_obs_normalizer."}
     state = {"std": torch.ones(3), "critic.0.weight": torch.ones(1, 1)}
     for name, value in checkpoint["actor_state_dict"].items():
@@ -38,7 +38,7 @@ def older(checkpoint):
 
 
 def oldest(checkpoint):
-    """Return the names of rsl-rl 2, with the normalisation by itself."""
+    """Return the file with the names of rsl-rl 2, which keeps the normalisation by itself."""
     content = older(checkpoint)
     state, start = content["model_state_dict"], "actor_obs_normalizer."
     apart = {name: state.pop(name) for name in list(state) if name.startswith(start)}
@@ -57,7 +57,7 @@ def test_the_actor_of_a_checkpoint_is_read(path, checkpoint, actor, agrees, vers
     np.testing.assert_array_equal(mlp.trained_on.std, normalizer._std.numpy()[0])
 
 
-def test_without_a_normalisation_it_is_not_known_what_it_was_trained_on(path):
+def test_a_checkpoint_without_normalisation_has_no_training_statistics(path):
     torch.save({"actor_state_dict": state()}, path)
     assert load_mlp(path).trained_on is None
 
@@ -71,7 +71,7 @@ def test_without_a_normalisation_it_is_not_known_what_it_was_trained_on(path):
     ],
 )
 @pytest.mark.parametrize("version", [older, oldest])
-def test_a_normalisation_of_other_names_is_refused(path, checkpoint, names, found, version):
+def test_a_normalisation_with_other_names_is_refused(path, checkpoint, names, found, version):
     content = version(checkpoint)
     start = "actor_obs_normalizer."
     state = content["model_state_dict"]
@@ -98,7 +98,7 @@ def test_an_actor_without_normalisation_is_read(path, sequential, agrees):
     agrees(load_mlp(path), sequential())
 
 
-def test_the_activation_is_the_one_that_is_given(path, checkpoint):
+def test_an_activation_passed_to_the_loader_is_used(path, checkpoint):
     torch.save(checkpoint, path)
     assert load_mlp(path, "tanh").activation == "tanh"
 
@@ -112,7 +112,7 @@ def test_a_recurrent_actor_is_refused(path, refusal):
     )
 
 
-def test_an_actor_whose_output_is_no_mean_is_refused(path, refusal):
+def test_an_actor_with_another_distribution_than_one_deviation_is_refused(path, refusal):
     seen = TensorDict({"policy": torch.zeros(4, 5)}, batch_size=4)
     kind = {"class_name": "HeteroscedasticGaussianDistribution", "init_std": 1.0}
     groups = {"actor": ["policy"]}
@@ -137,14 +137,14 @@ def test_a_bias_that_does_not_fit_is_refused(path, checkpoint, refusal):
     )
 
 
-def test_a_normalisation_that_is_no_vector_is_refused(path, checkpoint, refusal):
+def test_a_normalisation_that_is_not_a_vector_is_refused(path, checkpoint, refusal):
     checkpoint["actor_state_dict"]["obs_normalizer._mean"] = torch.ones(5, 5)
     torch.save(checkpoint, path)
     assert refusal(path) == "expected a vector, found an array of shape (5, 5)"
 
 
 @pytest.mark.parametrize("std", [np.inf, -1.0])
-def test_a_standard_deviation_that_is_none_is_refused(path, checkpoint, refusal, std):
+def test_an_infinite_or_negative_standard_deviation_is_refused(path, checkpoint, refusal, std):
     checkpoint["actor_state_dict"]["obs_normalizer._std"][0, 1] = std
     torch.save(checkpoint, path)
     assert refusal(path) == (
@@ -205,7 +205,7 @@ STATES = "with actor_state_dict or model_state_dict"
         ),
     ],
 )
-def test_another_content_is_refused(path, refusal, content, complaint):
+def test_content_that_is_not_a_checkpoint_is_refused(path, refusal, content, complaint):
     torch.save(content, path)
     assert refusal(path) == complaint
 
@@ -226,7 +226,7 @@ def test_another_content_is_refused(path, refusal, content, complaint):
         ({7: torch.ones(1)}, "found 7"),
     ],
 )
-def test_other_tensors_of_a_checkpoint_are_refused(path, refused, changed, complaint):
+def test_unsupported_tensors_of_a_checkpoint_are_refused(path, refused, changed, complaint):
     torch.save({"actor_state_dict": {**state(), **changed}}, path)
     assert complaint in refused(path)
 

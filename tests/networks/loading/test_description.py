@@ -1,4 +1,4 @@
-"""A policy, translated to another robot's description."""
+"""A policy that is translated from another robot's description."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ POSE = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
 
 
 def both_targets(policy, module, pose, action_scale, observation_scale=1.0):
-    """Return joint targets in our order: of the policy, and of the module with its own robot."""
+    """Return joint targets in our order, of the policy and of the module with its own robot."""
     rng = np.random.default_rng(2)
     head, q, dq = rng.standard_normal(12), POSE + rng.standard_normal(N), rng.standard_normal(N)
     before = rng.standard_normal(N)

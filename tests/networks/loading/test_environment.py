@@ -1,4 +1,4 @@
-"""Environment descriptions: YAML that makes values of what lies in it alone."""
+"""Environment descriptions: YAML that makes plain values, and the refusal of other YAML."""
 
 import os
 
@@ -12,7 +12,7 @@ WITH = "; see docs/convert.md, 'Refused policies'"
 
 
 def laughing(levels: int, merged: bool) -> str:
-    """Return lists of the list before, ten times; or mappings that merge the one before."""
+    """Return lists that hold the one before ten times, or mappings that merge it twice."""
     lines = ["a0: &a0 {x: 1}" if merged else "a0: &a0 [1]"]
     for n in range(1, levels):
         again = (
@@ -60,7 +60,7 @@ def laughing(levels: int, merged: bool) -> str:
         ("", "a description of Isaac Lab"),
     ],
 )
-def test_yaml_makes_values_of_what_lies_in_it_alone(
+def test_harmful_endless_or_malformed_yaml_is_refused(
     tmp_path, monkeypatch, refused, text, complaint
 ):
     monkeypatch.chdir(tmp_path)
@@ -70,7 +70,7 @@ def test_yaml_makes_values_of_what_lies_in_it_alone(
     assert os.listdir() == [path.name]
 
 
-def test_bytes_that_are_no_text_are_no_yaml(tmp_path, refused):
+def test_bytes_that_are_not_text_are_refused(tmp_path, refused):
     path = tmp_path / "env.yaml"
     path.write_bytes(b"a: \xff\xfe")
     assert refused(path, described).startswith("expected YAML, found 'utf-8' codec")
@@ -93,7 +93,7 @@ def complaint_of(path, description=None):
         ),
     ],
 )
-def test_another_text_is_no_description(path, tmp_path, text, complaint):
+def test_text_that_is_not_a_description_is_refused(path, tmp_path, text, complaint):
     description = tmp_path / "env.yaml"
     description.write_text(text)
     assert complaint_of(path, description) == f"description '{description}': {complaint}{WITH}"

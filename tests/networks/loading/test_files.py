@@ -57,7 +57,7 @@ def test_policies_are_read_without_the_packages_that_wrote_them(
         agrees(mlp, module)
 
 
-def test_without_the_reader_of_yaml_its_extra_is_named(tmp_path, monkeypatch):
+def test_an_absent_yaml_package_names_the_extra(tmp_path, monkeypatch):
     (tmp_path / "env.yaml").touch()
     monkeypatch.setitem(sys.modules, "yaml", None)
     with pytest.raises(MissingExtraError) as error:

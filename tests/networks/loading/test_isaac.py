@@ -1,4 +1,4 @@
-"""Isaac Lab's H1, as its description has it, and descriptions that would take for ever."""
+"""Isaac Lab's description of the H1, and descriptions that would take for ever to read."""
 
 from collections import deque
 
@@ -57,7 +57,7 @@ def test_expressions_that_may_take_for_ever_are_refused(
     assert complaint in refused(environment(change), described)
 
 
-def test_tables_without_end_are_refused(environment, refused):
+def test_oversized_tables_are_refused(environment, refused):
     change = {"scene/robot/init_state/joint_pos": {f".*{n}": 0.1 for n in range(3000)}}
     assert "at most 100 items in robot.init_state.joint_pos" in refused(
         environment(change), described

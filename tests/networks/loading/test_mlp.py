@@ -37,7 +37,7 @@ def test_sizes_are_those_of_inputs_and_of_every_layer() -> None:
         ),
     ],
 )
-def test_what_is_no_perceptron_is_refused(
+def test_layers_that_make_no_perceptron_are_refused(
     layers: tuple[Layer, ...], activations: tuple[str, ...], message: str
 ) -> None:
     with pytest.raises(MismatchError) as caught:

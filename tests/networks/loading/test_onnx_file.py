@@ -67,7 +67,7 @@ def test_normalisation_gemm_and_activation_are_read(write, path, operation, name
     np.testing.assert_allclose(mlp.layers[1].bias, np.zeros(3))
 
 
-def test_constants_may_stand_in_nodes_and_before_the_signal(path):
+def test_constants_may_be_nodes_and_first_operands(path):
     def node(kind, names, name, **options):
         return helper.make_node(kind, names, [name], **options)
 
@@ -117,13 +117,13 @@ def test_constants_may_be_numbers_and_lists(path, option, wanted):
         ({}, "found none"),
     ],
 )
-def test_constants_of_no_numbers_are_refused(path, refusal, option, complaint):
+def test_constants_other_than_numbers_are_refused(path, refusal, option, complaint):
     nodes = [helper.make_node("Constant", [], ["c"], **option)]
     save(path, [*nodes, helper.make_node("Mul", ["x", "c"], ["y"])], ["x"], "y", {})
     assert complaint in refusal(path)
 
 
-def test_what_rsl_rl_exports_is_read(path, actor, agrees):
+def test_an_onnx_export_of_rsl_rl_is_read(path, actor, agrees):
     module = actor.as_onnx(verbose=False).eval()
     torch.onnx.export(
         module, module.get_dummy_inputs(), path, input_names=["obs"], output_names=["actions"]
@@ -165,7 +165,7 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         ),
     ],
 )
-def test_another_graph_is_refused(write, path, refusal, nodes, complaint):
+def test_a_graph_other_than_a_perceptron_is_refused(write, path, refusal, nodes, complaint):
     write(*nodes)
     assert refusal(path) == complaint
 
@@ -175,7 +175,7 @@ def test_two_inputs_are_refused(write, path, refusal):
     assert refusal(path) == "expected one input and one output, found 2 inputs, 1 outputs"
 
 
-def test_another_file_is_refused(path, refusal):
+def test_a_file_that_is_not_onnx_is_refused(path, refusal):
     path.write_text("no model")
     assert refusal(path).startswith("expected an ONNX model, found ")
 
@@ -210,7 +210,7 @@ def products(made: onnx.ModelProto) -> None:
 
 
 @pytest.mark.parametrize("name", ["", None])
-def test_gemm_may_leave_its_last_input_out(model, watched, name):
+def test_gemm_may_omit_its_bias(model, watched, name):
     path = model(node(0, input=["x", "W", *([name] if name is not None else [])]))
     watched(lambda: load_mlp(path))
     assert not load_mlp(path).layers[0].bias.any()
@@ -250,5 +250,5 @@ def test_gemm_may_leave_its_last_input_out(model, watched, name):
         (products, "2,000,000,000 multiplications of constants"),
     ],
 )
-def test_models_without_sense_are_refused(model, refused, change, complaint):
+def test_malformed_models_are_refused(model, refused, change, complaint):
     assert complaint in refused(model(change))

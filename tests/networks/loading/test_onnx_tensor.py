@@ -40,7 +40,7 @@ def test_files_with_weights_are_files_of_the_policy(model, tmp_path):
     assert files_of(path) == [path, tmp_path / "weights.bin"]
 
 
-def test_files_elsewhere_that_are_not_used_are_no_files_of_the_policy(model):
+def test_files_of_unused_tensors_are_not_files_of_the_policy(model):
     def unused(made: onnx.ModelProto) -> None:
         made.graph.initializer.add().CopyFrom(made.graph.initializer[0])
         external("sub/w.bin")(made)
@@ -51,7 +51,7 @@ def test_files_elsewhere_that_are_not_used_are_no_files_of_the_policy(model):
     assert files_of(path) == [path]
 
 
-def test_a_damaged_model_has_no_files(model, refused):
+def test_listing_the_files_of_a_damaged_model_is_refused(model, refused):
     path = model()
     path.write_bytes(path.read_bytes()[:-7])
     assert "a damaged one" in refused(path, files_of)
@@ -96,7 +96,9 @@ def test_numbers_of_16_bits_are_read(model, kind, raw):
         ("n" * 5000, {}, "File name too long"),
     ],
 )
-def test_weights_elsewhere_are_refused(model, refused, tmp_path, location, entries, complaint):
+def test_weights_in_files_elsewhere_missing_or_too_short_are_refused(
+    model, refused, tmp_path, location, entries, complaint
+):
     (tmp_path / "weights.bin").write_bytes(bytes(80))
     (tmp_path / "secret").write_bytes(bytes(80))
     (tmp_path / "link").symlink_to(tmp_path / "secret")
@@ -145,5 +147,5 @@ def tensor(**fields: object) -> Callable[[onnx.ModelProto], None]:
         (tensor(raw_data=b"123"), "a multiple of 4 bytes, found 3 bytes"),
     ],
 )
-def test_tensors_of_no_numbers_or_no_size_are_refused(model, refused, change, complaint):
+def test_tensors_of_unsupported_types_or_wrong_sizes_are_refused(model, refused, change, complaint):
     assert complaint in refused(model(change))

@@ -58,7 +58,7 @@ PICKLES = {
 
 @pytest.mark.parametrize("name", PICKLES)
 @pytest.mark.parametrize("where", ["data.pkl", "constants.pkl", "checkpoint", "old checkpoint"])
-def test_pickles_make_nothing_but_values(
+def test_harmful_endless_or_damaged_pickles_are_refused(
     path, scripted, refused, tmp_path, monkeypatch, name, where
 ):
     monkeypatch.chdir(tmp_path)

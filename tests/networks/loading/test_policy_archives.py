@@ -1,4 +1,4 @@
-"""Archives of arrays: of numbers and texts alone, and of the sizes they say."""
+"""Archives of arrays, which hold only numbers and texts, of the sizes that they state."""
 
 import os
 import pickle
@@ -53,7 +53,9 @@ LOADERS = {"load": walking_policy.load, "load_mlp": load_mlp}
         ({"weights_x": np.zeros((2, 2))}, "weights of 5 layers, found no weights_4"),
     ],
 )
-def test_other_arrays_are_refused(tmp_path, arrays, refused, loader, change, complaint):
+def test_arrays_of_wrong_types_or_shapes_are_refused(
+    tmp_path, arrays, refused, loader, change, complaint
+):
     path = tmp_path / "policy.npz"
     np.savez(path, **{**arrays, **change})
     assert complaint in refused(path, LOADERS[loader])
@@ -84,7 +86,9 @@ def test_other_arrays_are_refused(tmp_path, arrays, refused, loader, change, com
         (pickle.dumps(Reduced(os.system, "touch harm")), "an array weights_0.npy, found none"),
     ],
 )
-def test_members_that_are_no_arrays_are_refused(tmp_path, monkeypatch, refused, content, complaint):
+def test_members_that_are_not_valid_arrays_are_refused(
+    tmp_path, monkeypatch, refused, content, complaint
+):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "policy.npz"
     written = {**members(walking_policy.SHIPPED), "weights_0.npy": content}
@@ -93,7 +97,7 @@ def test_members_that_are_no_arrays_are_refused(tmp_path, monkeypatch, refused, 
     assert os.listdir() == [path.name]
 
 
-def test_arrays_of_other_orders_and_sizes_are_read(tmp_path, arrays):
+def test_a_big_endian_array_of_float32_in_fortran_order_is_read(tmp_path, arrays):
     path = tmp_path / "policy.npz"
     weights = np.asfortranarray(arrays["weights_0"]).astype(">f4")
     np.savez(path, **{**arrays, "weights_0": weights})

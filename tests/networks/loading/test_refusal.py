@@ -9,7 +9,7 @@ from spikeport.networks.loading.refusal import extra, refusing
 from spikeport.reading.mismatch import MismatchError
 
 
-def test_what_does_not_match_is_refused_with_the_files_name() -> None:
+def test_a_mismatch_is_refused_with_the_files_name() -> None:
     with pytest.raises(UsageError) as caught, refusing(Path("a/b.pt")):
         raise MismatchError("a horse", "a cow")
     assert str(caught.value) == (
@@ -18,7 +18,7 @@ def test_what_does_not_match_is_refused_with_the_files_name() -> None:
     )
 
 
-def test_cure_and_kind_can_be_others_and_other_errors_pass() -> None:
+def test_cure_and_kind_can_be_replaced_and_other_errors_pass_through() -> None:
     with pytest.raises(UsageError, match=r"^stable 'x': .* found a cow; buy a horse$"):  # noqa: SIM117
         with refusing(Path("x"), "buy a horse", "stable"):
             raise MismatchError("a horse", "a cow")

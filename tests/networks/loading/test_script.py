@@ -1,4 +1,4 @@
-"""Text of TorchScript: what it may do is followed, and nothing of it is run."""
+"""The text of TorchScript, which is interpreted within limits and never run by torch."""
 
 import os
 from pathlib import Path
@@ -55,7 +55,7 @@ class Looping(Policy):
 
 
 class Inner(nn.Module):
-    """Harm that lies in a part, which `forward` does not call."""
+    """A module with a harmful part that `forward` does not call."""
 
     def __init__(self, part: nn.Module) -> None:
         super().__init__()
@@ -69,7 +69,9 @@ def double(module: nn.Module, inputs: tuple[Tensor], output: Tensor) -> Tensor:
     return output * 2.0
 
 
-def test_what_a_policy_does_on_loading_is_not_done(path, tmp_path, monkeypatch, refused):
+def test_code_that_a_policy_would_run_on_loading_is_refused_and_not_run(
+    path, tmp_path, monkeypatch, refused
+):
     monkeypatch.chdir(tmp_path)
     torch.jit.script(Loading()).save(path)
     assert refused(path) == (
@@ -101,7 +103,7 @@ def test_methods_that_forward_does_not_call_are_never_run(path, tmp_path, monkey
     ("module", "found"),
     [(Writing(), "operation aten::save"), (Looping(), "a call of bool")],
 )
-def test_what_forward_may_not_do_is_refused(path, refused, module, found):
+def test_a_forward_that_writes_files_or_loops_is_refused(path, refused, module, found):
     torch.jit.script(module).save(path)
     assert f"expected a chain of dense layers and activations, found {found}" in refused(path)
 
@@ -126,7 +128,7 @@ class InPlace(nn.Module):
         return self.last(y)
 
 
-def test_a_value_that_was_changed_in_place_is_not_taken_for_what_it_was(path, refused, watched):
+def test_a_value_that_is_used_after_it_was_changed_in_place_is_refused(path, refused, watched):
     torch.jit.script(InPlace(False)).save(path)
     watched(lambda: load_mlp(path))
     torch.jit.script(InPlace(True)).save(path)
@@ -203,7 +205,7 @@ DOUBLING += "def f60(x: Tensor) -> Tensor:\n  return x\n"
         (HEAD.replace("class Policy", "class Other") + "    return x\n", "a definition of"),
     ],
 )
-def test_texts_without_end_or_sense_are_refused(path, scripted, refused, text, complaint):
+def test_endless_or_malformed_code_is_refused(path, scripted, refused, text, complaint):
     pack(path, {**scripted, CODE: text.encode("utf-8", "surrogateescape")})
     assert complaint in refused(path)
 

@@ -1,4 +1,4 @@
-"""Tensors that do not lie where they say."""
+"""Tensors whose sizes do not fit their storage."""
 
 import io
 import pickle
@@ -16,7 +16,7 @@ def path(tmp_path):
 
 
 def storage_pickle(**changes: object) -> bytes:
-    """Return a checkpoint's pickle of one tensor, with other sizes than it has."""
+    """Return a checkpoint's pickle of a tensor with other sizes than its own."""
     sizes = {"count": 20, "offset": 0, "shape": (4, 5), "strides": (5, 1), **changes}
 
     class Storage:
@@ -76,6 +76,6 @@ def storage_pickle(**changes: object) -> bytes:
         ),
     ],
 )
-def test_tensors_lie_within_their_storage(path, refused, changes, complaint):
+def test_tensors_that_do_not_fit_their_storage_are_refused(path, refused, changes, complaint):
     pack(path, {"policy/data.pkl": storage_pickle(**changes), "policy/data/0": bytes(80)})
     assert complaint in refused(path)

@@ -1,4 +1,4 @@
-"""Files of torch, from the time of zip archives and from before."""
+"""Files of torch: zip archives, and the format before them."""
 
 import io
 import pickle
@@ -34,7 +34,7 @@ def test_tensors_are_views_of_their_storages(path):
     check(read(path))
 
 
-def test_numbers_may_have_their_high_bytes_first(path):
+def test_big_endian_numbers_are_read(path):
     content = members(path)
     for key, kind in (("0", "f4"), ("1", "i8")):
         numbers = np.frombuffer(content[f"file/data/{key}"], kind)
@@ -51,7 +51,7 @@ def test_numbers_may_have_their_high_bytes_first(path):
         ({"other/data.pkl": b""}, "a file, found an archive with 2 data.pkl in a folder"),
     ],
 )
-def test_another_archive_is_refused(path, change, complaint):
+def test_a_malformed_archive_is_refused(path, change, complaint):
     pack(path, {**members(path), **change})
     with pytest.raises(MismatchError, match=complaint):
         read(path)
@@ -65,7 +65,8 @@ def test_a_file_from_before_zip_archives_is_read():
     read = pickled_in_a_row(written)
     check(read)
     numbers = read["a"].storage.numbers()
-    assert np.shares_memory(numbers, np.frombuffer(written, np.uint8))  # or a view copies all
+    # Otherwise each view would copy the whole storage.
+    assert np.shares_memory(numbers, np.frombuffer(written, np.uint8))
 
 
 @pytest.mark.parametrize(
@@ -81,6 +82,6 @@ def test_a_file_from_before_zip_archives_is_read():
         ([MAGIC, 1001, {"little_endian": True}, {}], "a whole pickle, found a damaged one"),
     ],
 )
-def test_other_pickles_in_a_row_are_refused(parts, complaint):
+def test_other_sequences_of_pickles_are_refused(parts, complaint):
     with pytest.raises(MismatchError, match=complaint):
         pickled_in_a_row(b"".join(pickle.dumps(part, 2) for part in parts))

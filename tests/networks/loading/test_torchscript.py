@@ -75,13 +75,13 @@ def test_a_trace_of_dropout_in_training_is_refused_until_it_is_in_evaluation_mod
 
 
 @pytest.mark.parametrize("name", ["aten::lt", "aten::gt", "aten::ne"])
-def test_a_comparison_of_observations_is_no_number_s(name):
+def test_numbers_can_be_compared_and_observations_cannot(name):
     assert OPERATIONS[name](1, 1) is False
     with pytest.raises(TypeError):
         OPERATIONS[name](Chain(), 0)
 
 
-def test_what_rsl_rl_exports_is_read_with_its_normalisation(path, actor, agrees):
+def test_a_torchscript_export_of_rsl_rl_is_read_with_its_normalisation(path, actor, agrees):
     exported = torch.jit.script(actor.as_jit())
     exported.save(path)
     agrees(load_mlp(path), exported)
@@ -154,7 +154,7 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         (Two(), "expected a module with one input, the observation, found 2 inputs"),
     ],
 )
-def test_another_module_is_refused(path, refusal, module, complaint):
+def test_a_module_other_than_a_perceptron_is_refused(path, refusal, module, complaint):
     torch.jit.script(module).save(path)
     assert refusal(path) == complaint
 

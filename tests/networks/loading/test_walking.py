@@ -1,4 +1,4 @@
-"""Walking policies of others become ours, or are refused with what was found."""
+"""Foreign walking policies, which are translated or refused."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -58,7 +58,7 @@ def refused(path, description=None):
         ([nn.Linear(69, 8), nn.GELU(), nn.Linear(8, N)], "expected activation elu, found gelu"),
     ],
 )
-def test_a_policy_of_another_kind_is_refused(tmp_path, environment, layers, complaint):
+def test_a_policy_of_other_sizes_or_activation_is_refused(tmp_path, environment, layers, complaint):
     path = tmp_path / "policy.pt"
     torch.jit.script(nn.Sequential(*layers)).save(path)
     assert refused(path, environment()) == f"policy file '{path}': {complaint}{WITH}"
@@ -71,12 +71,12 @@ def test_a_foreign_policy_needs_its_description(path):
     )
 
 
-def test_a_run_is_told_its_own_option_for_a_description(path):
+def test_a_run_without_a_description_names_its_own_option_for_one(path):
     with pytest.raises(UsageError, match=r"found none; give it with --set description=env\.yaml$"):
         PolicySettings(policy=str(path)).walking_policy()
 
 
-def test_the_activation_of_a_checkpoint_is_the_one_that_is_named(tmp_path, environment):
+def test_an_activation_passed_for_a_checkpoint_is_used(tmp_path, environment):
     layers = nn.Sequential(nn.Linear(69, 8), nn.ELU(), nn.Linear(8, N)).state_dict()
     state = {f"mlp.{name}": value for name, value in layers.items()}
     state["distribution.std_param"] = torch.ones(N)

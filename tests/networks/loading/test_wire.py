@@ -1,4 +1,4 @@
-"""Bytes of ONNX files that are none, or have no end."""
+"""Malformed and endless bytes in ONNX files."""
 
 import pytest
 
@@ -15,7 +15,7 @@ import pytest
         (b"", "0 graphs"),
     ],
 )
-def test_bytes_without_end_or_sense_are_refused(model, refused, content, complaint):
+def test_endless_or_malformed_bytes_are_refused(model, refused, content, complaint):
     path = model()
     path.write_bytes(content)
     assert complaint in refused(path)
