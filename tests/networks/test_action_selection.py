@@ -29,7 +29,7 @@ def shown(
     pipeline: str | None,
     options: SelectionOptions | None = None,
 ) -> Simulator:
-    """Return a network with a selection in it, run through the schedule."""
+    """Run a network with a selection through the schedule, and return the simulator."""
     phases = schedule(n_actions).reshape(-1, n_actions)
     with network:
         selection = action_selection(n_actions, options, network.seed)
@@ -46,7 +46,7 @@ def shown(
 
 
 def selected(sim: Simulator, network: nengo.Network, n_actions: int) -> np.ndarray:
-    """Return (n_pairs, winner, steps, n_actions) gates; check what must always hold."""
+    """Return gates (n_pairs, winner, steps, n_actions), once checked to open only the winner's."""
     gates = sim.data[network.gates].reshape(len(PAIRS), n_actions, HOLD_STEPS, n_actions)
     settled = gates[:, :, SETTLED:]
     assert (settled.argmax(axis=-1) == np.arange(n_actions)[:, np.newaxis]).all()
@@ -69,7 +69,7 @@ def switched_ms(gates: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(
     ("n_actions", "pipeline"), [(2, "compact"), (3, "compact"), (4, "as_written")]
 )
-def test_selects_on_one_core(n_actions, pipeline):
+def test_a_selection_fits_on_one_core_and_switches_within_45_ms(n_actions, pipeline):
     network = nengo.Network(seed=0)
     sim = shown(network, n_actions, "native", pipeline)
     assert len(sim.compilation.report.cores) == 1
@@ -79,7 +79,7 @@ def test_selects_on_one_core(n_actions, pipeline):
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(1, 5))
 @pytest.mark.parametrize("n_actions", [2, 3, 4])
-def test_selects_with_every_seed(n_actions, seed):
+def test_a_selection_works_with_every_seed(n_actions, seed):
     """Measured when written: at most 31, 38 and 47 ms at the three pairs."""
     network = nengo.Network(seed=seed)
     sim = shown(network, n_actions, "native", "compact")
@@ -90,14 +90,14 @@ def test_selects_with_every_seed(n_actions, seed):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
-def test_the_humanoids_selects_between_close_utilities(seed):
+def test_the_humanoids_selection_works_between_close_utilities(seed):
     """Measured when written: at most 27, 38 and 39 ms."""
     network = nengo.Network(seed=seed)
     sim = shown(network, 2, "native", "compact", HumanoidOptions().selection)
     assert switched_ms(selected(sim, network, 2)).max() < 45
 
 
-def test_selects_in_float():
+def test_a_selection_works_in_float():
     network = nengo.Network(seed=0)
     sim = shown(network, 3, "reference", None)
     assert switched_ms(selected(sim, network, 3)).max() < 45
@@ -118,14 +118,14 @@ def test_a_selected_action_is_disinhibited():
 
 
 def drive(ensemble: nengo.Ensemble, spikes: np.ndarray) -> np.ndarray:
-    """Return (n_actions,) what populations of rectified linear neurons encode."""
+    """Return the values (n_actions,) that populations of rectified linear neurons encode."""
     rates = spikes.mean(axis=0).reshape(ensemble.dimensions, -1)
     slopes = ensemble.gain.reshape(rates.shape) / ensemble.radius
     return rates.sum(axis=1) / slopes.sum(axis=1)
 
 
 @pytest.mark.parametrize("utilities", [(0.8, 0.4), (0.8, 0.6, 0.2), (0.9, 0.5, 0.5, 0.5)])
-def test_the_ganglia_compute_what_nengo_spas_do(utilities):
+def test_the_basal_ganglia_compute_what_nengo_spas_do(utilities):
     """Within 0.06, the error of 100 decoded LIF neurons whose two constants stay distinct."""
     n_actions = len(utilities)
     with nengo.Network(seed=0) as network:
@@ -157,7 +157,7 @@ def test_nengo_spas_own_network_has_the_same_interface():
     assert not sim.data[probes["gate"]][200:].any()
 
 
-def test_one_action_is_nothing_to_select_from():
+def test_a_selection_from_one_action_is_refused():
     with pytest.raises(UsageError) as error:
         action_selection(1)
     assert str(error.value) == "n_actions=1: there must be at least 2 to select from"

@@ -23,7 +23,7 @@ def test_values_are_exact(name):
 
 
 @pytest.mark.parametrize("name", ACTIVATIONS)
-def test_neurons_are_there_for_signs_where_it_is_not_zero(name):
+def test_the_signs_are_those_where_the_activation_is_not_zero(name):
     found = tuple(s for s in (1, -1) if activation(name).function(np.array(0.5 * s)) != 0)
     assert activation(name).signs == found
 
@@ -33,7 +33,7 @@ def test_large_pre_activations_give_finite_values(name):
     assert np.isfinite(activation(name).function(np.array([-1e4, 1e4]))).all()
 
 
-def test_an_unknown_name_lists_those_there_are():
+def test_an_unknown_activation_lists_the_known_ones():
     with pytest.raises(UsageError) as caught:
         activation("swish")
     message = "unknown activation 'swish'; choose from: elu, gelu, relu, silu, tanh"

@@ -8,7 +8,7 @@ from spikeport.networks.analytic_follower import analytic_follower, from_inputs
 from spikeport.networks.path_following import FollowerGains, exact_command
 
 
-def test_its_command_is_that_of_the_law_one_step_late() -> None:
+def test_the_command_is_that_of_the_law_one_step_late() -> None:
     gains = FollowerGains()
     reference, state = np.array([1.0, 0.5, 0.4, 0.1]), np.array([0.3, 0.8, 0.2, 0.5, 0.0])
     with nengo.Network() as network:
@@ -23,7 +23,7 @@ def test_its_command_is_that_of_the_law_one_step_late() -> None:
     assert found[1:] == pytest.approx(np.array([exact_command(gains, reference, state)] * 2))
 
 
-def test_a_function_sees_reference_and_state_one_after_the_other() -> None:
+def test_a_function_gets_the_reference_followed_by_the_state() -> None:
     net, computed = from_inputs("sum", lambda values: values[[0, 3, 4, 8]], 4)
     with nengo.Network() as network:
         network.add(net)

@@ -11,7 +11,7 @@ SMALL = ArmSizes(m1=40, cb=30, s1=10)
 
 
 def held(law, region, seed=0, sizes=None, **options):
-    """Return a controller with one state after the other as input, and a function that feeds."""
+    """Return a function that holds a state at a controller's input, and returns its torques."""
     shown = np.zeros(14)
     with nengo.Network(seed=seed) as net:
         controller = arm(law, region, sizes, seed=seed, **options)
@@ -31,7 +31,7 @@ def held(law, region, seed=0, sizes=None, **options):
 
 
 def full_scale(law, region):
-    """Return (4,) for each joint, the largest torques of all terms added up, in N m."""
+    """Return the sum (4,) of the largest torques of all terms for each joint, in N m."""
     terms = law.terms(region.q_samples)
     parts = [
         *(np.abs(terms.kinematic).max(axis=0) * region.error.half[:, np.newaxis]),
@@ -48,7 +48,7 @@ def of_label(net, label):
 # structure
 
 
-def test_it_is_factored_as_in_the_paper(law, region):
+def test_the_network_has_the_ensembles_of_the_paper(law, region):
     net = arm(law, region)
     assert {e.label: (e.n_neurons, e.dimensions) for e in net.all_ensembles} == {
         "S1": (11 * 50, 11),
@@ -71,7 +71,7 @@ def test_the_presets_have_the_papers_totals(law, region, preset, total):
 
 
 @pytest.mark.parametrize("n", [50, 7])
-def test_s1s_intercepts_are_even_in_pairs_of_both_signs(law, region, n):
+def test_intercepts_of_s1_are_evenly_spaced_in_pairs_of_opposite_signs(law, region, n):
     (s1,) = of_label(arm(law, region, ArmSizes(m1=40, cb=30, s1=n)), "S1")
     intercepts = np.reshape(s1.intercepts, (11, n))
     signs = np.asarray(s1.encoders).sum(axis=1).reshape(11, n)
@@ -95,7 +95,7 @@ def decoded(net):
     return [c for c in net.all_connections if c.pre_obj in terms]
 
 
-def test_given_decoders_are_shared_out_among_the_ensembles_of_a_group(law, region):
+def test_decoders_passed_in_are_split_among_the_ensembles_of_a_group(law, region):
     sizes = ArmSizes(m1=MAX_DECODED_NEURONS + 2, cb=30, s1=10)
     given = np.random.RandomState(0).randn(sizes.m1, 4)
     net = arm(law, region, sizes, decoders={"M1 x": given})
@@ -105,7 +105,7 @@ def test_given_decoders_are_shared_out_among_the_ensembles_of_a_group(law, regio
     assert isinstance(solvers[net.groups["M1 y"][0]], nengo.solvers.LstsqL2)
 
 
-def test_s1_has_fifty_neurons_for_each_dimension_and_no_other(law, region):
+def test_s1_has_fifty_neurons_for_each_dimension_that_encode_it_alone(law, region):
     (s1,) = of_label(arm(law, region), "S1")
     encoders = np.asarray(s1.encoders)
     assert (np.count_nonzero(encoders, axis=1) == 1).all()
@@ -115,7 +115,7 @@ def test_s1_has_fifty_neurons_for_each_dimension_and_no_other(law, region):
 
 
 @pytest.mark.parametrize("m1", [4001, 8000, 8002, 12_001])
-def test_large_ensembles_are_split_and_none_of_their_neurons_lost(law, region, m1):
+def test_large_ensembles_are_split_without_losing_neurons(law, region, m1):
     sizes = ArmSizes(m1=m1, cb=30, s1=10)
     net = arm(law, region, sizes)
     parts = of_label(net, "M1 x")
@@ -141,7 +141,7 @@ def test_the_parts_of_a_split_ensemble_share_its_targets(law, region):
         assert part == pytest.approx(whole / 2)
 
 
-def test_decoded_values_stay_below_one(law, region):
+def test_decoded_values_are_scaled_to_at_most_one(law, region):
     net = arm(law, region, SMALL)
     connections = decoded(net)
     assert len(connections) == 8
@@ -149,7 +149,7 @@ def test_decoded_values_stay_below_one(law, region):
         assert np.abs(connection.function).max(axis=0) == pytest.approx(1.0)
 
 
-def test_every_row_of_s1s_targets_is_driven_once(law, region):
+def test_s1_drives_each_of_its_targets_once(law, region):
     net = arm(law, region, SMALL)
     (s1,) = of_label(net, "S1")
     driven = Counter(c.post_obj.label for c in net.all_connections if c.pre_obj is s1)
@@ -177,12 +177,12 @@ def test_with_an_efference_copy_cb_has_neurons_that_learn(law, region):
     (decoded_,) = (c for c in net.all_connections if c.learning_rule is not None)
     assert decoded_.pre_obj is learned
     assert not np.any(decoded_.function(np.ones(8)))
-    # The rest is as it is without it.
+    # Everything else is the same as in the network without it.
     names = [e.label for e in without.all_ensembles]
     assert [e.label for e in net.all_ensembles if e is not learned] == names
 
 
-def test_cb_learns_to_add_what_m1_goes_on_asking_for(law, region):
+def test_cb_learns_to_add_the_torque_that_m1_keeps_asking_for(law, region):
     q, error, still = region.q.restore(np.zeros(4)), 0.8 * region.error.half, np.zeros(4)
     with_copy, without = (held(law, region, sizes=SMALL, efference_copy=c) for c in (True, False))
     learned, plain = with_copy(q, still, error, 1.0), without(q, still, error, 1.0)
@@ -244,7 +244,7 @@ def test_s1s_decoders_are_per_dimension(law, region):
     assert {(type(c.solver), c.solver.n_neurons) for c in outgoing} == {(PerDimension, SMALL.s1)}
 
 
-# what it computes
+# computed torques
 
 
 def states_inside(law, region, n):

@@ -43,7 +43,7 @@ def run(utilities: tuple[tuple[float, float], ...], x: float, gated: bool = True
 
 
 def test_a_closed_gate_silences_all_neurons():
-    """Within 30 ms of the utilities, and until they change again."""
+    """They fall silent within 30 ms of the utilities' change, until these change again."""
     value, spikes = run((OPEN, CLOSED, OPEN), x=0.9)
     opened, closed, reopened = spikes.reshape(3, HOLD_STEPS)
     assert opened[100:].min() > 0
@@ -54,13 +54,13 @@ def test_a_closed_gate_silences_all_neurons():
 
 @pytest.mark.parametrize("x", [-0.8, 0.9])
 def test_an_open_gate_changes_nothing(x):
-    """Within 2 % of the range, what rounding its weights with others' may cost."""
+    """Within 2 % of the range, which rounding the weights together with the gate's may cost."""
     gated, alone = (run((OPEN,), x, gated)[0][150:].mean() for gated in (True, False))
     assert gated == pytest.approx(alone, abs=0.02)
 
 
-def test_inhibition_is_in_proportion_to_the_gains():
-    """Nengo multiplies what goes into neurons by their gains: all see the same, in radii."""
+def test_equal_weights_of_a_gate_make_inhibition_proportional_to_gains():
+    """Nengo multiplies the input of neurons by their gains: in radii, it is the same for all."""
     with nengo.Network() as network:
         net, selection = squares(), action_selection(2)
         nengo.Connection(nengo.Node(CLOSED), selection.utilities, synapse=None)

@@ -14,7 +14,7 @@ SMALL = ArmSizes(m1=60, cb=40, s1=10)
 WALK, DRAW = (0.8, 0.4), (0.4, 0.8)
 HOLD_STEPS = 300
 CLOSED_STEPS = 35
-"""From new utilities until a gate that closes has silenced its neurons."""
+"""Steps from new utilities until a closing gate has silenced its neurons."""
 PARTS = ("arm", "follower", "policy")
 
 
@@ -39,7 +39,7 @@ def parts(law, region, sizes, layers, options=None) -> HumanoidNetwork:
 
 
 def shown(net: HumanoidNetwork, law, region) -> nengo.Network:
-    """Return the humanoid at one state of the robot; it is to walk, then to draw, then to walk."""
+    """Return the humanoid at one state of the robot, with utilities to walk, draw and walk."""
     q = region.q_samples[0]
     inputs = {
         net.arm.state: np.concatenate([q, np.zeros(4), law.arm.at(q).position]),
@@ -97,7 +97,7 @@ def test_one_action_silences_the_other(law, region):
 
 
 @pytest.mark.slow
-def test_nengo_spas_selection_silences_in_float(law, region):
+def test_nengo_spas_selection_silences_the_other_action_in_float(law, region):
     net = parts(law, region, SMALL, small_layers(), HumanoidOptions(spa=True))
     _, spikes = run(shown(net, law, region), backend="reference", pipeline="")
     for part, is_open in (("arm", 1), ("follower", 0), ("policy", 0)):
@@ -130,7 +130,7 @@ def test_a_policy_that_balances_is_never_silent(law, region):
 
 
 @pytest.mark.slow
-def test_at_full_size_it_fits_on_64_cores(law, region):
+def test_the_humanoid_at_full_size_fits_on_64_cores(law, region):
     """Measured when written: 24."""
     weights = load()
     layers = [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]

@@ -25,7 +25,7 @@ def direct_torque(law, q, dq, error):
 
 
 @pytest.mark.parametrize("q", POSES)
-def test_the_torque_is_the_equations(law, q):
+def test_the_torque_equals_the_equation_written_out(law, q):
     assert law.torque(q, DQ, ERROR) == pytest.approx(direct_torque(law, q, DQ, ERROR), abs=1e-9)
 
 
@@ -39,7 +39,7 @@ def test_gains_scale_their_terms(law):
     assert theirs.damping == pytest.approx(ours.damping / 2)
 
 
-def test_a_batch_is_its_poses_one_by_one(law):
+def test_a_batch_equals_its_poses_one_by_one(law):
     batch = law.terms(POSES)
     for i, q in enumerate(POSES):
         for many, one in zip(batch, law.terms(q[np.newaxis]), strict=True):

@@ -1,4 +1,4 @@
-"""Options of networks are refused by name, with their value and the rule."""
+"""Refusals of networks' options, by name, with the value and the rule."""
 
 import pytest
 
@@ -31,13 +31,13 @@ from spikeport.networks import option_checks as check
         (lambda: check.check_name_or_file("k", "nix.csv", ["a"]), "k=nix.csv: no such file"),
     ],
 )
-def test_what_cannot_be_is_refused(refused, message):
+def test_an_invalid_option_is_refused_with_name_value_and_rule(refused, message):
     with pytest.raises(UsageError) as caught:
         refused()
     assert str(caught.value).startswith(message)
 
 
-def test_bounds_themselves_are_taken():
+def test_the_bounds_themselves_are_allowed():
     check.check_counts(a=1)
     check.check_pairs("n", 2, "it")
     check.check_seed("s", 0)

@@ -14,7 +14,8 @@ DT_S = 0.001
 
 
 def situations(n, seed=3):
-    """Return references and states of all headings: bearings within 0.6 rad, 1 in 3 anywhere."""
+    """Return references and states of all headings, with bearings within 0.6 rad or, for 1 in 3,
+    anywhere."""
     rng = np.random.RandomState(seed)
     heading, beside, anywhere = rng.uniform(-np.pi, np.pi, (3, n))
     bearing = np.where(np.arange(n) % 3, 0.6 * beside / np.pi, anywhere)
@@ -62,18 +63,18 @@ def test_the_analytic_follower_is_the_law_one_step_late():
     assert sim.data[probe][-1] == pytest.approx(wanted[1])
 
 
-def test_its_neurons():
+def test_the_follower_has_1750_neurons():
     ensembles = path_follower(GAINS).all_ensembles
     assert sum(e.n_neurons for e in ensembles) == 8 * 140 + 280 + 200 + 100 + 50
 
 
-def test_each_of_its_ensembles_has_a_filter():
+def test_every_ensemble_is_listed_under_its_filter():
     net = path_follower(GAINS)
     assert {tau: len(ensembles) for tau, ensembles in net.filters.items()} == {0.005: 10, 0.02: 2}
     assert analytic_follower(GAINS).filters == {}
 
 
-def test_neurons_see_errors_within_the_unit_disc():
+def test_the_host_gives_neurons_errors_within_the_unit_disc():
     net = path_follower(GAINS)
     (host,) = (node for node in net.all_nodes if node.output is not None)
     far = host.output(0.0, np.array([103.0, 54.0, 0.9, 0.2, np.pi / 2, 100, 50, 0.9, 0.6]))
@@ -134,10 +135,10 @@ def test_a_unicycle_joins_a_circle():
 
 
 @pytest.mark.slow
-def test_its_command_can_enter_a_policy_on_the_same_chip():
+def test_a_command_can_enter_a_policy_on_the_same_chip():
     """Two units that stay above zero pass the command on.
 
-    To 0.055 when written, the yaw rates being at their limits, where neurons round the corner off.
+    Measured when written: to 0.055, with yaw rates at their limits, where neurons round the corner.
     """
     references, states = situations(3)
     layers = [Layer(np.eye(4)[[1, 3]], np.full(2, 1.5)), Layer(np.eye(2), np.full(2, -1.5))]
@@ -168,7 +169,7 @@ def test_its_command_can_enter_a_policy_on_the_same_chip():
         ({"rates": (200.0, 100.0)}, "rates=(200, 100): firing rates in Hz must be above 0, and "),
     ],
 )
-def test_options_that_cannot_be_are_refused(option, message):
+def test_invalid_options_are_refused(option, message):
     with pytest.raises(UsageError) as caught:
         FollowerOptions(**option)
     assert str(caught.value).startswith(message)

@@ -33,7 +33,7 @@ def test_the_heading_error_takes_the_short_way_round():
 
 
 @pytest.mark.parametrize(("y", "turn"), [(0.01, 1), (-0.01, -1), (0, -1)])
-def test_behind_the_robot_the_turn_is_the_largest_to_the_nearer_side(y, turn):
+def test_a_point_behind_the_robot_asks_for_the_largest_turn_to_the_nearer_side(y, turn):
     assert command([-0.4, y, 0, 0], [0, 0, 0, 0, 0])[1] == turn
 
 
@@ -44,13 +44,13 @@ def test_the_speed_has_limits():
     assert GAINS.reach_m == 0.8
 
 
-def test_wrap_ends_below_pi():
+def test_wrap_returns_angles_from_minus_pi_to_below_pi():
     assert wrap([np.pi, -np.pi, 3 * np.pi / 2, 0.5]).tolist() == pytest.approx(
         [-np.pi, -np.pi, -np.pi / 2, 0.5]
     )
 
 
-def test_many_states_at_once():
+def test_commands_for_many_states_equal_those_for_each_state():
     reference, states = np.array([0.4, 0.1, 0, 0]), np.random.RandomState(0).randn(3, 2, 5)
     commands = exact_command(GAINS, reference, states)
     assert commands.shape == (3, 2, 2)
@@ -59,7 +59,7 @@ def test_many_states_at_once():
 
 @pytest.mark.parametrize("turn_lag_s", [0.0, 0.2])
 def test_a_robot_that_lags_stays_on_a_circle(turn_lag_s):
-    """The heading is ahead of the course by the lag times the yaw rate, here of a small angle."""
+    """The heading is ahead of the course by the lag times the yaw rate, here a small angle."""
     radius, speed = 10.0, 0.5
     gains = gains_for(turn_lag_s, kp_speed=1.1)
     distance, yaw_rate = speed / gains.kp_speed, speed / radius

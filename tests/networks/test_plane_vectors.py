@@ -22,7 +22,7 @@ def test_every_neuron_of_a_bearing_has_a_mirror_image(bearing):
 
 
 def test_most_neurons_of_a_bearing_bend_nearly_ahead(bearing):
-    """A bend is where the encoder is at a right angle, to either side."""
+    """A tuning curve bends at a right angle to the neuron's encoder, on either side."""
     angle = np.arctan2(*bearing.encoders.T[::-1])
     bend = np.minimum(np.abs(angle - np.pi / 2), np.abs(angle + np.pi / 2))
     assert 70 <= (bend <= AHEAD_RAD).sum() <= 90
@@ -34,7 +34,7 @@ def test_thresholds_and_rates_of_a_bearing_are_spread_evenly(bearing):
         assert np.abs(share - (np.arange(50) + 0.5) / 50).max() < 0.08
 
 
-def test_most_bearings_that_are_decoded_are_nearly_ahead(bearing):
+def test_most_evaluation_points_of_a_bearing_are_nearly_ahead(bearing):
     points = bearing.eval_points
     assert np.hypot(*points.T).max() <= 1
     assert points.mean(axis=0)[1] == pytest.approx(0, abs=1e-12)
@@ -42,7 +42,7 @@ def test_most_bearings_that_are_decoded_are_nearly_ahead(bearing):
     assert nearly.mean() == pytest.approx(0.7 + 0.3 * AHEAD_RAD / np.pi, abs=0.03)
 
 
-def test_a_length_is_the_same_in_all_directions():
+def test_encoders_of_a_length_favour_no_direction():
     with nengo.Network():
         encoders = length_ensemble("e", 100).encoders
     assert encoders.sum(axis=0) == pytest.approx([0, 0], abs=1e-12)

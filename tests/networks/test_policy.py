@@ -40,9 +40,9 @@ def gait_like(n: int, n_samples: int, seed: int = 0) -> np.ndarray:
 def driven(
     sizes: tuple[int, ...], n_samples: int, centre: float = 0.0
 ) -> tuple[nengo.Network, np.ndarray]:
-    """Return a policy in a network that shows it observations; the exact actions for these.
+    """Return a network that feeds observations to a policy, and the exact actions for these.
 
-    The same actions, and the same values of its units, belong to observations around any centre.
+    Actions and values of units are the same for observations around any centre.
     """
     first, *others = random_layers(sizes)
     layers = [Layer(first.weights, first.bias - first.weights.sum(axis=1) * centre), *others]
@@ -64,20 +64,21 @@ def relative_error(network: nengo.Network, wanted: np.ndarray, passes: str) -> f
     return float(np.std((found - wanted)[5:]) / np.std(wanted[5:]))
 
 
-def test_observations_far_from_zero_cost_nothing() -> None:
+def test_observations_far_from_zero_cost_no_accuracy() -> None:
     near, far = (
         relative_error(*driven((8, 12, 8, 4), 60, centre), PASSES) for centre in (0.0, 5.0)
     )
-    assert far == pytest.approx(near, rel=0.05)  # bits of the sums differ, and few spikes with them
+    # The sums differ in some bits, and a few spikes with them.
+    assert far == pytest.approx(near, rel=0.05)
 
 
 def of_both_sides(n: int, m: int, rng: np.random.RandomState) -> Layer:
-    """Return a layer that takes mirrored values (m,) to mirrored ones (n,): their halves swap."""
+    """Return a layer whose outputs (n,) swap their halves when its inputs (m,) do."""
     near, far = rng.randn(2, n // 2, m // 2)
     return Layer(np.block([[near, far], [far, near]]), np.tile(rng.randn(n // 2), 2))
 
 
-def test_a_policy_of_two_sides_errs_alike_on_both() -> None:
+def test_a_symmetric_policy_errs_alike_on_both_sides() -> None:
     rng = np.random.RandomState(0)
     layers = [of_both_sides(n, m, rng) for m, n in itertools.pairwise((4, 6, 8, 2))]
     observations = rng.randn(1, 4)
@@ -95,7 +96,7 @@ def test_a_policy_of_two_sides_errs_alike_on_both() -> None:
     assert np.ptp(actions[0][-1]) > 0.1
 
 
-def test_exact_is_an_elu_network() -> None:
+def test_exact_computes_a_network_with_elu() -> None:
     layers = random_layers((3, 4, 2))
     x = np.array([0.3, -0.2, 1.0])
     hidden = layers[0].weights @ x + layers[0].bias
@@ -105,7 +106,7 @@ def test_exact_is_an_elu_network() -> None:
     np.testing.assert_allclose(elu(hidden), h)
 
 
-def test_ranges_cover_what_was_recorded_and_have_a_floor() -> None:
+def test_ranges_cover_the_recorded_values_and_have_a_floor() -> None:
     layer = Layer(np.eye(2), np.zeros(2))
     (ranges,) = record_ranges([layer, layer], np.array([[2.0, -0.1], [-3.0, 0.1]]), quantile=1)
     assert ranges.above.tolist() == [2.0, 0.5]
@@ -128,7 +129,7 @@ def test_tied_decoders_are_least_squares_with_one_unknown() -> None:
     np.testing.assert_allclose(decoders, np.full((4, 1), 0.02))
 
 
-def test_on_the_chip() -> None:
+def test_direct_decoding_errs_less_on_the_chip_than_relayed_decoding() -> None:
     network, wanted = driven((6, 10, 10, 4), n_samples=40)
     direct = relative_error(network, wanted, PASSES)
     relayed = relative_error(network, wanted, "fuse,decode_path{default=onoff},split,pack")
@@ -136,7 +137,7 @@ def test_on_the_chip() -> None:
 
 
 @pytest.mark.slow
-def test_a_policy_of_the_papers_size() -> None:
+def test_a_policy_of_the_papers_size_fits_on_18_cores_and_is_accurate() -> None:
     network, wanted = driven((69, 128, 128, 128, 19), n_samples=50)
     assert len(network.all_ensembles) == 768
     compilation = compile_network(network, pipeline=PASSES)

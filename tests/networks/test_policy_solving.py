@@ -14,13 +14,13 @@ from tests.helpers.policies import LAYERS, OBSERVATIONS, built, float_error
 
 
 @pytest.mark.slow
-def test_layers_solved_for_jointly_are_nearer():
+def test_a_policy_solved_by_layers_errs_less_than_one_solved_by_units():
     unit = float_error(PolicyOptions(units="lif"))
     layer = float_error(PolicyOptions(units="lif", solve="layer"), observations=OBSERVATIONS)
     assert layer < 0.7 * unit
 
 
-def test_solving_layers_leaves_neurons_and_decoders_of_units():
+def test_solving_by_layers_leaves_neurons_and_decoders_of_units_unchanged():
     unit, layer = (
         built(PolicyOptions(solve=solve), observations=OBSERVATIONS) for solve in ("unit", "layer")
     )
@@ -33,7 +33,7 @@ def test_solving_layers_leaves_neurons_and_decoders_of_units():
             assert (a.data[one.decoded].weights == b.data[other.decoded].weights).all()
 
 
-def test_a_readout_by_halves_is_the_same_layer():
+def test_a_readout_by_halves_computes_the_same_as_the_layer():
     options = PolicyOptions()
     actions = []
     last = by_halves(LAYERS[-1], options)
@@ -58,7 +58,7 @@ def test_a_refit_finds_the_weights_that_values_were_made_with():
     np.testing.assert_allclose(found.bias, bias, atol=0.01)
 
 
-def test_a_refit_keeps_the_weights_of_halves_that_never_speak():
+def test_a_refit_keeps_the_weights_of_halves_that_are_always_zero():
     halves = np.random.RandomState(2).rand(100, 6)
     halves[:, 4] = 0.0
     nominal = by_halves(Layer(np.array([[1.0, 2.0, 3.0]]), np.zeros(1)), PolicyOptions())

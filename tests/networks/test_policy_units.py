@@ -35,7 +35,7 @@ def test_units_have_neurons_of_the_named_type(units, above, below):
     assert kinds(PolicyOptions(units=units)) == [above, below]
 
 
-def test_integrate_and_fire_is_the_least_decay_the_chip_builder_takes():
+def test_integrate_and_fire_units_have_the_smallest_voltage_decay_on_the_chip():
     options = PolicyOptions(units="if")
     assert kinds(options) == [(nengo.LIF, 4.0)] * 2
     with nengo.Network(seed=0) as network:
@@ -49,7 +49,7 @@ def test_integrate_and_fire_is_the_least_decay_the_chip_builder_takes():
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 @pytest.mark.parametrize("units", ["hybrid", "lif", "relu", "if"])
-def test_all_variants_become_few_ensembles_on_the_chip(activation, units):
+def test_units_of_all_kinds_are_fused_into_few_ensembles_on_the_chip(activation, units):
     options = PolicyOptions(activation=activation, units=units)
     with nengo.Network(seed=0) as network:
         nengo.Probe(built(options).action)
@@ -75,7 +75,7 @@ def test_float_neurons_compute_each_activation(activation, units, most):
     assert float_error(PolicyOptions(activation=activation, units=units)) < most
 
 
-def test_a_trim_is_told_to_the_first_layer():
+def test_a_trim_shifts_the_observations_of_the_first_layer():
     trim = np.random.RandomState(1).randn(6)
     last = by_halves(LAYERS[-1], PolicyOptions())
     trimmed, *_ = exact(Calibrated(last.weights, last.bias, trim).of(LAYERS)[:1], OBSERVATIONS)
@@ -99,11 +99,11 @@ def refusal(call):
         ),
     ],
 )
-def test_options_that_mean_nothing_are_refused(option, message):
+def test_invalid_options_are_refused(option, message):
     assert refusal(lambda: PolicyOptions(**option)) == message
 
 
-def test_layers_are_not_solved_without_observations():
+def test_solving_by_layers_without_observations_is_refused():
     ranges = [Ranges(np.ones(10), np.ones(10))] * 2
     message = "solve='layer' needs recorded observations; give them to policy()"
     assert refusal(lambda: policy(LAYERS, ranges, PolicyOptions(solve="layer"))) == message

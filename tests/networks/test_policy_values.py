@@ -62,7 +62,7 @@ def test_ranges_are_quantiles_of_each_sign_above_a_floor() -> None:
         ),
     ],
 )
-def test_options_are_checked(option: dict[str, object], message: str) -> None:
+def test_invalid_options_are_refused(option: dict[str, object], message: str) -> None:
     with pytest.raises(UsageError) as caught:
         PolicyOptions(**option)
     assert str(caught.value).startswith(message)

@@ -27,7 +27,7 @@ def test_neurons_are_silent_up_to_the_threshold_and_fire_at_their_rate_at_the_en
     assert 100 <= rates[3].min() < rates[3].max() <= 200
 
 
-def test_each_neuron_is_of_one_dimension() -> None:
+def test_each_neuron_encodes_one_dimension() -> None:
     assert built().encoders.tolist() == np.repeat(np.eye(3), 5, axis=0).tolist()
 
 

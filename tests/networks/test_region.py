@@ -18,7 +18,7 @@ def test_the_box_is_mapped_onto_plus_minus_one():
     assert BOX.normalise(corners) == pytest.approx(np.array([[-1, -1], [0, 0], [1, 1]]))
 
 
-def test_restore_is_the_inverse_inside():
+def test_restore_inverts_normalise_inside_the_box():
     values = BOX.centre + np.random.RandomState(0).uniform(-1, 1, (50, 2)) * BOX.half
     assert BOX.restore(BOX.normalise(values)) == pytest.approx(values, abs=1e-12)
 
@@ -59,7 +59,7 @@ def test_the_boxes_are_those_of_the_recording(recording):
         assert np.array_equal(getattr(region, name).half, wanted.half)
 
 
-def test_the_samples_are_beside_the_recorded_path_too(recording):
+def test_the_samples_lie_beside_the_recorded_path_too(recording):
     recording = {**recording, "q": np.linspace([0, 0, 0, 0], [1, 1, 1, 1], 200)}
     samples = ArmRegion.from_recording(**recording, seed=0).q_samples
     off_the_path = np.abs(samples - samples.mean(axis=1, keepdims=True)).max(axis=1)
@@ -72,7 +72,7 @@ def test_the_samples_follow_from_the_seed(recording):
     assert not np.array_equal(first, ArmRegion.from_recording(**recording, seed=1).q_samples)
 
 
-def test_the_number_of_samples_is_the_callers(recording):
+def test_the_number_of_samples_is_set_by_the_caller(recording):
     assert ArmRegion.from_recording(**recording, seed=0, n_samples=7).q_samples.shape == (7, 4)
 
 
@@ -85,7 +85,7 @@ def test_the_box_of_errors_is_no_narrower_than_that_of_positions(recording):
     assert region.error.centre.tolist() == [0.0, 0.0, 0.0]
 
 
-def test_the_nearest_point_of_a_box_is_the_point_itself_inside():
+def test_clip_moves_points_outside_a_box_to_its_nearest_point():
     assert BOX.clip(np.array([[1.2, 0.0], [9.0, 0.0]])) == pytest.approx(
         np.array([[1.2, 0.0], [1.5, 0.0]])
     )

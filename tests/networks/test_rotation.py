@@ -26,7 +26,7 @@ def test_neurons_turn_a_vector_backwards():
     assert found == pytest.approx([-0.5, -0.3], abs=0.05)
 
 
-def test_every_rate_of_the_default_is_at_intercepts_all_over_the_range():
+def test_each_default_rate_occurs_at_intercepts_all_over_the_range():
     options = FollowerOptions()
     squares = Squares(options.n_square, options.rates, options.tau_fwd)
     with nengo.Network() as network:

@@ -42,7 +42,7 @@ def test_the_drawn_ensembles_fall_silent_and_the_others_go_on(backend):
 
 
 @pytest.mark.parametrize(("share", "n"), [(0.0, 0), (0.01, 1), (0.25, 6), (1.0, 24)])
-def test_the_share_is_of_all_ensembles_drawn_from_the_seed(share, n):
+def test_the_share_of_silenced_ensembles_is_drawn_from_the_seed(share, n):
     first, again, other = small_policy(), small_policy(), small_policy()
     labels = [
         [ensemble.label for ensemble in silence(net, share, AT_S, 0.002, seed)]

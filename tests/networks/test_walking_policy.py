@@ -101,7 +101,7 @@ def test_a_policy_that_does_not_fit_is_refused(policy, tmp_path, change, complai
     assert str(error.value) == f"policy file '{path}': {complaint}{CURE}"
 
 
-def test_another_file_is_refused(tmp_path):
+def test_an_npz_of_other_arrays_is_refused(tmp_path):
     path = tmp_path / "policy.npz"
     np.savez(path, x=np.zeros(3))
     with pytest.raises(UsageError) as error:
