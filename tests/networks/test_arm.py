@@ -65,7 +65,7 @@ def test_the_network_has_the_ensembles_of_the_paper(law, region):
 
 
 @pytest.mark.parametrize(("preset", "total"), [("paper", 25_550), ("lean", 4_550)])
-def test_the_presets_have_the_papers_totals(law, region, preset, total):
+def test_the_presets_have_their_totals_of_neurons(law, region, preset, total):
     assert PRESETS[preset].total == total
     assert sum(e.n_neurons for e in arm(law, region, PRESETS[preset]).all_ensembles) == total
 
