@@ -6,7 +6,7 @@
 `stated` has the runs, and makes the documents' sentences from their results. Each run has a folder
 in ``build/figures``, and a finished run is not repeated: delete its folder to measure again. The
 figures of results are kept in ``benchmarks/figures``, in the repository, so that anyone can
-compare. Speeds are not kept.
+compare. Speeds are not kept. Pictures of the documents are replaced by those of their runs.
 """
 
 import argparse
@@ -14,13 +14,14 @@ import difflib
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from stated import QUIET_POLICY, RUNS, STATED, TRAINING, Stated
+from stated import PICTURES, QUIET_POLICY, RUNS, STATED, TRAINING, Stated
 
 ROOT = Path(__file__).parents[1]
 FOLDERS, RESULTS = ROOT / "build" / "figures", ROOT / "benchmarks" / "figures"
@@ -72,12 +73,12 @@ def _without(parts: dict[str, Any], names: Sequence[str]) -> dict[str, Any]:
 
 
 def run(names: Iterable[str]) -> int:
-    """Carry out unfinished runs, and keep their results; returns how many failed."""
+    """Carry out unfinished runs, and keep results and pictures; returns how many failed."""
     failed = 0
     for name in names:
         folder, command = FOLDERS / name, RUNS[name]
-        # Sweeps and evaluations skip their finished points by themselves.
-        if command.startswith(("sweep", "evaluate")) or not results_in(folder):
+        # A sweep has no single result, and skips its finished points by itself.
+        if not any((folder / result).exists() for result in ("result.json", "report.json")):
             if QUIET_POLICY in command and not (ROOT / QUIET_POLICY).exists():
                 print(f"{name}: {QUIET_POLICY} is missing; make it with: {TRAINING}")
                 failed += 1
@@ -93,6 +94,8 @@ def run(names: Iterable[str]) -> int:
         RESULTS.mkdir(exist_ok=True)
         text = json.dumps(results_in(folder), indent=1) + "\n"
         (RESULTS / f"{name}.json").write_text(text)
+        if name in PICTURES:
+            shutil.copyfile(folder / "figure.png", ROOT / PICTURES[name])
     return failed
 
 

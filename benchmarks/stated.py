@@ -7,7 +7,7 @@ rows of tables, as they must stand in its document but for where lines end.
 import inspect
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from statistics import fmean
+from statistics import fmean, median
 from typing import Any, NamedTuple
 
 Results = list[dict[str, Any]]
@@ -94,8 +94,24 @@ RUNS = {
     "quiet_on": f"sweep {QUIET} --vary n_neurons=2,20 --seeds 1",
     "walk_float": "sweep walk --backend reference --seeds 5 --seconds 20 --set path=loop"
     " --set calibrated=false --vary n_neurons=2,20",
+    "simulate": "simulate examples/communication_channel.py",
+    "reach": "run reach",
+    "robot": "run walk --backend board --robot stub --seconds 20",
+    "fig5a": "figure 5a",
+    "fig5b": f"figure 5b --set policy={QUIET_POLICY}",
+    "fig5c": "figure 5c",
 }
 """The arguments of ``spikeport``, by name; hours in all, and each goes on where it was."""
+PICTURES = {
+    "simulate": "docs/simulate.png",
+    "demo": "docs/switch.png",
+    "reach": "docs/reach.png",
+    "robot": "docs/robot.png",
+    "fig5a": "docs/fig5a.png",
+    "fig5b": "docs/fig5b.png",
+    "fig5c": "docs/fig5c.png",
+}
+"""The pictures of the documents, by the run whose figure they are."""
 
 
 class Stated(NamedTuple):
@@ -480,6 +496,28 @@ def _errors(row: dict[str, Any]) -> list[str]:
 
 def _means(row: dict[str, Any], *names: str) -> str:
     return joined((row[name]["estimate"] for name in names), 3, " | ")
+
+
+@states("docs/robot.md")
+def a_walk_with_chip_robot_and_network_in_processes_of_their_own(robot: Results) -> Iterator[str]:
+    (walk,) = robot
+    metrics, seconds = walk["metrics"], walk["seconds"]
+    assert not metrics["falls"]
+    yield (
+        f"with {1000 * metrics['cross_track_rms_m']:.1f} mm of cross-track error (rms), and has "
+        f"{seconds * metrics['spikes_per_second']:,.0f} spikes"
+    )
+
+
+@states("docs/walk.md")
+def walks_of_the_figure(fig5a: Results) -> Iterator[str]:
+    assert not any(values(fig5a, "metrics.falls"))
+    exact_cm, spiking_cm = (
+        100 * median(values(fig5a, "metrics.cross_track_rms_m", policy=policy))
+        for policy in ("mlp", "spiking")
+    )
+    assert f"{exact_cm:.1f}" == f"{spiking_cm:.1f}"
+    yield f"The median error of both is {exact_cm:.1f} cm (rms), and no robot fell."
 
 
 @states("docs/walk.md")

@@ -5,6 +5,7 @@ import json
 import figures
 import pytest
 from stated import (
+    PICTURES,
     RUNS,
     STATED,
     TRAINING,
@@ -91,26 +92,35 @@ def test_results_of_runs_and_of_sweeps_are_kept_without_speeds(tmp_path):
     assert figures.results_in(tmp_path) == []
 
 
-def test_a_run_that_is_done_is_not_repeated(tmp_path, monkeypatch):
-    """A run that fails is not kept."""
+def test_only_sweeps_are_asked_for_again_and_pictures_of_runs_go_to_the_documents(
+    tmp_path, monkeypatch
+):
+    """A run that fails is not kept; a sweep finds its unfinished points by itself."""
     asked = []
 
     def call(line, **_):
-        asked.append(line[3:])
+        asked.append(line[3:5])
         folder = tmp_path / "build" / line[-1].rpartition("/")[2]
         if "broken" not in folder.name:
-            folder.mkdir(parents=True)
-            (folder / "result.json").write_text('{"metrics": {"reaches": 54}}')
+            (folder / "points").mkdir(parents=True, exist_ok=True)
+            (folder / "figure.png").write_bytes(b"drawn")
+            result = "points/0.json" if line[3] == "sweep" else "result.json"
+            (folder / result).write_text('{"metrics": {"reaches": 54}}')
         return figures.subprocess.CompletedProcess(line, int("broken" in folder.name))
 
-    runs = {"reach": "run reach", "broken": "run draw"}
+    runs = {"reach": "run reach", "many": "sweep reach", "broken": "run draw"}
+    monkeypatch.setattr(figures, "ROOT", tmp_path)
     monkeypatch.setattr(figures, "RUNS", runs)
+    monkeypatch.setattr(figures, "PICTURES", {"reach": "reach.png"})
     monkeypatch.setattr(figures, "FOLDERS", tmp_path / "build")
     monkeypatch.setattr(figures, "RESULTS", tmp_path / "kept")
     monkeypatch.setattr(figures.subprocess, "run", call)
-    assert (figures.run(runs), figures.run(["reach"])) == (1, 0)
-    assert [line[:2] for line in asked] == [["run", "reach"], ["run", "draw"]]
-    assert figures.read_results(tmp_path / "kept") == {"reach": [{"metrics": {"reaches": 54}}]}
+    assert (figures.run(runs), figures.run(["reach", "many"])) == (1, 0)
+    assert asked == [["run", "reach"], ["sweep", "reach"], ["run", "draw"], ["sweep", "reach"]]
+    result = [{"metrics": {"reaches": 54}}]
+    assert figures.read_results(tmp_path / "kept") == {"reach": result, "many": result}
+    assert [path.name for path in tmp_path.glob("*.png")] == ["reach.png"]
+    assert (tmp_path / "reach.png").read_bytes() == b"drawn"
 
 
 def test_a_missing_policy_is_reported_with_the_command_that_makes_it(tmp_path, monkeypatch, capsys):
@@ -125,6 +135,8 @@ def test_a_missing_policy_is_reported_with_the_command_that_makes_it(tmp_path, m
 def test_statements_and_kept_results_belong_to_known_runs():
     assert {name for one in STATED for name in one.runs} <= set(RUNS)
     assert set(figures.read_results()) <= set(RUNS)
+    assert set(PICTURES) <= set(RUNS)
+    assert all((figures.ROOT / picture).is_file() for picture in PICTURES.values())
 
 
 def test_the_documents_state_what_was_measured(capsys):
