@@ -31,5 +31,5 @@ def test_a_loop_that_nengo_refuses_is_refused() -> None:
     with nengo.Network(seed=3) as network:
         a = nengo.Ensemble(5, 1, label="a")
         nengo.Connection(a, a, synapse=None)
-    with pytest.raises(RefusedError):
+    with pytest.raises(RefusedError, match="Input graph has cycles"):
         float_simulator(rewrite_of(network), DT_S, 0, optimize=True)

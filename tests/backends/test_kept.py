@@ -100,6 +100,7 @@ def test_blocks_of_a_kept_compilation_have_the_errors_of_fresh_blocks(kept):
     with Simulator(network, cache=kept) as sim:
         wanted = sim.compilation.blocks
     with Simulator(network, cache=kept) as sim:
+        assert isinstance(sim.compilation, KeptCompilation)
         found = sim.compilation.blocks
     assert found.errors == wanted.errors
 

@@ -174,7 +174,9 @@ def test_host_neurons_that_spike_in_every_step_are_not_saturated_inputs() -> Non
     assert measured_of(network, 0.2).loss.saturated_inputs == {}
 
 
-def test_a_run_with_folded_steps_has_the_same_energy(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_run_with_folded_steps_has_the_same_energy_and_times(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Runs of 10,000 steps or more fold them: see `spikeport.backends.step_log`."""
     network = feedforward()
     compilation = compile_network(network)
@@ -185,6 +187,8 @@ def test_a_run_with_folded_steps_has_the_same_energy(monkeypatch: pytest.MonkeyP
     for name, energy in steps["energy"].items():
         step_j = energy["system"]["energy_step"]["value"]
         assert folded["energy"][name]["system"]["energy_step"]["value"] == pytest.approx(step_j)
+    for name, times in steps["timing"].items():
+        assert folded["timing"][name]["worst"]["value"] == pytest.approx(times["worst"]["value"])
 
 
 def test_the_loss_is_the_same_every_time(measured: MeasuredLoss) -> None:

@@ -42,7 +42,8 @@ def test_hops_lead_from_tile_to_tile(chip, make_activity):
 
 def test_every_event_has_the_name_of_a_figure(chip):
     energies, times = chip.calibration("bench").energies, chip.calibration("bench").times
-    names = [one.name for one in (Messages(), HopsEastWest(), HopsNorthSouth())]
+    messages = Messages(), HopsEastWest(), HopsNorthSouth(), MessagesBetweenChips()
+    names = [one.name for one in messages]
     assert set(names) <= set(type(energies).model_fields)
     on_core = (events.SYNAPTIC_OPERATION, events.UPDATE_ACTIVE, events.UPDATE_INACTIVE)
     on_core += (events.SPIKE, events.MESSAGE_IN, events.LEARNING_UPDATE)

@@ -100,7 +100,7 @@ def test_surroundings_cover_blas_libraries_but_not_openmp(monkeypatch, api, coun
 
 def test_surroundings_cover_spikeports_code_chips_and_robots(monkeypatch):
     before, read = cache.surroundings(), Path.read_bytes
-    for name in ("kernel.py", "loihi.toml", "h1.xml"):
+    for name in ("kernel.py", "loihi.toml", "h1.xml", "h1_walk.npz"):
         monkeypatch.setattr(
             Path, "read_bytes", lambda path, name=name: read(path) + b" " * (path.name == name)
         )

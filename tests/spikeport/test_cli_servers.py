@@ -19,8 +19,13 @@ def test_help_lists_commands_and_options(spikeport, command, words):
 
 
 def test_wrong_options_of_servers_exit_with_2(spikeport):
-    assert spikeport("board", "serve", "--listen", "unix:x", "--idle", "0").code == 2
-    assert spikeport("robot", "serve", "--may-move").code == 2
+    for command, message in (
+        (("board", "serve", "--listen", "unix:x", "--idle", "0"), "Invalid value for '--idle'"),
+        (("robot", "serve", "--may-move"), "No such option: --may-move"),
+    ):
+        done = spikeport(*command)
+        assert done.code == 2
+        assert message in done.err
 
 
 def test_inspecting_a_path_that_is_not_a_record_exits_with_2(spikeport, tmp_path):

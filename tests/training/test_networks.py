@@ -61,12 +61,11 @@ def test_the_export_is_an_ordinary_network_that_acts_the_same(tmp_path):
     np.testing.assert_allclose(policy(x), output(actor, x), atol=1e-6)
 
 
-def test_hidden_noise_in_the_input_changes_the_output_in_a_repeatable_way():
+def test_hidden_noise_in_the_input_changes_the_output():
     actor, x = network(), observations()
     noise = 0.03 * np.random.default_rng(1).standard_normal((5, NOISE_SIZE))
     noisy = np.concatenate((x, noise), axis=1)
     assert np.abs(output(actor, noisy) - output(actor, x)).max() > 1e-3
-    assert (output(actor, noisy) == output(actor, noisy)).all()
 
 
 def test_noise_grows_with_the_activity_of_a_unit():

@@ -60,12 +60,15 @@ def test_any_cut_leaves_the_whole_steps_before_it(tmp_path: Path, content: bytes
 def test_a_damaged_step_ends_the_record(tmp_path: Path, content: bytes) -> None:
     rng, path = random.Random(0), tmp_path / "damaged"
     for _ in range(50):
-        data = bytearray(content)
-        data[rng.randrange(len(content) // 2, len(content))] ^= 1 << rng.randrange(8)
+        data, at = bytearray(content), rng.randrange(len(content) // 2, len(content))
+        path.write_bytes(data[:at])
+        before = len(list(Record(path).steps()))
+        data[at] ^= 1 << rng.randrange(8)
         path.write_bytes(data)
         record = Record(path)
         steps = [step.board_step for step in record.steps()]
         assert steps == list(range(1, len(steps) + 1))
+        assert len(steps) >= before > 0
         assert not record.whole or record.totals is None
 
 

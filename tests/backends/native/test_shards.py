@@ -54,6 +54,12 @@ def test_cores_with_equal_work_are_divided_evenly() -> None:
     assert [mine.tolist() for mine in divided(ring(3), 8)] == [[0], [1], [2]]
 
 
+def test_cores_are_divided_by_their_compartments() -> None:
+    image = Parts([Block(n, core) for core, n in enumerate((10, 10, 30, 10, 20))]).image()
+    assert [mine.tolist() for mine in divided(image, 2)] == [[0, 1, 2], [3, 4]]
+    assert [mine.tolist() for mine in divided(image, 3)] == [[0, 1], [2], [3, 4]]
+
+
 def test_spikes_of_no_source_are_refused() -> None:
     chip = NativeChip(ring(2), 0, threads=2)
     with pytest.raises(BackendError, match="the host sent 1 spikes of sources 40 to 40, but "):

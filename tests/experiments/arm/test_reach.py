@@ -318,7 +318,7 @@ def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
     assert error == (
         "error: box 0.3:0.9,-0.3:-0.1,1.1:1.3: (0.600, -0.300, 1.100) m is out of reach of the "
         "right arm, by 10.0 cm; the nearest point inside is (0.518, -0.287, 1.157) m; cure: move "
-        "it there, or make it smaller\n"
+        "the goal there, or make it smaller\n"
     )
     assert not out.exists()
 

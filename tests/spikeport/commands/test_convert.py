@@ -9,6 +9,7 @@ import torch
 from torch import nn
 
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.passes.registry import PASSES, PIPELINES
 from spikeport.compile.report.schema import ReportData
 from spikeport.hardware_models import chip as chips
 from spikeport.networks import walking_policy
@@ -84,13 +85,17 @@ def test_the_refusal_of_a_policy_that_is_too_large_proposes_fewer_neurons(
             ["--chip", "loihi9"],
             f"unknown chip 'loihi9'; choose from: {', '.join(sorted(chips.names()))}",
         ),
-        (["--passes", "pock"], None),
+        (
+            ["--passes", "pock"],
+            "unknown pass or pipeline 'pock'; choose from: "
+            f"{', '.join(sorted(PIPELINES | PASSES))}",
+        ),
     ],
 )
 def test_wrong_options_are_refused(spikeport, tiny, options, message):
     done = spikeport("convert", tiny, *options)
     assert (done.code, done.out) == (2, "")
-    assert message is None or done.err == f"error: {message}\n"
+    assert done.err == f"error: {message}\n"
 
 
 def test_a_file_that_is_not_there_is_named(spikeport, tmp_path):

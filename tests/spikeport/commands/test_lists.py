@@ -21,7 +21,7 @@ def test_chips_lists_published_figures_of_host_io(spikeport):
     assert rows[0][3:7] == ["8", "ms", "[0.95,", "9]"]
 
 
-def test_sources_of_figures_are_printed_whole(monkeypatch, spikeport):
+def test_sources_of_figures_are_printed_whole(spikeport):
     wide = spikeport("chips").out
     assert "nengo-loihi 1.1.0, hardware/nxsdk_objects.py" in wide
     assert "…" not in wide

@@ -31,6 +31,10 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
+def contents(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
 def test_a_run_leaves_a_folder_and_prints_the_errors(spikeport, net_py, tmp_path):
     out = tmp_path / "run"
     options = ("--seconds", "0.1", "--out", out, "--seed", "3", "--set", "n_neurons=30")
@@ -87,9 +91,7 @@ def test_counts_are_refused_for_a_backend_without_cores(spikeport, net_py, tmp_p
     )
 
 
-def test_offload_moves_refused_ensembles_to_the_host_and_prints_them_with_all_hints(
-    spikeport, tmp_path
-):
+def test_offload_moves_refused_ensembles_to_the_host_and_prints_them(spikeport, tmp_path):
     spec = f"{refused_networks.__name__}:with_foreign_neurons"
     options = ("--seconds", "0.05", "--out", tmp_path / "run")
     refused = spikeport("simulate", spec, *options)
@@ -103,7 +105,6 @@ def test_offload_moves_refused_ensembles_to_the_host_and_prints_them_with_all_hi
     assert "offloaded: ensembles[1] (10 neurons) to the host: SP002 neuron type of " in text
     report = json.loads((tmp_path / "run" / "report.json").read_text())
     assert [one["id"] for one in report["offloaded"]] == ["SP002"]
-    assert all(f"hint: {one['id']} {one['rule']}: " in text for one in report["hints"])
 
 
 def test_a_run_prints_the_hints_of_its_compile(spikeport, tmp_path):
@@ -136,10 +137,11 @@ def test_an_earlier_run_stays_if_the_time_series_of_a_new_one_cannot_be_made(
 ):
     command = ("simulate", f"{net_py}:make", "--seconds", "0.01", "--out", tmp_path / "run")
     assert spikeport(*command).code == 0
+    before = contents(tmp_path / "run")
     monkeypatch.setattr(dataset, "dataset", lambda *_: {}["series"])
     with pytest.raises(KeyError, match="series"):
         spikeport(*command, "--overwrite")
-    assert names(tmp_path / "run") == FILES
+    assert contents(tmp_path / "run") == before
 
 
 def test_a_run_too_short_for_a_sample_is_written_and_can_be_viewed(spikeport, tmp_path):
@@ -223,7 +225,8 @@ def test_a_file_name_need_not_be_utf_8_and_a_failed_figure_leaves_the_earlier_ru
     network.write_text(CHAIN)
     command = ("simulate", network, "--seconds", "0.01", "--out", out, "--overwrite")
     assert spikeport(*command).code == 0
-    assert names(out) == FILES
+    before = contents(out)
+    assert sorted(before) == FILES
 
     def undrawn(_figure):
         raise RuntimeError
@@ -231,7 +234,7 @@ def test_a_file_name_need_not_be_utf_8_and_a_failed_figure_leaves_the_earlier_ru
     monkeypatch.setattr(simulating, "rendered", undrawn)
     with pytest.raises(RuntimeError):
         spikeport(*command)
-    assert names(out) == FILES
+    assert contents(out) == before
 
 
 ENDED = """
