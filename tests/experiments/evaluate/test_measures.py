@@ -52,10 +52,12 @@ class MadeUp:
         return self._recording
 
 
-def test_a_known_gait_has_the_expected_figures():
+@pytest.mark.parametrize("terrain", ["flat", "slope:6"])
+def test_a_known_gait_has_the_expected_figures(terrain):
     """A robot that glides at 0.5 m/s and lifts each foot by 8 cm for 0.4 s of every second."""
-    stage, n = Stage(NONE, 6.0, 0, None, OBSERVATION_DT_S, DT_S), 1200
-    time_s = DT_S * np.arange(n)
+    stage = Stage(Perturbation(terrain=terrain), 6.0, 0, None, OBSERVATION_DT_S, DT_S)
+    n = 1200
+    time_s = DT_S * (1 + np.arange(n))
     qpos = np.tile(stage.plant.data.qpos, (n, 1))
     qpos[:, 3:7], qpos[:, 7:] = [1, 0, 0, 0], 0.1
     qvel = np.zeros((n, 25))
@@ -65,9 +67,13 @@ def test_a_known_gait_has_the_expected_figures():
     feet = np.zeros((n, 2, 16))
     phase = (time_s[:, None] + [0, 0.5]) % 1
     up = phase < 0.4
-    feet[:, :, 2] = 0.02 + 0.08 * up * np.sin(np.pi * phase / 0.4)
-    feet[:, :, 5] = feet[:, :, 2] + 0.1  # toes are higher: the heels count
-    feet[:, :, 15] = 500.0 * ~up
+    feet[:, :, [0, 1, 3, 4]] = [1.0, 0.5, 1.2, 0.5]
+    floor_m = stage.plant.floor_m(feet[:, :, [0, 3]], feet[:, :, [1, 4]])
+    feet[:, :, 2] = floor_m[..., 0] + 0.02 + 0.08 * up * np.sin(np.pi * phase / 0.4)
+    # Toes are higher, so the heels count.
+    feet[:, :, 5] = floor_m[..., 1] + feet[:, :, 2] - floor_m[..., 0] + 0.1
+    # A foot bears most after the 50 ms that count as its impact.
+    feet[:, :, 15] = np.where(up, 0.0, np.where(phase < 0.452, 500.0, 800.0))
     feet[:, :, 6] = 0.1  # the heels slide
     command = np.tile([0.6, 0.0, 0.0], (n, 1))
     stage.witness = MadeUp(
