@@ -24,14 +24,17 @@ def test_standing_and_turning_in_place_have_their_shares():
 
 
 def test_a_robot_turns_to_its_heading_the_short_way():
-    commands = drawn(200, heading=1.0, wz_rad_s=0.5, heading_gain=1.0)
-    heading = np.full(200, 3.0)
-    commands.update(heading)
-    wz = commands.wanted[:, 2]
-    assert np.abs(wz).max() == 0.5
-    turned = heading + 0.1 * wz
-    commands.update(turned)
-    assert (np.abs(commands.wanted[:, 2]) <= np.abs(wz)).all()
+    commands = drawn(200, heading=1.0, wz_rad_s=0.5, heading_gain=2.0, seconds=(99.0, 99.0))
+    turned = np.zeros(200)
+    for step in range(500):
+        commands.update(3.0 + turned)
+        wz = commands.wanted[:, 2]
+        if step == 0:
+            assert (wz.min(), wz.max()) == (-0.5, 0.5)
+        turned += 0.02 * wz
+    assert np.abs(wz).max() < 0.01
+    assert -np.pi < turned.min() < -3
+    assert 3 < turned.max() < np.pi
 
 
 def test_commands_change_after_their_time():

@@ -49,6 +49,17 @@ def test_waves_rise_to_their_height():
     assert 0.015 < height.max() <= 0.02
 
 
+def test_waves_have_their_length():
+    """The Laplacian of a wave of length L is -(2 pi / L)^2 times its height."""
+    ground = drawn(Terrain(rough=1.0, relief_m=0.02, wave_m=(2.0, 2.0)))
+    d_m = 0.01
+    here, *around = heights(
+        ground, (3, 1), (3 + d_m, 1), (3 - d_m, 1), (3, 1 + d_m), (3, 1 - d_m)
+    ).T
+    laplacian = (sum(around) - 4 * here) / d_m**2
+    np.testing.assert_allclose(laplacian, -(np.pi**2) * here, atol=1e-4)
+
+
 @pytest.mark.parametrize("rise", [0.0, 0.1])
 @pytest.mark.parametrize("yaw", [0.0, 2.0])
 def test_a_plane_goes_through_the_ground_along_the_foot(rise, yaw):

@@ -2,11 +2,16 @@ import numpy as np
 import pytest
 
 from spikeport.robot.description import JOINTS, load
-from spikeport.robot.link.admission import MARGIN, PLAUSIBLE_MARGIN_RAD, beyond, h1_limits
+from spikeport.robot.link.admission import MARGIN, PLAUSIBLE_MARGIN_RAD, beyond, h1_limits, too_old
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
 from tests.helpers.standing_robot import LIMITS, STANDING, spoilt
 
 HIP_PITCHES = [i for i, joint in enumerate(JOINTS) if joint.endswith("hip_pitch")]
+
+
+def test_the_age_of_an_old_state_is_reported_with_the_limit():
+    assert too_old(0.05) == "no new state for 50 ms, allowed 40 ms"
+    assert too_old(0.3, 0.2) == "no new state for 300 ms, allowed 200 ms"
 
 
 def test_a_standing_robot_is_trusted():

@@ -92,6 +92,19 @@ def test_a_missing_switcher_is_an_error_only_if_it_is_required() -> None:
         MotionSwitcher(Exchange(None), required=True).release()
 
 
+def test_a_switcher_that_is_found_late_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    robot, looked = in_mode("ai"), []
+
+    def n_readers(end: End) -> int:
+        looked.append(end)
+        return int(len(looked) > 5)
+
+    monkeypatch.setattr(motion_switcher, "FOUND_S", 60.0)
+    monkeypatch.setattr(motion_switcher.time, "sleep", lambda _seconds: None)
+    monkeypatch.setattr(End, "n_readers", property(n_readers))
+    assert MotionSwitcher(Exchange(robot), required=True).release() == ["ai"]
+
+
 @pytest.mark.parametrize(("n_readers", "writers"), [(1, []), (0, [1])])
 def test_a_switcher_with_only_a_reader_or_only_a_writer_is_not_asked(
     monkeypatch: pytest.MonkeyPatch, n_readers: int, writers: list[int]
