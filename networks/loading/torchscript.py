@@ -160,8 +160,10 @@ def read(path: Path) -> Mlp:
     archive = Archive(read_bytes(path))
     folder = folder_of(archive, "a TorchScript module")
     module, constants = (pickled(archive, folder, name, _name) for name in ("data", "constants"))
-    if not isinstance(module, Module) or not isinstance(constants, tuple):
+    if not isinstance(module, Module):
         raise MismatchError("a TorchScript module", type(module).__name__)
+    if not isinstance(constants, tuple):
+        raise MismatchError("a tuple of constants", type(constants).__name__)
     program = Program(_Texts(archive, f"{folder}code/").text)
     try:
         made = Interpreter(program, constants, BoundedEvaluation(OPERATIONS)).forward(module)

@@ -221,7 +221,7 @@ def test_content_that_is_not_a_checkpoint_is_refused(path, refusal, content, com
         ({"mlp.00.weight": torch.ones(4, 5)}, "found mlp.00.weight"),
         ({"mlp.\x1b[2J": torch.ones(4, 5)}, r"found mlp.\x1b[2J"),
         ({"mlp.0.weight": torch.ones(4, 5, 6)}, "vectors and matrices"),
-        ({"mlp.0.weight": torch.ones(0, 5), "mlp.0.bias": torch.ones(0)}, ""),
+        ({"mlp.0.weight": torch.ones(0, 5), "mlp.0.bias": torch.ones(0)}, "0, found none"),
         ({"obs_normalizer._mean": torch.ones(3), "obs_normalizer._std": torch.ones(5)}, "normalis"),
         ({7: torch.ones(1)}, "found 7"),
     ],

@@ -4,6 +4,7 @@ import io
 import os
 import pickle
 import struct
+from pathlib import Path
 
 import pytest
 
@@ -49,7 +50,6 @@ PICKLES = {
     "a name of doubled tuples": (by_instructions(b")", b"q\0h\0\x86" * 20, b"N\x93"), "damaged"),
     "sizes that are a text": (by_instructions(b"ctorch\nSize\nX\7\0\0\0letters\x85R"), "8 axes"),
     "sizes of many axes": (by_instructions(b"ctorch\nSize\n(", b"K\1" * 9, b"t\x85R"), "8 axes"),
-    "a list that holds itself": (by_instructions(b"]q\0h\0a"), ""),
     "a persistent number": (by_instructions(b"X\1\0\0\0aQ"), "storages of numbers"),
     "no end": (b"\x80\x02N", "damaged"),
     "nothing": (b"", "damaged"),
@@ -63,14 +63,32 @@ def test_harmful_endless_or_damaged_pickles_are_refused(
 ):
     monkeypatch.chdir(tmp_path)
     content, complaint = PICKLES[name]
+    write(path, scripted, where, content)
+    assert complaint in refused(path)
+    assert os.listdir() == [path.name]
+
+
+def write(path: Path, scripted: dict[str, bytes], where: str, content: bytes) -> None:
+    """Write a policy's file with a pickle in one of its places."""
     if where == "checkpoint":
         pack(path, {"policy/data.pkl": content})
     elif where == "old checkpoint":
         path.write_bytes(content if content.startswith(b"\x80") else b"\x80" + content)
     else:
         pack(path, {**scripted, f"policy/{where}": content})
-    assert complaint in refused(path)
-    assert os.listdir() == [path.name]
+
+
+@pytest.mark.parametrize(
+    ("where", "complaint"),
+    [
+        ("data.pkl", "expected a TorchScript module, found list"),
+        ("constants.pkl", "expected a tuple of constants, found list"),
+        ("checkpoint", "expected a checkpoint of rsl-rl, found list"),
+    ],
+)
+def test_a_list_that_holds_itself_is_refused_as_a_list(path, scripted, refused, where, complaint):
+    write(path, scripted, where, by_instructions(b"]q\0h\0a"))
+    assert refused(path).startswith(complaint)
 
 
 def with_modules(n_modules: int) -> bytes:
