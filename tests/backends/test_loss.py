@@ -119,8 +119,13 @@ def test_the_error_of_outputs_is_about_the_sum_of_its_causes(measured: MeasuredL
 
 
 def test_every_connection_and_ensemble_is_a_cause() -> None:
-    found = {(c.object, c.what) for c in causes(extract(built(feedforward()), "loihi"))}
-    assert {("a", "weights from the host"), ("b", "weights from a -> b"), ("a", "bias")} < found
+    found = [(c.object, c.what) for c in causes(extract(built(feedforward()), "loihi"))]
+    weights = {"a": "the host", "a -> b": "a", "b": "a -> b", "b -> out": "b"}
+    of_neurons = ("bias", "threshold", "current decay", "voltage decay")
+    assert sorted(found) == sorted(
+        [(name, f"weights from {source}") for name, source in weights.items()]
+        + [(name, what) for name in weights for what in of_neurons]
+    )
 
 
 def test_the_network_error_includes_delays_of_relays_and_filters(measured: MeasuredLoss) -> None:

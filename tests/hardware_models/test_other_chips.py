@@ -51,6 +51,13 @@ def test_a_mesh_that_is_not_public_has_no_hops(make_activity):
     assert terms["hop_east_west"].count == terms["hop_north_south"].count == 0
 
 
+def test_a_chip_without_a_public_mesh_has_the_barrier_of_one_tile(make_activity, chip):
+    activity = make_activity(n_cores=8)
+    unknown = chip.model_copy(update={"topology": None})
+    barriers = [timing(activity, one, one.calibration("bench")).barrier for one in (unknown, chip)]
+    assert [barrier.value for barrier in barriers] == pytest.approx([1e-6, 2e-6])
+
+
 def test_a_step_of_loihi_2_is_its_longest_core_and_the_barrier(make_activity):
     activity = make_activity(synaptic_operations=[[1000, 10], [0, 0]])
     taken = timing(activity, LOIHI2, LOIHI2.calibration("intel-relative"))

@@ -59,17 +59,22 @@ def test_an_open_gate_changes_nothing(x):
     assert gated == pytest.approx(alone, abs=0.02)
 
 
-def test_equal_weights_of_a_gate_make_inhibition_proportional_to_gains():
+@pytest.mark.parametrize("action", [0, 1], ids=["closed", "open"])
+def test_equal_weights_of_a_gate_make_inhibition_proportional_to_gains(action):
     """Nengo multiplies the input of neurons by their gains: in radii, it is the same for all."""
     with nengo.Network() as network:
         net, selection = squares(), action_selection(2)
         nengo.Connection(nengo.Node(CLOSED), selection.utilities, synapse=None)
-        gate(selection.nuclei["gate"][1], [net.ensemble], strength=2.0)
+        inhibitor = selection.nuclei["gate"][action]
+        gate(inhibitor, [net.ensemble], strength=2.0)
         (connection,) = [c for c in network.connections if c.post_obj == net.ensemble.neurons]
-        current = nengo.Probe(net.ensemble.neurons, "input")
+        current, spikes = nengo.Probe(net.ensemble.neurons, "input"), nengo.Probe(inhibitor)
     with nengo.Simulator(network, progress_bar=False) as sim:
-        sim.run(0.2)
-        weights = sim.data[connection].weights
-        assert sim.data[current][-1] == pytest.approx(sim.data[net.ensemble].bias, rel=0.01)
+        sim.run(0.3)
+        weights, ensemble = sim.data[connection].weights, sim.data[net.ensemble]
+        inhibition = (ensemble.bias - sim.data[current][-100:].mean(axis=0)) / ensemble.gain
+        rate_hz = sim.data[spikes][-100:].mean()
+    assert rate_hz == pytest.approx([1650, 0][action], abs=150)
+    assert inhibition == pytest.approx(np.full(200, 2.0 * rate_hz / 1000), rel=0.01, abs=0.01)
     assert weights.sum(axis=1) * 1000 == pytest.approx(np.full(200, -2.0))
-    assert connection.pre_slice == slice(8, 16)
+    assert connection.pre_slice == slice(8 * action, 8 * action + 8)

@@ -1,5 +1,7 @@
 """Perturbations: checks of their values, and the one that changes nothing."""
 
+from dataclasses import dataclass
+
 import pytest
 
 from spikeport.errors import UsageError
@@ -43,6 +45,17 @@ def test_the_perturbation_none_leaves_the_robot_as_it_is():
     assert all(getattr(NONE, name) == 1.0 for name in scales)
     rest = _BOUNDS.keys() - {*scales, "push_every"}
     assert all(getattr(NONE, name) == 0.0 for name in rest)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settings(Perturbation):
+    n_neurons: int = 4
+
+
+def test_settings_with_more_fields_have_a_perturbation_without_them():
+    settings = Settings(push=0.5, terrain="slope:6", n_neurons=20)
+    assert type(settings.perturbation) is Perturbation
+    assert settings.perturbation == Perturbation(push=0.5, terrain="slope:6")
 
 
 def test_the_perturbation_of_a_perturbation_is_equal_to_it():

@@ -1,9 +1,11 @@
 import sys
+from dataclasses import fields
 
 import nengo
 import pytest
 
 from spikeport.errors import NetworkError, UsageError
+from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.find_network import find_network, needed_passes
 
 
@@ -14,9 +16,13 @@ def refusal(spec, *pairs):
 
 
 @pytest.mark.slow
-def test_the_arm_is_built_in():
-    network = find_network("arm", ["m1=60"])
-    assert {e.label for e in network.all_ensembles} >= {"S1", "M1 x", "CB gravity"}
+def test_the_built_in_arm_takes_the_settings_of_its_experiment():
+    network = find_network("arm", ["m1=60", "s1=10", "network_seed=3"])
+    sizes = {e.label: e.n_neurons for e in network.all_ensembles}
+    assert sizes["S1"] == 11 * 10  # of as many dimensions
+    assert {sizes[f"M1 {axis}"] for axis in "xyz"} == {60}
+    assert "CB gravity" in sizes
+    assert network.seed == 3
 
 
 def test_built_in_networks_know_the_passes_they_need():
@@ -24,8 +30,11 @@ def test_built_in_networks_know_the_passes_they_need():
     assert passes == {"arm": None, "humanoid": "compact", "walk": "compact", "net.py:make": None}
 
 
-def test_a_built_in_network_refuses_a_key_that_its_experiment_lacks():
-    assert refusal("walk", "stride=1").startswith("unknown key of network 'walk' 'stride'; choose ")
+def test_a_built_in_network_refuses_an_unknown_key_with_those_of_its_experiment():
+    keys = ", ".join(sorted(field.name for field in fields(WalkSettings)))
+    assert refusal("walk", "stride=1") == (
+        f"unknown key of network 'walk' 'stride'; choose from: {keys}"
+    )
 
 
 def test_a_function_in_a_file_is_called_with_its_settings(net_py):

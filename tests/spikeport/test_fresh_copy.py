@@ -1,6 +1,7 @@
 """Copies of networks, which run as the networks do and change variables of their own."""
 
 import importlib
+import inspect
 import threading
 import warnings
 from collections.abc import Callable
@@ -113,13 +114,18 @@ def test_functions_of_one_copy_still_share_their_variables() -> None:
     assert calls == [0]
 
 
-def test_a_copy_can_call_code_that_numba_compiled() -> None:
+def test_a_copy_shares_and_calls_code_that_numba_compiled() -> None:
     @compiled
     def double(x: float) -> float:
         return 2 * x
 
     ready = make_ready(double, 1.0)
-    assert recorded(fresh_copy(network_of(lambda _t: ready(4.0)))) == [8.0] * 5
+    network = network_of(lambda _t: ready(4.0))
+    copy = fresh_copy(network)
+    ours, theirs = (one.nodes[0].output for one in (network, copy))
+    assert theirs is not ours
+    assert inspect.getclosurevars(theirs).nonlocals["ready"] is ready
+    assert recorded(copy) == [8.0] * 5
 
 
 def test_a_network_without_functions_is_returned_itself() -> None:

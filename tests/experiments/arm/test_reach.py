@@ -108,6 +108,12 @@ def test_the_built_in_network_gives_the_runs_image(loihi):
     assert loihi.result["image_digest"] == image.digest
 
 
+@pytest.mark.slow
+def test_another_network_seed_gives_another_image(loihi):
+    image = compile_network(find_network("arm", ["m1=200", "network_seed=1"])).image
+    assert image.digest != loihi.result["image_digest"]
+
+
 def test_settings_of_sizes_replace_those_of_the_preset():
     settings = ReachSettings(preset="paper", cb=30)
     assert settings.sizes == ArmSizes(m1=8000, cb=30, s1=50)

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from spikeport.experiments.arm.recording import dataset
+from tests.helpers.arm_runs import finished
+
 SERIES = {
     "q": ("joint", "rad"),
     "dq": ("joint", "rad/s"),
@@ -41,6 +44,17 @@ def test_the_probes_have_plausible_spikes_of_every_recorded_population(loihi):
             assert set(probes[f"{population}_neuron"].values) <= set(range(60))
             per_neuron_hz = len(times) / 60
             assert 20 < per_neuron_hz < 400
+
+
+def test_the_probes_have_every_spike_of_the_rasters():
+    drawn = np.random.default_rng(0).random((200, 60)) < 0.1
+    run = finished([0.1])._replace(rasters={"x": drawn, "z": np.zeros((200, 60), dtype=bool)})
+    probes = dataset(run)
+    found = np.zeros_like(drawn)
+    found[np.round(probes.M1_x_time * 1000).astype(int) - 1, probes.M1_x_neuron] = True
+    np.testing.assert_array_equal(found, drawn)
+    assert len(probes.M1_x_time) == drawn.sum()
+    assert probes.sizes["M1_z_spike"] == 0
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """The page of a run: no requests, its poses, and controls that play, scrub, turn and save."""
 
+import json
 import re
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from PIL import Image
 
 from spikeport.experiments.viewer.page import _frames, write_page
+from spikeport.experiments.viewer.rows import rows
 from tests.helpers.browsers import browser, tab_of
 
 
@@ -14,6 +16,14 @@ from tests.helpers.browsers import browser, tab_of
 def page(series, tmp_path):
     write_page(tmp_path / "view.html", series, "switch: runs/<b>one</b>")
     return tmp_path / "view.html"
+
+
+def data_of(page):
+    """Return the data in a page."""
+    (data,) = re.findall(
+        r'<script type="application/json" id="data">(.*?)</script>', page.read_text()
+    )
+    return json.loads(data)
 
 
 def test_a_page_makes_no_requests_and_escapes_the_texts_of_a_run(page):
@@ -42,9 +52,13 @@ def test_a_held_state_and_uneven_steps_do_not_change_the_rate_of_poses():
     assert _frames(np.zeros(0)).tolist() == []
 
 
-def test_the_page_of_a_run_without_a_robot_has_no_data_of_one(series, tmp_path):
-    write_page(tmp_path / "view.html", series.drop_vars("qpos"), "net")
-    assert '"robot":' not in (tmp_path / "view.html").read_text()
+def test_the_page_of_a_run_without_a_robot_has_its_rows_alone(series, tmp_path):
+    write_page(tmp_path / "view.html", series, "robot")
+    write_page(tmp_path / "net.html", series.drop_vars("qpos"), "net")
+    whole, rows_alone = data_of(tmp_path / "view.html"), data_of(tmp_path / "net.html")
+    assert whole.keys() - rows_alone.keys() == {"robot"}
+    assert [row["name"] for row in rows_alone["rows"]] == [row.name for row in rows(series)]
+    assert whole.items() >= rows_alone.items()
 
 
 @pytest.mark.slow

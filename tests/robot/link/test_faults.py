@@ -56,10 +56,12 @@ def test_a_share_of_losses_loses_that_share_of_commands() -> None:
     assert 1550 < len(flat(found)) < 1650
 
 
-def test_jitter_delays_by_its_mean_and_reorders_commands() -> None:
+def test_jitter_is_exponential_of_its_mean_and_reorders_commands() -> None:
     found = arrivals("jitter=20:1", steps=4000)
     late = [STEP_MS * (step - one) for step, ones in enumerate(found, 1) for one in ones]
-    assert abs(np.mean(late) - 22.5) < 2  # 20 ms, and half a step on average until the next one
+    for ms in range(0, 101, STEP_MS):
+        # A command arrives in the first step after its jitter has passed.
+        assert np.mean(np.array(late) > ms) == pytest.approx(np.exp(-ms / 20), abs=0.02)
     assert flat(found) != sorted(flat(found))
 
 

@@ -5,7 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from spikeport.robot.link.codec import Command, Turn, decode_state, encode_command, turn_of
+from spikeport.robot.link.codec import (
+    Command,
+    Turn,
+    decode_base,
+    decode_state,
+    encode_command,
+    turn_of,
+)
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
@@ -43,11 +50,13 @@ def test_only_the_controllers_answer_to_the_current_state_makes_a_step() -> None
     assert one.robot.steps == 1
 
 
-def test_the_truth_is_published_with_the_state_unless_it_is_switched_off() -> None:
+def test_the_truth_has_the_tick_of_the_state_and_can_be_switched_off() -> None:
     one = lock_step()
-    answer(one)
-    assert decode_state(one.published().state)[0] == 10
-    assert one.published().truth is not None
+    for tick in (5, 10, 15):
+        truth = one.published().truth
+        assert truth is not None
+        assert decode_state(one.published().state)[0] == decode_base(truth).tick == tick
+        answer(one)
     assert lock_step(truth=False).published().truth is None
 
 

@@ -37,8 +37,9 @@ def test_keys_that_go_down_are_events(keys, event):
     assert pressed(now, NO_KEYS) == []
 
 
-def test_a_pair_of_keys_is_an_event_only_once_both_are_down():
-    one, both = decode(remote("L1")), decode(remote("L1", "R1"))
+@pytest.mark.parametrize("first", ["L1", "R1"])
+def test_a_pair_of_keys_is_an_event_only_once_both_are_down_in_any_order(first):
+    one, both = decode(remote(first)), decode(remote("L1", "R1"))
     assert pressed(NO_KEYS, one) == []
     assert pressed(one, both) == [Event.REARM]
 

@@ -75,16 +75,14 @@ def test_torques_follow_tau_and_gains_within_the_motors_limits() -> None:
     np.testing.assert_allclose(found.torque, TORQUE_LIMITS_NM, rtol=1e-6)
 
 
-def test_a_motor_at_its_largest_speed_does_not_accelerate_further() -> None:
-    one, tau = robot(), np.zeros(19)
-    tau[ELBOW] = 18.0
-    speeds = [commanded(one, DAMPING._replace(kd=NONE, tau=tau), 1).dq[ELBOW] for _ in range(60)]
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_motor_at_its_largest_speed_brakes_but_does_not_accelerate(sign: int) -> None:
     limit = SPEED_LIMITS_RAD_S[ELBOW]
-    beyond = [i for i, speed in enumerate(speeds[:-1]) if speed >= limit]
-    assert not beyond or max(speeds) < 1.2 * limit
-    one._plant.data.qvel[6 + ELBOW] = limit + 1
-    commanded(one, DAMPING._replace(kd=NONE, tau=tau), 1)
-    assert sensors(one).torque[ELBOW] <= 0.0
+    for speed, asked, torque in ((limit - 1, 18, 18), (limit, 18, 0), (limit, -18, -18)):
+        one, tau = robot(), np.zeros(19)
+        tau[ELBOW] = sign * asked
+        one.obey(Command(one.tick, DAMPING._replace(kd=NONE, tau=tau)))
+        assert torque_of_a_moving_elbow(one, sign * speed) == pytest.approx(sign * torque)
 
 
 def test_the_watchdog_damps_the_robot_until_the_next_command() -> None:

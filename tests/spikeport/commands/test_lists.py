@@ -7,12 +7,19 @@ from spikeport.hardware_models import chip as chips
 ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.05")
 
 
-def test_chips_lists_every_chip_with_its_title_and_names_sources(spikeport):
+def test_chips_lists_every_chip_with_its_title_limits_and_sources(spikeport):
     done = spikeport("chips")
     assert done.code == 0
     for name in chips.names():
-        assert f"{name}: {chips.get(name).title}" in done.out
-    assert "Davies 2018" in done.out
+        _, title, rest = done.out.partition(f"{name}: {chips.get(name).title}")
+        assert title
+        rows = [" ".join(line.split()) for line in rest.partition("not public")[0].splitlines()]
+        for limit, figure in chips.get(name).limits:
+            if figure is not None:
+                row = (
+                    f"{limit.replace('_', ' ')} {figure.count:,} {figure.evidence} {figure.source}"
+                )
+                assert [one for one in rows if one.startswith(row)], row
 
 
 def test_chips_lists_published_figures_of_host_io(spikeport):

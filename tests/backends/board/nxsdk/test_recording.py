@@ -28,11 +28,17 @@ def test_registers_synapses_and_axons_are_counted() -> None:
     assert core.contacts == [Contact(0, 0, 4, 2, 0), Contact(1, 0, 4, 2, 3)]
 
 
-def test_a_board_starts_and_stops_the_run_that_it_is_given() -> None:
-    plain = Board(1, 1, [1], [[0]])
-    plain.run(3)
-    plain.disconnect()
+def test_a_board_that_only_records_starts_and_stops_without_a_run() -> None:
+    board = Board(1, 1, [1], [[0]])
+    for _ in range(2):
+        board.start()
+        board.run(3)
+        assert board.executor.hasStarted()
+        board.disconnect()
+        assert not board.executor.hasStarted()
 
+
+def test_a_board_starts_and_stops_the_run_that_it_is_given() -> None:
     class Alive(Board):
         runs = staticmethod(lambda _board: Stepping())
 

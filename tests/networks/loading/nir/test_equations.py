@@ -38,6 +38,19 @@ def test_readouts_have_the_voltage_of_the_referee(tmp_path):
     np.testing.assert_allclose(equations.run(folded(tmp_path, graph), inputs)["read"], wanted)
 
 
+def test_neurons_of_a_nested_graph_spike_as_those_of_the_referees_flat_graph(tmp_path):
+    graph, inputs = nir_graphs.nested(), {"input": spikes(5)}
+    outer, inner = graph.nodes, graph.nodes["inner"].nodes
+    flat = {"scale": inner["scale"], "weights": inner["weights"], "inner.neurons": inner["neurons"]}
+    after = {name: outer[name] for name in ("out", "delay", "gate", "output")}
+    referee = Referee(nir_graphs.graph(input=outer["input"], **flat, **after), DT_S)
+    wanted, found = referee.run(inputs), equations.run(folded(tmp_path, graph), inputs)
+    assert found.keys() == wanted.keys() == {"inner.neurons", "gate"}
+    for name, rows in wanted.items():
+        assert rows.sum() > 100
+        np.testing.assert_array_equal(found[name], rows)
+
+
 def test_neurons_after_a_pool_spike_as_the_referees(tmp_path):
     rng = np.random.default_rng(0)
     graph = nir_graphs.graph(
