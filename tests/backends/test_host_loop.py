@@ -90,6 +90,22 @@ def test_the_host_sees_the_spikes_of_the_chip_one_step_later() -> None:
     assert seen == [0.0, *spikes[:-1]]
 
 
+def test_the_chip_sees_the_spikes_of_the_host_one_step_later() -> None:
+    with nengo.Network(seed=1) as network:
+        spikeport.add_params(network)
+        host = nengo.Ensemble(1, 1, gain=[1.0], bias=[3.0])
+        network.config[host].on_chip = False
+        a = nengo.Ensemble(1, 1, gain=[1.0], bias=[0.0])
+        # A spike of the host is enough for a spike.
+        nengo.Connection(host.neurons, a.neurons, transform=[[0.1]], synapse=None)
+        probes = [nengo.Probe(one.neurons) for one in (host, a)]
+    with spikeport.Simulator(network, backend="nengo-loihi") as simulator:
+        simulator.run_steps(50)
+        sent, seen = (np.flatnonzero(simulator.data[probe]) for probe in probes)
+    assert len(sent) > 3
+    assert seen.tolist() == (sent + 1).tolist()
+
+
 def test_recorded_data_can_be_read_while_running_and_after_closing(loop: nengo.Network) -> None:
     probe = loop.all_probes[0]
     with spikeport.Simulator(loop, backend="nengo-loihi", seed=1) as simulator:

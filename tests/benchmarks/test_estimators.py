@@ -48,10 +48,11 @@ def test_the_true_state_has_no_error_and_gives_the_same_walk_as_no_estimator():
 
 
 @pytest.mark.slow
-def test_motion_capture_keeps_the_estimated_position_near_the_true_one():
+def test_motion_capture_keeps_the_robot_on_its_path_and_the_estimated_position_near_the_true():
     case = Case(LEGS, closed=True, mocap=True)
     found = errors(walk(case, 0, SECONDS), case.dt_s)
     assert np.linalg.norm(found["place"][-1]) < 0.03
+    assert found["track"].max() < 0.05
 
 
 @pytest.mark.slow

@@ -26,7 +26,7 @@ def own_robot():
 
 @pytest.fixture(scope="module")
 def balanced(own_robot):
-    return own_robot.balance(4.0)
+    return own_robot.balance(10.0)
 
 
 def test_the_pole_falls_without_a_controller(own_robot):
@@ -36,7 +36,7 @@ def test_the_pole_falls_without_a_controller(own_robot):
 
 
 def test_neurons_on_the_chip_balance_the_pole(own_robot, balanced):
-    assert len(balanced) == 1 + round(4.0 / own_robot.CartPole().dt_s)
+    assert len(balanced) == 1 + round(10.0 / own_robot.CartPole().dt_s)
     assert np.abs(balanced).max() < 1.1 * own_robot.TILT_RAD
     assert np.abs(balanced[-200:]).max() < 0.5 * own_robot.TILT_RAD
 
@@ -49,9 +49,10 @@ def test_the_page_shows_the_lines_that_the_example_prints(own_robot, balanced, m
     assert printed[0].endswith(f", in the last second {late:.1f} degrees")
     page = (ROOT / "docs" / "own-robot.md").read_text(encoding="utf-8")
     shown = [line.strip() for line in page.splitlines() if " s, tilt at most " in line]
-    assert [re.sub(r"[\d.]+", "", line) for line in shown] == [
-        re.sub(r"[\d.]+", "", line) for line in printed
-    ]
+    # The last second of a balanced pole differs from machine to machine.
+    differs = re.compile(r"(?<=neurons push: 10.0 s, tilt at most 5.7, in the last second )[\d.]+")
+    assert [differs.sub("", line) for line in shown] == [differs.sub("", line) for line in printed]
+    assert 0 < float(differs.findall(shown[0])[0]) < 0.5 * np.degrees(own_robot.TILT_RAD)
 
 
 def test_the_emulator_balances_the_pole_bit_for_bit_like_the_native_chip(own_robot, balanced):

@@ -1,5 +1,6 @@
 """A board against the native chip, bit for bit, and the outcome of every fault."""
 
+import json
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -205,11 +206,12 @@ def test_a_fork_does_not_step_its_parents_board(monkeypatch: pytest.MonkeyPatch)
         chip.step(np.zeros(0, dtype=int), {})
 
 
-def test_figures_of_the_link_count_steps_and_round_trips() -> None:
+def test_figures_of_the_link_count_steps_and_round_trips_and_are_ready_for_json() -> None:
     chip = board_chip(["loss@3"])
     equal_steps(chip, 10)
     link = chip.link
     assert link is not None
+    assert json.loads(json.dumps(link)) == link
     assert link["runs"] == "native"
     assert link["real_time"] is True
     assert (link["steps"], link["asked_again"], link["held"]) == (10, 1, 0)

@@ -1,4 +1,4 @@
-"""The start of a stub, and its end without a file left."""
+"""The start of a stub, and its end without a process or a file left."""
 
 from pathlib import Path
 
@@ -14,13 +14,16 @@ def test_a_stub_that_cannot_start_says_why() -> None:
 
 
 @pytest.mark.slow
-def test_a_stub_that_was_never_used_is_stopped_and_leaves_no_folder(
+def test_a_stub_that_was_never_used_is_stopped_and_leaves_no_process_and_no_folder(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr("spikeport.child.STOP_S", 0.2)
     stub = Stub()
     assert stub.address.path is not None
     folder = stub.address.path.parent
+    process = Path(f"/proc/{stub.process_id}")
     assert folder.exists()
+    assert process.exists()
     stub.close()
-    assert not Path(folder).exists()
+    assert not folder.exists()
+    assert not process.exists()

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import spikeport.backends.softcore.chip as softcore_chip
 from spikeport.backends.board.board import Board, Machine
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.native.chip import NativeChip
@@ -122,13 +123,19 @@ def simulation() -> Iterator[Simulation]:
     made.close()
 
 
-def test_states_differ_if_the_native_chip_gets_another_spike(simulation: Simulation) -> None:
-    native, memory = NativeChip(small_image(), 0), written(small_image(), unit=0)
-    for _ in range(2):
-        simulation.step(memory.messages(np.array([0])))
-        native.step(np.array([1, 2]), {})  # two spikes in place of one
-    assert native.state.q[:3].tolist() == [128, -128, 256]
-    assert simulation.state[:3, 2].tolist() == [64, -64, 128]
+def test_a_wrong_weight_in_the_memory_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    printed: list[str] = []
+    image, weights = small_image(), small_image().synapses.weight.copy()
+    weights[2] += 64  # the first source's weight into the third compartment
+    wrong = replace(image, synapses=replace(image.synapses, weight=weights))
+    monkeypatch.setattr(softcore_chip, "written", lambda _, *chip: written(wrong, *chip))
+    chip = RtlChip(image, 0, printed.append, BUILD)
+    chip.step(np.array([0, 1]), {})
+    assert chip.differing == {}  # its spikes arrive in the next step
+    chip.step(np.array([], dtype=int), {})
+    chip.close()
+    assert chip.differing == {"u": 1, "v": 1, "q": 1}
+    assert printed[0] == "step 2 is the first that differs: 1 u"
 
 
 def test_a_step_without_messages_takes_as_long_as_its_largest_core(simulation: Simulation) -> None:

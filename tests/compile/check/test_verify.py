@@ -143,10 +143,14 @@ def test_blocks_of_different_voltage_bounds_on_one_core_are_reported() -> None:
     assert verify_settings(image, chip) == []
 
 
-def test_more_compartments_than_the_whole_chip_has_are_reported() -> None:
-    chip = chips.get("loihi")
-    assert verify_size(128 * 1024, chip) == []
-    (violation,) = verify_size(128 * 1024 + 1, chip)
+def test_more_compartments_than_the_whole_chip_has_are_refused_before_the_build(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    assert verify_size(128 * 1024, chips.get("loihi")) == []
+    monkeypatch.setattr("spikeport.compile.pipeline.build", lambda *_: pytest.fail("was built"))
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(128 * 1024 + 1, 1)
+    (violation,) = refusal(network).violations
     assert violation[:5] == ("SP201", "cores", "loihi", "at least 129", "128")
     assert "or 2 times the chips" in violation.cure
 

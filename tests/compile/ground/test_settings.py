@@ -37,7 +37,7 @@ def test_a_network_without_options_has_no_settings() -> None:
     assert [settings.get(a, "on_chip"), settings.get(connection, "pop_type")] == [None, None]
 
 
-def test_on_chip_is_read_in_the_outermost_network_and_pop_type_in_the_objects_own() -> None:
+def test_on_chip_is_read_in_the_outermost_network_and_others_in_the_objects_own() -> None:
     with nengo.Network() as network:
         nengo_loihi.add_params(network)
         with nengo.Network() as inner:
@@ -45,10 +45,13 @@ def test_on_chip_is_read_in_the_outermost_network_and_pop_type_in_the_objects_ow
             a, _, connection = pair()
     network.config[a].on_chip = False
     inner.config[a].on_chip = True
+    network.config[a].block_shape = nengo_loihi.BlockShape((1,), (4,))
+    inner.config[a].block_shape = nengo_loihi.BlockShape((2,), (4,))
     network.config[connection].pop_type = 16
     inner.config[connection].pop_type = 32
     settings = NetworkSettings(network)
     assert settings.get(a, "on_chip") is False
+    assert settings.get(a, "block_shape").shape == (2,)
     assert settings.get(connection, "pop_type") == 32
 
 

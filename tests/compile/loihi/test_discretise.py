@@ -11,10 +11,12 @@ import nengo_loihi.builder.discretize
 import nengo_loihi.neurons
 import numpy as np
 import pytest
+from nengo_loihi.block import SynapseConfig
 
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.quantisation import block_values, restored_block
 from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.blocks import IntegerBlocks
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
@@ -128,15 +130,35 @@ def loop(transform: float, fed: bool) -> nengo.Network:
     return network
 
 
+def exact_and_rounded(blocks: IntegerBlocks) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield the weights of each group of synapses in the chip's units, before and after rounding.
+
+    The chip adds multiples of 64 to a current.
+    """
+    for built, block in zip(blocks.floats.blocks, blocks.blocks, strict=True):
+        info = block.discretize_info
+        # The scale is one number, or the same number for every compartment.
+        scale = np.max(info["w_scale"]) * SynapseConfig.get_scale(info["w_exp"]) / 64
+        for exact, synapse in zip(block_values(built).weights, block.synapses, strict=True):
+            yield exact * scale, np.concatenate([row.ravel() for row in synapse.weights]) / 64
+
+
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 @pytest.mark.parametrize("fed", [False, True])
 @pytest.mark.parametrize("decade", range(-12, 0))
-def test_a_loop_of_any_strength_compiles(decade: int, fed: bool, pipeline: str) -> None:
-    """A hint says so if all weights of a group are rounded to zero."""
+def test_weights_of_a_loop_of_any_strength_are_rounded_by_at_most_a_unit(
+    decade: int, fed: bool, pipeline: str
+) -> None:
+    """A hint says so if all weights of a group are below half a unit, and rounded to zero."""
     compilation = compile_network(loop(10.0**decade, fed), pipeline=pipeline)
+    lost = []
+    for exact, rounded in exact_and_rounded(compilation.blocks):
+        np.testing.assert_allclose(rounded, exact, rtol=0, atol=1 + 1e-9)
+        lost.append(bool(np.abs(exact).max() < 0.5))
+        assert rounded.any() != lost[-1]
     zeros = {hint.object for hint in compilation.report.hints if hint.id == "SP402"}
     assert zeros <= {"a", "a -> a"}
-    assert bool(zeros) == bool(compilation.blocks.rounded_away)
+    assert bool(zeros) == any(lost)
     if decade == -1:
         assert not zeros
     if decade <= -9:

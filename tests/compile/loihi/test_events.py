@@ -69,9 +69,13 @@ def test_a_file_without_events_gives_no_spikes(tmp_path: Path) -> None:
 
 def test_float_nengo_uses_our_reader_only_within_the_context(tmp_path: Path) -> None:
     process = process_of(write_events(tmp_path / "camera.events", **GOOD))
+    damaged = process_of(tmp_path / "damaged.events")
+    Path(damaged.file_path).write_bytes(b"123456789")
     theirs = type(process)._read_events
     with own_event_reader():
         step = process.make_step((0,), (process.size,), 0.001, None, None)
+        with pytest.raises(UsageError, match="expected events of 8 bytes"):
+            damaged.make_step((0,), (damaged.size,), 0.001, None, None)
     assert type(process)._read_events is theirs
     image = step(0.02)
     found = event_steps(process, 0.001).at(20)

@@ -60,15 +60,22 @@ def test_an_input_of_the_host_whose_weights_are_all_zero_compiles() -> None:
     assert not np.any(compile_network(network, pipeline="").image.synapses.weight)
 
 
-def test_values_of_the_host_reach_neurons_on_the_chip_without_a_relay() -> None:
+def test_values_of_the_host_drive_neurons_on_the_chip_without_a_relay() -> None:
     with nengo.Network(seed=5) as network:
         spikeport.add_params(network)
         host, post = nengo.Ensemble(10, 1), nengo.Ensemble(9, 1)
         network.config[host].on_chip = False
+        nengo.Connection(nengo.Node(lambda t: 1 if t > 0.3 else -1), host)
         wire = nengo.Connection(host, post.neurons, transform=np.ones((9, 1)))
         network.config[wire].decode_path = "direct"
-    (entry,) = compile_network(network, pipeline="").image.manifest.blocks
+        probe = nengo.Probe(post.neurons)
+    with spikeport.Simulator(network, pipeline="", progress_bar=False) as simulator:
+        (entry,) = simulator.image.manifest.blocks
+        simulator.run_steps(600)
     assert entry.kind == "ensemble"
+    low_hz, high_hz = simulator.data[probe].reshape(3, 200, 9).mean(axis=1)[[0, 2]]
+    assert np.all(low_hz < 80)
+    assert np.all(high_hz > 120)
 
 
 def test_a_function_that_is_zero_compiles_with_a_hint() -> None:

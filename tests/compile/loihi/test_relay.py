@@ -78,12 +78,24 @@ def test_a_relay_and_its_target_delay_as_much_as_the_synapse(
     assert relay_filter_s(connection, target, 0.001) == pytest.approx(relay)
 
 
-def test_the_targets_filter_is_no_slower_than_the_connections_own(built) -> None:
+@pytest.mark.parametrize(
+    ("own", "target", "asked"),
+    [(0.03, 0.1, 0.03), (0.03, 0.02, 0.02), (0.002, 0.1, 0.005)],
+)
+def test_the_targets_filter_is_no_slower_than_the_connections_own(
+    built, own: float, target: float, asked: float
+) -> None:
     model, connection, _ = built
-    usual = model.decode_tau
-    with contextlib.suppress(KeyError), relayed(model, connection, "onoff", target_s=0.1):
-        assert model.decode_tau == 0.005
-    assert model.decode_tau == usual
+    connection.synapse = own
+    model.objs[connection]["decoded"] = relay = LoihiBlock(2)
+    with relayed(model, connection, "onoff", target_s=target):
+        assert model.decode_tau == asked
+    assert model.decode_tau == 0.005
+    assert relay.compartment.tau_s == relay_filter_s(connection, target, model.dt)
+    failing = relayed(model, connection, "onoff", target_s=target)
+    with contextlib.suppress(ZeroDivisionError), failing:
+        raise ZeroDivisionError
+    assert model.decode_tau == 0.005
 
 
 def loop(gain: float, tau: float) -> nengo.Network:
