@@ -86,7 +86,7 @@ class ReplayChip:
         """
         recorded = self._next
         if recorded is None:
-            raise self._ended()
+            raise self._end_error()
         self._number += 1
         self._compare(recorded, spikes, errors)
         if self._open_spikes is None:  # else the board was late, and these were not sent to it
@@ -103,7 +103,7 @@ class ReplayChip:
         self._next = next(self._steps, None)
         return self._held
 
-    def _ended(self) -> BackendError:
+    def _end_error(self) -> BackendError:
         """Return the error of a host that runs beyond the end of the record."""
         reason = "ends" if self._record.whole else "is cut or damaged"
         played_s = self._number * self._image.manifest.dt_s
@@ -142,7 +142,7 @@ class ReplayChip:
             for group in sorted({*errors_now, *errors_then})
             if _bits_of(errors_now, group) != _bits_of(errors_then, group)
         ]
-        return f"the host sends other learning errors to synapse groups {groups}"
+        return f"the host's learning errors for synapse groups {groups} differ from the record"
 
     def _messages(self) -> MessageCounts:
         return self._unpacked().messages

@@ -35,7 +35,7 @@ class Hoist:
         self._plant = plant
         self.held = Held.HANGS if plant.anchored else Held.FREE
 
-    def pull(self) -> None:
+    def advance(self) -> None:
         """Begin to lower a hanging robot to the floor, or let go of a standing one."""
         plant = self._plant
         if self.held is Held.HANGS:

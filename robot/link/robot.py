@@ -220,7 +220,7 @@ class SimulatedRobot:
         self._watch()
         self._limit_speeds()
         if self.steps >= self._pulls.get(self.hoist.held, math.inf):
-            self.hoist.pull()
+            self.hoist.advance()
         self.hoist.step()
         self._plant.step()
         self.tick += self.step_ticks

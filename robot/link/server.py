@@ -124,7 +124,7 @@ class Attendant:
         self._switcher.serve()
         hoist = self._robot.hoist
         for _ in range(self._terminal.keys().count(HOIST_KEY)):
-            hoist.pull()
+            hoist.advance()
         if hoist.held is not self._shown:
             self._shown = hoist.held
             self._say(f"robot: {hoist.held.value}")

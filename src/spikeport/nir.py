@@ -55,9 +55,11 @@ def load(path: str | Path, dt: float, parts: int = 2, at_once: float = 1.0) -> N
     if not (isinstance(dt, Real) and 0 < dt < math.inf):
         raise UsageError(f"dt={dt}: the time step of a NIR graph is a number of seconds above 0")
     if parts not in (1, 2):
-        raise UsageError(f"parts={parts}: a weight has 1 or 2 synapses")
+        raise UsageError(f"parts={parts}: the synapses of a weight must be 1 or 2")
     if not (isinstance(at_once, Real) and 0 < at_once <= 1):
-        raise UsageError(f"at_once={at_once}: a share of a neuron's sources is above 0, up to 1")
+        raise UsageError(
+            f"at_once={at_once}: the share of a neuron's sources must be above 0 and at most 1"
+        )
     path = Path(path)
     with refusing(path):
         graph = fold(flattened(read(path)), float(dt))

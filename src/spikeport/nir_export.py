@@ -67,14 +67,14 @@ def _check(image: ChipImage) -> None:
     ):
         if there:
             raise UsageError(
-                f"image {image.digest[:12]} {what}, for which NIR has no form; cure: compile the "
+                f"image {image.digest[:12]} {what}, which NIR cannot express; cure: compile the "
                 "network without it"
             )
     for entry in image.manifest.outputs:
         if entry.key == "current" or (entry.key == "voltage" and entry.weights != "matrix"):
             raise UsageError(
-                f"image {image.digest[:12]}: output '{entry.name}' reads a {entry.key}, for which "
-                "NIR has no form; cure: probe spikes or values"
+                f"image {image.digest[:12]}: output '{entry.name}' reads a {entry.key}, which NIR "
+                "cannot express; cure: probe spikes or values"
             )
 
 

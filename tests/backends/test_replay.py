@@ -49,7 +49,9 @@ def test_a_host_with_other_spikes_is_refused_at_the_step_that_differs(path: Path
 
 def test_learning_errors_that_were_not_recorded_are_refused(path: Path) -> None:
     chip = ReplayChip(small_image(), 0, path)
-    with pytest.raises(BackendError, match=r"step 1: .* learning errors to synapse groups \[3\]"):
+    with pytest.raises(
+        BackendError, match=r"step 1: .* learning errors for synapse groups \[3\] differ"
+    ):
         chip.step(spike_train(1)[0], {3: np.ones(2)})
 
 

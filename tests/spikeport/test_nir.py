@@ -33,13 +33,15 @@ def test_arguments_may_be_numpy_numbers(tmp_path):
 
 
 def test_a_weight_of_three_synapses_is_refused(tmp_path):
-    with pytest.raises(UsageError, match="parts=3: a weight has 1 or 2 synapses"):
+    with pytest.raises(UsageError, match="parts=3: the synapses of a weight must be 1 or 2"):
         spikeport.nir.load(tmp_path / "graph.nir", DT_S, parts=3)
 
 
 @pytest.mark.parametrize("share", [0, -0.5, 1.01, float("nan"), "all"])
 def test_an_invalid_share_of_sources_is_refused(tmp_path, share):
-    with pytest.raises(UsageError, match="a share of a neuron's sources is above 0, up to 1"):
+    with pytest.raises(
+        UsageError, match="the share of a neuron's sources must be above 0 and at most 1"
+    ):
         spikeport.nir.load(tmp_path / "graph.nir", DT_S, at_once=share)
 
 

@@ -151,7 +151,7 @@ def test_learning_is_refused(tmp_path):
     with pytest.raises(UsageError) as caught:
         export(image, tmp_path / "image.nir")
     assert str(caught.value) == (
-        f"image {image.digest[:12]} learns, for which NIR has no form; cure: compile the network "
+        f"image {image.digest[:12]} learns, which NIR cannot express; cure: compile the network "
         "without it"
     )
     assert not (tmp_path / "image.nir").exists()
@@ -167,7 +167,7 @@ def test_outputs_that_read_registers_are_refused(tmp_path, read, key):
         export(image, tmp_path / "image.nir")
     (entry,) = image.manifest.outputs
     assert str(caught.value) == (
-        f"image {image.digest[:12]}: output '{entry.name}' reads a {key}, for which NIR has no "
-        "form; cure: probe spikes or values"
+        f"image {image.digest[:12]}: output '{entry.name}' reads a {key}, which NIR cannot "
+        "express; cure: probe spikes or values"
     )
     assert not (tmp_path / "image.nir").exists()

@@ -31,7 +31,7 @@ def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
     yield f"spikes are {_steps(one.depth)} late: each connection takes one"
     yield from _rounding(one)
     lowest = -LOWEST / mine.threshold.max()
-    yield f"the voltage ends at {lowest:.0f} thresholds; NIR's has no end"
+    yield f"the voltage cannot fall below {lowest:.0f} thresholds; NIR's has no lower bound"
     if n_levels := len(np.unique(mine.threshold)) - 1:
         yield f"{n_levels + 1} thresholds, so that small weights keep more bits"
     connected = [part for _, part in all_parts(mine.weights, network.n_parts)]

@@ -40,8 +40,8 @@ def test_a_robot_is_lowered_until_it_stands_and_is_then_released() -> None:
         plant.step()
     assert hoist.held is Held.HANGS
     hung_m = plant.lowest_sole_m()  # the weight of the legs has stretched them
-    hoist.pull()
-    hoist.pull()  # has no effect while the robot is being lowered
+    hoist.advance()
+    hoist.advance()  # has no effect while the robot is being lowered
     steps = 0
     while hoist.held is Held.LOWERS:
         hoist.step()
@@ -50,9 +50,9 @@ def test_a_robot_is_lowered_until_it_stands_and_is_then_released() -> None:
     assert steps * plant.dt_s == pytest.approx(hung_m / LOWERS_M_S, abs=0.1)
     assert abs(plant.lowest_sole_m()) < 0.01
     assert plant.anchored
-    hoist.pull()
+    hoist.advance()
     assert (hoist.held, plant.anchored) == (Held.FREE, False)
-    hoist.pull()
+    hoist.advance()
     assert hoist.held is Held.FREE
 
 
@@ -80,7 +80,7 @@ def test_a_robot_that_is_still_being_lowered_is_released_once_it_stands() -> Non
 
 def test_a_robot_that_was_lowered_early_by_hand_is_released_at_the_set_time() -> None:
     robot = SimulatedRobot(RobotSettings(hoist=True, let_down_s=0.5))
-    robot.hoist.pull()
+    robot.hoist.advance()
     found = held(robot, HOLD, round((0.5 + LETS_GO_S) / 0.005) + 1)
     assert [phase for _, phase in found] == [Held.LOWERS, Held.STANDS, Held.FREE]
     assert found[2][0] == 900
@@ -96,7 +96,7 @@ def test_a_robot_whose_legs_stretch_while_lowered_stands_where_they_touch_the_fl
 def test_a_robot_whose_legs_bend_while_lowered_does_not_stand_in_the_air() -> None:
     plant = Plant(anchored=True)
     hoist, hung_m = Hoist(plant), plant.lowest_sole_m()
-    hoist.pull()
+    hoist.advance()
     plant.hold(list(FOLDED), list(FOLDED.values()))
     steps = 0
     while hoist.held is Held.LOWERS:
