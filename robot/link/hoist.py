@@ -9,7 +9,7 @@ LOWERS_M_S = 0.05
 
 
 class Held(Enum):
-    """The hold of a hoist on a robot, from one `Hoist.pull` to the next."""
+    """The hold of a hoist on a robot, from one `Hoist.advance` to the next."""
 
     HANGS = "hangs on its hoist"
     LOWERS = "is being lowered to the floor"
