@@ -7,6 +7,8 @@ import pytest
 
 from spikeport.errors import RobotLostError
 from spikeport.robot.description import ARM_JOINTS, GAINS, JOINTS
+from spikeport.robot.engine import mujoco
+from spikeport.robot.estimator.base import Fix
 from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.codec import Base
 from spikeport.robot.link.faults import FAULTS
@@ -56,7 +58,34 @@ def test_the_plant_has_the_positions_and_velocities_of_its_robot() -> None:
     assert plant.time_s == pytest.approx(0.2)
     np.testing.assert_allclose(plant.data.qpos, robot._plant.data.qpos, atol=1e-6)
     np.testing.assert_allclose(plant.data.qvel, robot._plant.data.qvel, atol=1e-4)
+    hand = plant.data.site("right_hand").xpos
+    np.testing.assert_allclose(hand, _hand_of(robot._plant), atol=1e-6)
     assert len(plant.history()["time_s"]) == 41
+
+
+def _hand_of(plant: Plant) -> np.ndarray:
+    """Return the place of the right hand at the present state, not at the step before."""
+    mujoco.mj_kinematics(plant.model, plant.data)
+    return np.array(plant.data.site("right_hand").xpos)
+
+
+@pytest.mark.parametrize("anchored", [True, False])
+def test_the_estimator_of_a_hung_robot_gets_the_place_of_its_hoist(anchored: bool) -> None:
+    fixes: list[Fix | None] = []
+
+    def estimator(held: Fix | None) -> EstimatedMotion:
+        fixes.append(held)
+        return EstimatedMotion(TRUTH, held)
+
+    plant = LinkedPlant(Recorded, estimator, anchored=anchored)
+    plant.reset(3)
+    (held,) = fixes
+    if not anchored:
+        assert held is None
+        return
+    assert held is not None
+    np.testing.assert_allclose(held.position, plant.data.qpos[:3], atol=1e-6)
+    assert held.yaw_rad == 0.0
 
 
 def test_controllers_get_the_estimate_and_the_truth_is_recorded() -> None:
