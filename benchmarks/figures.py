@@ -3,7 +3,7 @@
     python benchmarks/figures.py run [NAME]...     # make figures: hours; goes on where it was
     python benchmarks/figures.py check             # make figures-check: seconds
 
-`stated` has the runs, and makes the documents' sentences from their results. Each run has a folder
+`figure_runs` has the runs, `stated` makes sentences from their results. Each run has a folder
 in ``build/figures``, and a finished run is not repeated: delete its folder to measure again. The
 figures of results are kept in ``benchmarks/figures``, in the repository, so that anyone can
 compare. Speeds are not kept. Pictures of the documents are replaced by those of their runs.
@@ -21,7 +21,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from stated import PICTURES, QUIET_POLICY, RUNS, STATED, TRAINING, Stated
+from figure_runs import PICTURES, QUIET_POLICY, RUNS, TRAINING
+from stated import STATED, Stated
 
 ROOT = Path(__file__).parents[1]
 FOLDERS, RESULTS = ROOT / "build" / "figures", ROOT / "benchmarks" / "figures"
@@ -77,8 +78,8 @@ def run(names: Iterable[str]) -> int:
     failed = 0
     for name in names:
         folder, command = FOLDERS / name, RUNS[name]
-        # A sweep has no single result, and skips its finished points by itself.
-        if not any((folder / result).exists() for result in ("result.json", "report.json")):
+        # Sweeps and evaluations, which have a plan, try their missing and failed points again.
+        if (folder / "sweep.json").exists() or not results_in(folder):
             if QUIET_POLICY in command and not (ROOT / QUIET_POLICY).exists():
                 print(f"{name}: {QUIET_POLICY} is missing; make it with: {TRAINING}")
                 failed += 1

@@ -86,7 +86,7 @@ class Options:
             # Float Nengo has neither, so its calibrations do not depend on the chip's name.
             return {"chip": "none", "passes": "none"}
         # A chip's file counts by its content, since it may move or change.
-        own = digest_of(chips.get(self.chip))[:12] if chips.file_of(self.chip) else self.chip
+        own = digest_of(chips.get(self.chip))[:12] if chips.files_of(self.chip) else self.chip
         return {"chip": own, "passes": "by default" if self.pipeline is None else self.pipeline}
 
 

@@ -211,14 +211,14 @@ def get(name: str) -> ChipModel:
     ChipFileError
         The file is wrong; see `load`.
     """
-    if file_of(name):
+    if files_of(name):
         return load(name)
     if name not in names():
         raise unknown("chip", name, names())
     return load(BUILT_IN / f"{name}.toml")
 
 
-def file_of(name: str) -> list[Path]:
+def files_of(name: str) -> list[Path]:
     """Return the file of a chip, if the chip's name is a file's; else an empty list."""
     return [Path(name)] if name.endswith(".toml") else []
 

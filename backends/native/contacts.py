@@ -59,8 +59,8 @@ def first_contacts(image: ChipImage) -> np.ndarray:
 
 def pairs_of(image: ChipImage) -> Pairs:
     """Return every source with every contact its routes lead to."""
-    ways = deliveries(image)
-    contact = first_contacts(image)[ways.axon] + ways.atom
+    paths = deliveries(image)
+    contact = first_contacts(image)[paths.axon] + paths.atom
     # In the order of sources: kernels read the contacts of one source after the other.
-    order = np.argsort(ways.source, kind="stable")
-    return Pairs(ways.source[order], contact[order])
+    order = np.argsort(paths.source, kind="stable")
+    return Pairs(paths.source[order], contact[order])

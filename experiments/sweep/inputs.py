@@ -46,7 +46,7 @@ def files_of(point: Point) -> list[Path]:
     """Return the files that a point's settings and its chip name."""
     experiment = registry.get(point.sweep.experiment)
     found: list[Path] = experiment.settings(**point.settings).files
-    return [*found, *chips.file_of(point.options.chip)]
+    return [*found, *chips.files_of(point.options.chip)]
 
 
 def with_inputs(plan: S) -> S:

@@ -13,7 +13,7 @@ from spikeport.fault_plan import Fault, FaultPlan, Faults, unreached
 
 Message = TypeVar("Message")
 
-_OF_A_WAY = {
+_ON_MESSAGES = {
     "delay": "it arrives this many ms later",
     "jitter": "it arrives later, by a random time, exponentially distributed with this mean",
     "loss": "it is lost",
@@ -25,10 +25,10 @@ _OF_A_WAY = {
 STATE = "state-"
 """The prefix of the faults that affect states."""
 KINDS = {
-    **_OF_A_WAY,
+    **_ON_MESSAGES,
     "stop": "the robot falls silent",
     "restart": "the robot begins anew, in its first posture",
-    **{f"{STATE}{kind}": effect for kind, effect in _OF_A_WAY.items()},
+    **{f"{STATE}{kind}": effect for kind, effect in _ON_MESSAGES.items()},
 }
 """The kinds of faults, and their effects on the command or state of a step, or on the robot."""
 

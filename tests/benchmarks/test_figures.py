@@ -4,11 +4,9 @@ import json
 
 import figures
 import pytest
+from figure_runs import PICTURES, RUNS, TRAINING
 from stated import (
-    PICTURES,
-    RUNS,
     STATED,
-    TRAINING,
     Stated,
     joined,
     span,
@@ -92,10 +90,10 @@ def test_results_of_runs_and_of_sweeps_are_kept_without_speeds(tmp_path):
     assert figures.results_in(tmp_path) == []
 
 
-def test_only_sweeps_are_asked_for_again_and_pictures_of_runs_go_to_the_documents(
+def test_only_sweeps_and_evaluations_are_asked_for_again_and_pictures_go_to_the_documents(
     tmp_path, monkeypatch
 ):
-    """A run that fails is not kept; a sweep finds its unfinished points by itself."""
+    """A run that fails is not kept; sweeps find their missing and failed points by themselves."""
     asked = []
 
     def call(line, **_):
@@ -106,19 +104,26 @@ def test_only_sweeps_are_asked_for_again_and_pictures_of_runs_go_to_the_document
             (folder / "figure.png").write_bytes(b"drawn")
             result = "points/0.json" if line[3] == "sweep" else "result.json"
             (folder / result).write_text('{"metrics": {"reaches": 54}}')
+            if line[3] != "run":
+                (folder / "sweep.json").touch()
         return figures.subprocess.CompletedProcess(line, int("broken" in folder.name))
 
     runs = {"reach": "run reach", "many": "sweep reach", "broken": "run draw"}
+    runs["falls"] = "evaluate walk"
     monkeypatch.setattr(figures, "ROOT", tmp_path)
     monkeypatch.setattr(figures, "RUNS", runs)
     monkeypatch.setattr(figures, "PICTURES", {"reach": "reach.png"})
     monkeypatch.setattr(figures, "FOLDERS", tmp_path / "build")
     monkeypatch.setattr(figures, "RESULTS", tmp_path / "kept")
     monkeypatch.setattr(figures.subprocess, "run", call)
-    assert (figures.run(runs), figures.run(["reach", "many"])) == (1, 0)
-    assert asked == [["run", "reach"], ["sweep", "reach"], ["run", "draw"], ["sweep", "reach"]]
+    assert figures.run(runs) == 1
+    assert asked == [command.split() for command in runs.values()]
+    assert figures.run(["reach", "many", "falls"]) == 0
+    assert asked[len(runs) :] == [["sweep", "reach"], ["evaluate", "walk"]]
     result = [{"metrics": {"reaches": 54}}]
-    assert figures.read_results(tmp_path / "kept") == {"reach": result, "many": result}
+    assert figures.read_results(tmp_path / "kept") == dict.fromkeys(
+        ("reach", "many", "falls"), result
+    )
     assert [path.name for path in tmp_path.glob("*.png")] == ["reach.png"]
     assert (tmp_path / "reach.png").read_bytes() == b"drawn"
 

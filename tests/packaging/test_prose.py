@@ -15,9 +15,12 @@ import pytest
 
 OPENERS = re.compile(r"(?:^|(?<=[.!?:] ))[(*_]*(?:What|Whether|Of|Those|That|All)\b.{,60}")
 NO_SENTENCE = re.compile(r"^( {4}|\s*$)")
+"""Lines of code in Markdown, and empty ones."""
 ITEM = re.compile(r"^\s*([-*|#]+|\d+\.)\s+")
-FOLDERS = ("docs", "compile", "backends", "experiments", "hardware_models", "networks", "robot")
-FOLDERS += ("training", "benchmarks", "examples", "tests", "src/spikeport")
+FOLDERS = (
+    *("docs", "compile", "backends", "experiments", "hardware_models", "networks", "robot"),
+    *("training", "benchmarks", "examples", "tests", "src/spikeport"),
+)
 
 
 def paragraphs(text: str) -> Iterator[str]:

@@ -50,13 +50,13 @@ def _delay(name: str, signal: Signal, since: Mapping[str, int]) -> int:
 
 def check_held(graph: PopulationGraph) -> None:
     """Refuse too many inputs for the host to hold back; each counts once per number of steps."""
-    ways = {
+    paths = {
         (name, graph.held_steps(one))
         for one in graph.populations.values()
         for name in one.input.parts
         if name in graph.inputs
     }
-    n = sum(math.prod(graph.inputs[name]) for name, _ in ways)
+    n = sum(math.prod(graph.inputs[name]) for name, _ in paths)
     if n > SIZE:
         raise MismatchError(
             f"at most {SIZE:,} inputs, counting an input once for each of its delays", f"{n:,}"

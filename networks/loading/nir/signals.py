@@ -46,9 +46,11 @@ class Signals:
         self._before: dict[str, list[str]] = {name: [] for name in graph.nodes}
         self._after: dict[str, list[str]] = {name: [] for name in graph.nodes}
         for source, target in graph.edges:
-            for end, name, way in (("Output", source, "out of"), ("Input", target, "into")):
+            for end, name, direction in (("Output", source, "out of"), ("Input", target, "into")):
                 if graph.nodes[name].kind == end:
-                    raise MismatchError(f"{end.lower()} {name} without edges {way} it", "an edge")
+                    raise MismatchError(
+                        f"{end.lower()} {name} without edges {direction} it", "an edge"
+                    )
             self._before[target].append(source)
             self._after[source].append(target)
         self.shapes = {node.name: _shape(node) for node in graph.kinds("Input")}
