@@ -52,7 +52,7 @@ CURES = {
     "Could not find appropriate": CLOSER,
     "vth_to_manexp": CLOSER,
     "Mergeable transforms must be": FUNCTION,
-    "assert isinstance(syn1, Lowpass)": FUNCTION,
+    "cannot merge the filters": FUNCTION,
     "object selection has repeated indices": FUNCTION,
 }
 """Cures for refusals, by a part of the refusal's text."""

@@ -8,7 +8,7 @@ sorted by name and seeded, so that one network gives one image.
 import contextlib
 import hashlib
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import Literal, TypeAlias
 
@@ -95,6 +95,10 @@ class OrderedModel(Model):
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
             self.crossings.update(dict.fromkeys(crossing, obj))
         return built
+
+    def failed_at(self, nodes: Iterable[nengo.Node]) -> None:
+        """Name one of some nodes in the error that follows."""
+        self.building = min(map(self.names.with_ends, nodes))
 
     def _add_events(self, process: DVSFileChipProcess) -> SpikeInput:
         source = SpikeInput(process.size, label=self.building[0])
@@ -237,7 +241,7 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
         quick_builder(),
         connections_probed_on_host(),
         learned_targets_stay(),
-        merged_in_full(),
+        merged_in_full(model.failed_at),
         shared_solves(),
         split_by_tables(),
     ):

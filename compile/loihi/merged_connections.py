@@ -11,11 +11,12 @@ become matrices between whole ends,
 import contextlib
 import copy
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, TypeAlias
 
 import nengo
 import numpy as np
+from nengo.exceptions import BuildError
 from nengo_loihi.passthrough import Cluster
 
 from spikeport.compile.ground.matrices import full, placed
@@ -23,11 +24,19 @@ from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.ground.scope import source_rows, target_rows
 from spikeport.compile.loihi.replaced import replaced
 
+MERGING = ("generate_conns", "merge_transforms", "merge_synapses")
+"""The methods of nengo-loihi's `Cluster` that merge connections."""
+Synapse: TypeAlias = nengo.synapses.Synapse | None
+
 
 @contextlib.contextmanager
-def merged_in_full() -> Iterator[None]:
-    """Let nengo-loihi merge connections through passthrough nodes correctly, within the context."""
-    usual, merge = Cluster.generate_conns, Cluster.merge_transforms
+def merged_in_full(failed_at: Callable[[Iterable[nengo.Node]], None]) -> Iterator[None]:
+    """Let nengo-loihi merge connections through passthrough nodes correctly, within the context.
+
+    nengo-loihi's refusals to merge connections do not name a node. So before one is raised,
+    ``failed_at`` is called with the nodes whose connections it may be about.
+    """
+    usual, merge, join = (getattr(Cluster, name) for name in MERGING)
 
     def generated(cluster: Cluster) -> Iterator[nengo.Connection]:
         for solver, one in _by_solver(cluster):
@@ -41,13 +50,27 @@ def merged_in_full() -> Iterator[None]:
         if not any(isinstance(part, slice) for part in slices):
             into, out = slices
             slices = np.ix_(out, into)[::-1]
-        return merge(cluster, node, sizes, [*map(_as_matrix, transforms)], slices)
+        try:
+            return merge(cluster, node, sizes, [*map(_as_matrix, transforms)], slices)
+        except Exception:
+            failed_at([node])
+            raise
 
-    with (
-        TURN,
-        replaced(Cluster, "generate_conns", generated),
-        replaced(Cluster, "merge_transforms", merged),
-    ):
+    def joined(cluster: Cluster, first: Synapse, second: Synapse) -> Synapse:
+        filters = [one for one in (first, second) if one is not None]
+        if len(filters) == 2 and not all(isinstance(one, nengo.Lowpass) for one in filters):
+            # The first filter is that of a connection into a node of the cluster.
+            into = (*cluster.conns_in, *cluster.conns_mid)
+            failed_at(c.post_obj for c in into if c.synapse is first)
+            kinds = " and ".join(type(one).__name__ for one in filters)
+            raise BuildError(f"cannot merge the filters before and behind it, {kinds}")
+        both: Synapse = join(cluster, first, second)
+        return both
+
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(TURN)
+        for name, new in zip(MERGING, (generated, merged, joined), strict=True):
+            stack.enter_context(replaced(Cluster, name, new))
         yield
 
 

@@ -203,7 +203,7 @@ CASES = [
         "Mergeable transforms", partial(through_node, None), partial(through_node, lambda t, x: x)
     ),
     Case(
-        "assert isinstance(syn1",
+        "cannot merge the filters",
         partial(filtered_twice, None),
         partial(filtered_twice, lambda t, x: x),
     ),

@@ -8,7 +8,7 @@ import pytest
 from nengo_loihi.passthrough import Cluster
 
 import spikeport
-from spikeport.compile.loihi.merged_connections import merged_in_full
+from spikeport.compile.loihi.merged_connections import MERGING, merged_in_full
 from spikeport.errors import CompileError
 
 RELU = nengo.SpikingRectifiedLinear()
@@ -119,8 +119,26 @@ def test_a_sparse_transform_of_entries_that_are_read_twice_is_refused() -> None:
         spikeport.compile_network(network, pipeline="as_written")
 
 
+def test_a_refusal_to_merge_names_the_node() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+        first, second = nengo.Node(size_in=1, label="first"), nengo.Node(size_in=1, label="second")
+        nengo.Connection(a, first, synapse=nengo.Alpha(0.01))
+        nengo.Connection(first, second, synapse=None)
+        nengo.Connection(second, b, synapse=0.005)
+    with pytest.raises(CompileError, match=r"^first: .* before and behind it, Alpha and Lowpass"):
+        spikeport.compile_network(network, pipeline="as_written")
+    network.connections[0].synapse = network.connections[2].synapse = None
+    network.connections[1].transform = nengo.Sparse((1, 1), indices=[(0, 0)])
+    with pytest.raises(CompileError, match=r"^second: .* Mergeable transforms must be Dense"):
+        spikeport.compile_network(network, pipeline="as_written")
+
+
 def test_nothing_of_nengo_loihi_stays_patched() -> None:
-    usual = Cluster.generate_conns, Cluster.merge_transforms
-    with merged_in_full():
-        assert Cluster.generate_conns is not usual[0]
-    assert usual == (Cluster.generate_conns, Cluster.merge_transforms)
+    def methods() -> list[object]:
+        return [getattr(Cluster, name) for name in MERGING]
+
+    usual = methods()
+    with merged_in_full(lambda _: None):
+        assert not set(methods()) & set(usual)
+    assert methods() == usual
