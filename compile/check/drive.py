@@ -6,11 +6,13 @@ Both are found from the image's integers alone, as the chip sees them.
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.deliveries import synapses_of
+from spikeport.compile.image.deliveries import sums_by_target
 from spikeport.compile.image.tables import part
 from spikeport.constants import DECAY_UNITS
 
 ALIKE = ("bias", "decay_u", "decay_v", "vth", "refract_delay")
+MANY = 2.0**60
+"""Spikes in a step of a source that may spike several times: one of weight 1 excites any neuron."""
 
 
 def duplicated(image: ChipImage) -> np.ndarray:
@@ -21,11 +23,8 @@ def duplicated(image: ChipImage) -> np.ndarray:
     neurons with noise or learning are not copies.
     """
     factors = np.random.RandomState(0).randint(1, 2**31, (2, image.n_sources)).astype(np.uint64)
-    sums = np.zeros((2, image.n_compartments), dtype=np.uint64)  # wraps around, as a hash may
-    for synapses in synapses_of(image):
-        weight = image.synapses.weight[synapses.number].astype(np.int64).astype(np.uint64)
-        for total, factor in zip(sums, factors, strict=True):  # much faster than both at once
-            np.add.at(total, synapses.target, weight * factor[synapses.source])
+    weights = image.synapses.weight.astype(np.int64).astype(np.uint64)
+    sums = sums_by_target(image, weights, factors)  # wraps around, as a hash may
     constants = [getattr(image.compartments, name).astype(np.int64) for name in ALIKE]
     own = np.stack([*constants, image.compartment_block], axis=1)
     rows = np.concatenate([own.view(np.uint64), sums.T], axis=1)
@@ -45,14 +44,9 @@ def silenced(image: ChipImage) -> np.ndarray:
     spikes in every step, and no other source does. Read-outs, neurons with noise or learning, and
     neurons that an input of kind ``spikes`` excites are not silenced.
     """
-    most = np.zeros(image.n_compartments)
-    unbounded = _unbounded(image)
-    for synapses in synapses_of(image):
-        # A route reaches few of all compartments. `np.add.at` casts each number, unless they are of
-        # the sum's own type.
-        positive = np.maximum(image.synapses.weight[synapses.number], 0).astype(most.dtype)
-        positive[(positive > 0) & unbounded[synapses.source]] = np.inf
-        np.add.at(most, synapses.target, positive)
+    positive = np.maximum(image.synapses.weight, 0).astype(float)
+    spikes = np.where(_unbounded(image), MANY, 1.0)
+    most = sums_by_target(image, positive, spikes[np.newaxis])[0]
     current = most * DECAY_UNITS / (image.compartments.decay_u + 1.0) + image.compartments.bias
     with np.errstate(divide="ignore", invalid="ignore"):
         voltage = np.where(current > 0, current * DECAY_UNITS / image.compartments.decay_v, 0)

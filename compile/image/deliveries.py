@@ -95,9 +95,56 @@ def synapses_of(image: "ChipImage") -> Iterator[Reached]:
 
     In memory all at once, they could be many more than the image stores, since axons share rows.
     """
+    paths = _reading(image)
+    for path, target, number in _synapses(image, paths):
+        yield Reached(paths.source[path], target, number)
+
+
+def sums_by_target(image: "ChipImage", weights: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the weighted sums of values of the sources, for each target.
+
+        sums[k, j] = sum over all synapses from a source i to j of weights[synapse] values[k, i]
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    weights : (n_synapses,) array
+        A weight for each row of the table ``synapses``; the sums have its type.
+    values : (n, n_sources) array
+        The values of each source; they should be of the same type, since NumPy's ``add.at`` casts
+        each number of another one by itself.
+
+    Returns
+    -------
+    sums : (n, n_compartments) array
+    """
+    paths = _reading(image)
+    # Sources that share an axon and an atom read the same synapses: their values add up first.
+    read = paths.axon * (1 + paths.atom.max(initial=0)) + paths.atom
+    first, of = np.unique(read, return_index=True, return_inverse=True)[1:]
+    shared = np.zeros((len(values), len(read)), dtype=values.dtype)
+    for total, value in zip(shared, values, strict=True):
+        np.add.at(total, first[of], value[paths.source])
+    leads = np.sort(first)
+    sums = np.zeros((len(values), image.n_compartments), dtype=weights.dtype)
+    for path, target, number in _synapses(image, paths.of(leads)):
+        weight = weights[number]
+        for total, value in zip(sums, shared, strict=True):  # much faster than all at once
+            np.add.at(total, target, weight * value[leads[path]])
+    return sums
+
+
+def _reading(image: "ChipImage") -> Deliveries:
+    """Return the paths to axons with a base: to others spikes are sent, but they read nothing."""
     paths = deliveries(image)
-    # An axon without a base has no weights: the spike is sent, but reads nothing.
-    paths = paths.of(image.in_axons.base[paths.axon] >= 0)
+    return paths.of(image.in_axons.base[paths.axon] >= 0)
+
+
+def _synapses(
+    image: "ChipImage", paths: Deliveries
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Yield the synapses on some paths, route by route: number of the path, target, and number."""
     ends = np.searchsorted(paths.route, np.arange(len(image.routes) + 1))
     lengths = row_lengths(image)
     first = image.blocks.start[image.groups.block]
@@ -106,4 +153,5 @@ def synapses_of(image: "ChipImage") -> Iterator[Reached]:
         sizes = lengths[mine.row]
         number = ranges(image.rows.start[mine.row] + mine.atom * sizes, sizes)
         target = np.repeat(first[mine.group] + image.in_axons.base[mine.axon], sizes)
-        yield Reached(np.repeat(mine.source, sizes), target + image.synapses.index[number], number)
+        path = np.repeat(np.arange(begin, end), sizes)
+        yield path, target + image.synapses.index[number], number

@@ -1,4 +1,4 @@
-r"""Parts of nengo-loihi's builder, replaced: faster seeds and LIF rates, regular spiking rates.
+r"""Parts of nengo-loihi's builder, replaced: for speed, and for rates of regular spiking neurons.
 
 A builder has several generators of random numbers for each ensemble and connection, and NumPy
 collects entropy for each of them before it is seeded.
@@ -14,6 +14,9 @@ Decoders are solved for the rates of neurons at thousands of values,
 Since ``n`` is a whole number, a logarithm in single precision, which takes a fifth of the time, is
 enough unless the period is close to a whole step. Seeds and LIF rates keep nengo-loihi's bits.
 
+The decoders of `nengo.solvers.NoSolver` are known, but nengo-loihi computes rates at all values, to
+refuse ensembles that never fire.
+
 nengo-loihi's rates have the height of a spike as a factor. So have Nengo's, except for the rates of
 `nengo.RegularSpiking`: its decoded values are larger by that factor, and here on the chip, too.
 
@@ -21,13 +24,17 @@ Source: nengo-loihi's ``loihi_lif_rates``, ``loihi_regularspiking_rates``.
 """
 
 import contextlib
-from collections.abc import Iterator
-from typing import Any
+import functools
+from collections.abc import Callable, Iterator
+from typing import Any, TypeAlias
 
+import nengo
 import nengo_loihi.neurons
 import numpy as np
 from nengo import LIF, RegularSpiking
+from nengo.exceptions import BuildError
 from nengo.neurons import NeuronType
+from nengo.solvers import NoSolver
 from nengo_loihi.builder import connection, ensemble
 from nengo_loihi.neurons import (
     discretize_tau_rc,
@@ -42,8 +49,12 @@ from spikeport.compile.loihi.replaced import StandIn, replaced
 
 STRETCH = 2**15
 """Values that are computed together, so that intermediate results stay in a core's cache."""
+FEW = 32
+"""Values at which an ensemble with known decoders is first seen to fire."""
 LEAST = 1e-20
 """A number below every positive j, which is the difference of a current and 1."""
+Solve: TypeAlias = Callable[..., tuple[Floats, dict[str, Any]]]
+"""nengo-loihi's ``solve_for_decoders``."""
 CLOSE = 1e-5
 """A period this close to a whole step, as a share of the period plus the membrane's time constant,
 is computed in double precision; this is over a hundred roundings of single precision."""
@@ -132,6 +143,29 @@ def height_in_rates(kind: NeuronType) -> float:
     return 1.0 if isinstance(kind, RegularSpiking) else getattr(kind, "amplitude", 1.0)
 
 
+def quick_solve(
+    usual: Solve,
+    conn: nengo.Connection,
+    gain: Floats,
+    bias: Floats,
+    x: Floats,
+    *arguments: object,
+    **named: object,
+) -> tuple[Floats, dict[str, Any]]:
+    """Return decoders of values ``x`` as the usual function does, sooner if they are known.
+
+    Raises
+    ------
+    BuildError
+        If no neuron fires at any of the values.
+    """
+    if type(conn.solver) is NoSolver:
+        # Most ensembles fire at the first few values already. Rates are written over these.
+        with contextlib.suppress(BuildError):
+            return usual(conn, gain, bias, x[:FEW].copy(), *arguments, **named)
+    return usual(conn, gain, bias, x, *arguments, **named)
+
+
 _NUMPY = StandIn(np, random=StandIn(np.random, RandomState=random_state))
 _RATES = {
     **nengo_loihi.neurons.loihi_rate_functions,
@@ -143,9 +177,11 @@ _RATES = {
 @contextlib.contextmanager
 def quick_builder() -> Iterator[None]:
     """Let nengo-loihi's builder use these parts in the context; the caller holds `refusal.TURN`."""
+    solve = functools.partial(quick_solve, connection.solve_for_decoders)
     with (
         replaced(ensemble, "np", _NUMPY),
         replaced(connection, "np", _NUMPY),
+        replaced(connection, "solve_for_decoders", solve),
         replaced(nengo_loihi.neurons, "loihi_rate_functions", _RATES),
     ):
         yield

@@ -8,7 +8,7 @@ method draw no random numbers, so that equal values have equal decoders, to the 
 import contextlib
 import hashlib
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import nengo
@@ -17,13 +17,11 @@ import numpy as np
 from nengo.solvers import LstsqL2
 from nengo.utils.least_squares_solvers import Cholesky
 
+from spikeport.compile.loihi.quick_builder import Solve
 from spikeport.compile.loihi.replaced import replaced
 
 MOST_KEPT = 4
 """Ensembles whose last decoders are kept: connections are sorted by the name of their source."""
-
-Solve = Callable[..., tuple[np.ndarray, dict[str, Any]]]
-"""nengo-loihi's ``solve_for_decoders``."""
 
 
 class _Solved(NamedTuple):

@@ -6,7 +6,6 @@ axon of each piece in which it has targets; the compartments that sent to it sen
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -167,7 +166,7 @@ def _cut_route(
     ends, first_of = [0, len(axon)], route.source
     if not route.of_input:
         ends, first_of = bounds[route.source], int(first_piece[route.source])
-    for i, (first, end) in enumerate(pairwise(ends)):
-        if (axon[first:end] >= 0).any():
-            atom = route.atom[first:end]
-            yield Route(route.of_input, first_of + i, to.group, axon[first:end], atom)
+    n_axons = np.diff(offsets(axon >= 0)[ends])
+    for i in np.flatnonzero(n_axons).tolist():
+        mine = slice(ends[i], ends[i + 1])
+        yield Route(route.of_input, first_of + i, to.group, axon[mine], route.atom[mine])

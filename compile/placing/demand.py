@@ -96,17 +96,24 @@ class Demand:
             return synapses.soft_bits(first, sizes)
         return int(self._list_bits[synapses.number][sizes].sum())
 
-    def longest(self, first: int, slots: np.ndarray, room: Capacity) -> int:
+    def longest(self, first: int, slots: np.ndarray, room: Capacity, likely: int) -> int:
         """Return the end of the longest stretch from ``first`` on that there is room for.
 
-        In a soft core a longer row may take less memory, if it is stored without gaps: there the
-        stretch is long, but maybe not the longest.
+        The search begins at a ``likely`` length. In a soft core a longer row may take less memory,
+        if it is stored without gaps: there the stretch is long, but maybe not the longest.
         """
+
+        def is_full(end: int) -> bool:
+            return not room.holds(self.load(first, end, slots))
+
         # On other chips a stretch never takes less than its parts, so bisection finds the longest.
         ends = range(first + 1, self.n + 1)
-        return first + bisect_left(
-            ends, True, key=lambda end: not room.holds(self.load(first, end, slots))
-        )
+        low, high = 0, len(ends)
+        likely = min(likely, high)
+        for place in (likely - 1, likely):
+            if low <= place < high:
+                low, high = (low, place) if is_full(ends[place]) else (place + 1, high)
+        return first + bisect_left(ends, True, low, high, key=is_full)
 
     def pieces_reached(self, bounds: list[int]) -> dict[int, np.ndarray]:
         """Return the number of pieces that each axon has targets in, by synapse group."""

@@ -144,4 +144,4 @@ def _numbered(values: np.ndarray) -> np.ndarray:
 
 def _mask(numbers: np.ndarray) -> int:
     # Distinct numbers: equal ones would carry into the next bit.
-    return sum(1 << number for number in set(numbers.tolist()))
+    return sum(1 << number for number in np.flatnonzero(np.bincount(numbers)).tolist())

@@ -92,9 +92,12 @@ class Search:
 
 
 def _cut_greedily(demand: Demand, room: Capacity, slots: np.ndarray) -> list[int]:
-    ends = [0]
+    ends, length = [0], demand.n
     while ends[-1] < demand.n:
-        ends.append(demand.longest(ends[-1], slots, room))
-        if ends[-1] == ends[-2]:
+        # Most pieces of a block are as long as the one before.
+        end = demand.longest(ends[-1], slots, room, likely=length)
+        length = end - ends[-1]
+        if not length:
             return []
+        ends.append(end)
     return ends

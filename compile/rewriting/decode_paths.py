@@ -7,6 +7,7 @@ host      over the host, which decodes and encodes
 """
 
 import functools
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -86,10 +87,40 @@ class Link:
     jumps: np.ndarray
 
     @functools.cached_property
-    def axons(self) -> sparse.csr_array:
+    def _columns(self) -> tuple[sparse.csc_array, np.ndarray]:
+        """The distinct columns of the decoders (d, n), and the column of each neuron, (n_pre,)."""
+        columns = sparse.csc_array(self.decoders)
+        known: dict[tuple[bytes, bytes], int] = {}
+        of = [
+            known.setdefault(
+                (columns.indices[a:b].tobytes(), columns.data[a:b].tobytes()), len(known)
+            )
+            for a, b in itertools.pairwise(columns.indptr.tolist())
+        ]
+        return columns[:, np.unique(of, return_index=True)[1]], np.array(of)
+
+    @functools.cached_property
+    def axons(self) -> sparse.csc_array:
         """The decoders (d, n) of each axon: neurons whose decoders are equal share one."""
-        columns = np.unique(self.decoders.toarray(), axis=1)
-        return sparse.csr_array(columns[:, np.any(columns, axis=0)])
+        columns, _ = self._columns
+        return columns[:, np.diff(columns.indptr) > 0]
+
+    @functools.cached_property
+    def distinct_weights(self) -> sparse.csr_array:
+        """The distinct columns of `weights`, (n_post, n)."""
+        return sparse.csr_array(self.encoders @ self._columns[0])
+
+    @property
+    def weights(self) -> sparse.csr_array:
+        """The weights (n_post, n_pre) from neuron to neuron, W = E T D."""
+        return self.distinct_weights[:, self._columns[1]]
+
+    @property
+    def n_weights(self) -> int:
+        """The number of weights from neuron to neuron that are not zero."""
+        distinct = self.distinct_weights
+        columns = np.bincount(distinct.indices, minlength=distinct.shape[1])
+        return int(columns[self._columns[1]].sum())
 
 
 def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:
@@ -136,12 +167,10 @@ def pareto(costs: list[PathCost]) -> list[PathCost]:
 
 
 def _direct(link: Link, limits: Limits, rate_hz: float) -> PathCost:
-    full = sparse.csr_array(link.encoders @ link.axons)
-    ops = rate_hz * sparse.csr_array(link.encoders @ link.decoders).nnz
-    cores = _cores(limits, in_axons=link.axons.shape[1], synapse_bits=WEIGHT_BITS * full.nnz)
-    return PathCost(
-        "direct", cores, ops, 0.0, 0.0, float(np.hypot(rounding(full), _coarseness(link, full)))
-    )
+    weights = link.distinct_weights
+    cores = _cores(limits, in_axons=link.axons.shape[1], synapse_bits=WEIGHT_BITS * weights.nnz)
+    error = float(np.hypot(rounding(weights), _coarseness(link, weights)))
+    return PathCost("direct", cores, rate_hz * link.n_weights, 0.0, 0.0, error)
 
 
 def _coarseness(link: Link, weights: sparse.csr_array) -> float:

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 
 import nengo
 import numpy as np
-import scipy.sparse as sparse
 
 from spikeport.compile.ground.matrices import full
 from spikeport.compile.ground.names import End
@@ -58,13 +57,12 @@ def _connect_directly(
     connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
 ) -> None:
     """Connect neuron to neuron: W = E T D."""
-    of = link(connection, solver)
     pre = connection.pre_obj
     with flat.network:
         wired = nengo.Connection(
             pre.neurons if isinstance(pre, nengo.Ensemble) else pre,
             connection.post_obj.neurons,
-            transform=nengo_transform(sparse.csr_array(of.encoders @ of.decoders)),
+            transform=nengo_transform(link(connection, solver).weights),
             synapse=connection.synapse,
         )
     flat.network.config[wired].decode_path = "direct"

@@ -2,14 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from types import SimpleNamespace
 
 import nengo
 import numpy as np
 import pytest
 
 from spikeport.backends.native.chip import NativeChip
-from spikeport.compile.check import drive
 from spikeport.compile.check.drive import duplicated, silenced
 from spikeport.compile.check.hints import image_hints
 from spikeport.compile.ground.quantisation import BlockError
@@ -78,31 +76,6 @@ def test_read_outs_are_neither_copies_nor_silenced() -> None:
     image = Parts([Block(2), Block(2)], outputs=reads).image()
     assert duplicated(image).tolist() == [False, False, False, True]
     assert silenced(image).tolist() == [False, False, True, True]
-
-
-def test_the_cost_of_counting_a_route_grows_with_its_synapses_alone(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    n = 100
-    groups = [Group([[64]], block=block) for block in range(1, n)]
-    routes = [Route([0], group=group, block=0) for group in range(n - 1)]
-    image = Parts([Block(1) for _ in range(n)], groups, routes=routes).image()
-    sizes: list[int] = []
-    add, count = np.add.at, np.bincount
-
-    def added(total: np.ndarray, index: np.ndarray, values: np.ndarray) -> None:
-        sizes.append(len(index))
-        add(total, index, values)
-
-    def counted(*arguments: object, **named: object) -> np.ndarray:
-        result: np.ndarray = count(*arguments, **named)
-        sizes.append(len(result))
-        return result
-
-    monkeypatch.setattr(drive, "np", SimpleNamespace(**{**vars(np), "bincount": counted}))
-    monkeypatch.setattr(drive.np, "add", SimpleNamespace(at=added))
-    silenced(image)
-    assert sum(sizes) == n - 1
 
 
 @pytest.mark.parametrize("seed", range(3))

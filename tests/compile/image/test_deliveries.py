@@ -1,14 +1,23 @@
 """The walk over the deliveries of an image, against a walk by hand."""
 
+from types import SimpleNamespace
+
 import numpy as np
+import pytest
 from hypothesis import given
 
+from spikeport.compile.image import deliveries as module
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.deliveries import deliveries, row_lengths, synapses_of
+from spikeport.compile.image.deliveries import (
+    deliveries,
+    row_lengths,
+    sums_by_target,
+    synapses_of,
+)
 from spikeport.compile.image.fanout import fanout
 from spikeport.compile.image.tables import part
 from spikeport.compile.image.traffic import reached_blocks
-from tests.helpers.images import images
+from tests.helpers.images import Block, Group, Parts, Route, images
 
 
 def by_hand(image: ChipImage) -> list[tuple[int, int, int, int, int, int]]:
@@ -57,3 +66,36 @@ def test_synapses_lead_into_the_block_of_their_group(image: ChipImage) -> None:
     for route, synapses in enumerate(synapses_of(image)):
         block = image.groups.block[image.routes.group[route]]
         assert (image.compartment_block[synapses.target] == block).all()
+
+
+@given(images())
+def test_sums_by_target_add_the_weight_of_every_synapse_times_its_sources_value(
+    image: ChipImage,
+) -> None:
+    weights = np.arange(1.0, 1 + len(image.synapses))
+    values = np.stack([3.0 ** np.arange(image.n_sources) % 97, np.arange(image.n_sources)])
+    sums = np.zeros((2, image.n_compartments))
+    for synapses in synapses_of(image):
+        for total, value in zip(sums, values, strict=True):
+            np.add.at(total, synapses.target, weights[synapses.number] * value[synapses.source])
+    assert np.array_equal(sums_by_target(image, weights, values), sums)
+
+
+def test_the_cost_of_sums_grows_with_paths_and_synapses_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    n = 100
+    groups = [Group([[64]], block=block) for block in range(1, n)]
+    routes = [Route([0], group=group, block=0) for group in range(n - 1)]
+    image = Parts([Block(1) for _ in range(n)], groups, routes=routes).image()
+    sizes: list[int] = []
+    add = np.add.at
+
+    def added(total: np.ndarray, index: np.ndarray, values: np.ndarray) -> None:
+        sizes.append(len(index))
+        add(total, index, values)
+
+    numpy = SimpleNamespace(**{**vars(np), "add": SimpleNamespace(at=added)})
+    monkeypatch.setattr(module, "np", numpy)
+    sums_by_target(image, np.ones(n - 1), np.ones((1, n)))
+    assert sum(sizes) == 2 * (n - 1)

@@ -5,11 +5,15 @@ from typing import Any
 import nengo
 import numpy as np
 import pytest
+from nengo.solvers import NoSolver
 from nengo_loihi.builder import connection, ensemble
 from nengo_loihi.neurons import discretize_tau_rc, discretize_tau_ref, loihi_lif_rates
 
 import spikeport
 from spikeport.compile.loihi.quick_builder import lif_rates, quick_builder, random_state
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.errors import CompileError
+from tests.helpers.small_networks import rewrite_of
 
 DT_S = 1e-3
 
@@ -72,12 +76,37 @@ def test_rates_of_many_neurons_equal_nengo_loihis() -> None:
     np.testing.assert_array_equal(doubled, 2 * usual)
 
 
+@pytest.mark.parametrize("firing", [0, 40])
+def test_known_decoders_are_used_if_a_neuron_fires_at_any_value(firing: int) -> None:
+    points, decoders = np.zeros((50, 1)), np.arange(3.0).reshape(3, 1)
+    points[firing] = 1
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(3, 1, gain=np.full(3, 2.0), bias=np.zeros(3), encoders=np.ones((3, 1)))
+        b = nengo.Ensemble(3, 1)
+        made = nengo.Connection(a, b, eval_points=points, solver=NoSolver(decoders))
+    solver = ParameterSolver(rewrite_of(network), DT_S)
+    built = solver.decoded(made)
+    np.testing.assert_array_equal(built.weights, decoders.T)
+    np.testing.assert_array_equal(built.eval_points, points)
+
+
+def test_known_decoders_of_neurons_that_never_fire_are_refused() -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(3, 1, gain=np.ones(3), bias=np.zeros(3), encoders=np.ones((3, 1)))
+        b = nengo.Ensemble(3, 1)
+        made = nengo.Connection(a, b, eval_points=np.zeros((50, 1)), solver=NoSolver())
+    with pytest.raises(CompileError, match="'activities' matrix is all zero"):
+        ParameterSolver(rewrite_of(network), DT_S).decoded(made)
+
+
 def test_the_builders_own_parts_are_restored_at_the_end() -> None:
-    modules = (ensemble, connection)
+    modules, solve = (ensemble, connection), connection.solve_for_decoders
     with quick_builder():
         assert all(module.np.random.RandomState is random_state for module in modules)
         assert all(module.np.zeros is np.zeros for module in modules)
+        assert connection.solve_for_decoders is not solve
     assert all(module.np is np for module in modules)
+    assert connection.solve_for_decoders is solve
 
 
 @pytest.mark.parametrize("amplitude", [0.5, 2.0])

@@ -58,10 +58,13 @@ def test_output_axons_of_a_stretch_are_the_sum_of_its_slots() -> None:
         ((INF, 0, INF, INF), 0),
     ],
 )
-def test_the_longest_stretch_ends_where_the_room_does(room: tuple[float, ...], end: int) -> None:
+@pytest.mark.parametrize("likely", [1, 2, 3, 9])
+def test_the_longest_stretch_ends_where_the_room_does(
+    room: tuple[float, ...], end: int, likely: int
+) -> None:
     image = two_blocks()
     capacity = Capacity(room, (INF,) * 6)
-    assert demand_of(image, 1).longest(0, out_slots(image, LOIHI), capacity) == end
+    assert demand_of(image, 1).longest(0, out_slots(image, LOIHI), capacity, likely) == end
 
 
 def test_an_axon_is_counted_for_each_piece_it_reaches() -> None:

@@ -118,6 +118,12 @@ def test_direct_wiring_takes_axons_and_weights() -> None:
     assert (direct.host_messages_per_s, direct.delay_s) == (0, 0)
 
 
+def test_weights_of_a_link_are_encoders_times_decoders_of_each_neuron() -> None:
+    weights = LINK.encoders @ LINK.decoders
+    assert np.array_equal(LINK.weights.toarray(), weights.toarray())
+    assert LINK.n_weights == weights.nnz
+
+
 def test_the_error_of_direct_wiring_is_that_of_rounded_weights_and_thresholds() -> None:
     weights = np.array([[1, 2, 3], [1, 4, 4], [0, 2, 1]])
     coarse = max(3 * 10, 4 * 20, 2 * 30) / 255 / np.sqrt(12)
