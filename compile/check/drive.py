@@ -12,7 +12,7 @@ from spikeport.constants import DECAY_UNITS
 
 ALIKE = ("bias", "decay_u", "decay_v", "vth", "refract_delay")
 MANY = 2.0**60
-"""Spikes in a step of a source that may spike several times: one of weight 1 excites any neuron."""
+"""Spikes a step of a source that may spike any number of times: they excite any neuron."""
 
 
 def duplicated(image: ChipImage) -> np.ndarray:

@@ -50,7 +50,7 @@ from spikeport.compile.loihi.replaced import StandIn, replaced
 STRETCH = 2**15
 """Values that are computed together, so that intermediate results stay in a core's cache."""
 FEW = 32
-"""Values at which an ensemble with known decoders is first seen to fire."""
+"""Number of values at which rates are computed first, if decoders are known."""
 LEAST = 1e-20
 """A number below every positive j, which is the difference of a current and 1."""
 Solve: TypeAlias = Callable[..., tuple[Floats, dict[str, Any]]]
