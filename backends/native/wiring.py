@@ -9,7 +9,6 @@ A run of a few targets costs more to begin than to add: such weights are *scatte
 targets and values instead of runs.
 """
 
-import itertools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -18,7 +17,7 @@ import numpy as np
 from spikeport.backends.native.contacts import Contacts, Pairs, contacts_of, pairs_of
 from spikeport.backends.native.rows import KernelRows, Runs, rows_of, runs_of
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import offsets, ranges
+from spikeport.compile.image.tables import number_alike, offsets, ranges
 from spikeport.errors import ImageError
 
 MOST_PARTS = 1 << 22
@@ -145,16 +144,6 @@ def _deliveries(live: Pairs, contacts: Contacts) -> np.ndarray:
     delivery = np.full(len(contacts.row), -1)
     delivery[reached] = number_alike(live.source[order], np.append(first, len(order)))
     return delivery
-
-
-def number_alike(values: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Number the parts that ``start`` divides ``values`` into; equal parts get equal numbers."""
-    # Bytes compare in one operation, whatever the length of a part.
-    content = values.tobytes()
-    width = values.nbytes // max(len(values), 1)
-    known: dict[bytes, int] = {}
-    bounds = itertools.pairwise((start * width).tolist())
-    return np.array([known.setdefault(content[a:b], len(known)) for a, b in bounds], dtype=int)
 
 
 def _first_of_each(delivery: np.ndarray) -> np.ndarray:

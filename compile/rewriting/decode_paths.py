@@ -7,7 +7,6 @@ host      over the host, which decodes and encodes
 """
 
 import functools
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,6 +18,7 @@ from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 
 from spikeport.compile.ground.filters import DECODE_TAU_S
 from spikeport.compile.ground.scope import target_rows
+from spikeport.compile.image.tables import number_alike
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
@@ -90,14 +90,9 @@ class Link:
     def _columns(self) -> tuple[sparse.csc_array, np.ndarray]:
         """The distinct columns of the decoders (d, n), and the column of each neuron, (n_pre,)."""
         columns = sparse.csc_array(self.decoders)
-        known: dict[tuple[bytes, bytes], int] = {}
-        of = [
-            known.setdefault(
-                (columns.indices[a:b].tobytes(), columns.data[a:b].tobytes()), len(known)
-            )
-            for a, b in itertools.pairwise(columns.indptr.tolist())
-        ]
-        return columns[:, np.unique(of, return_index=True)[1]], np.array(of)
+        entries = np.rec.fromarrays([columns.indices, columns.data])
+        of = number_alike(entries, columns.indptr)
+        return columns[:, np.unique(of, return_index=True)[1]], of
 
     @functools.cached_property
     def axons(self) -> sparse.csc_array:

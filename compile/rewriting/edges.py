@@ -173,9 +173,8 @@ class EdgeMatrices:
         # Sources come first, so all edges into a node are known before they are passed on.
         for node in folded:
             self.into_nodes[node] = self._edges_into(node)
-            by_row = _by_row(self.into_nodes[node])
             for connection in leaving[node]:
-                self._pass_on(connection, by_row)
+                self._pass_on(connection)
         self.edges = self._edges_into(None)
 
     def _touches(self, connection: nengo.Connection) -> bool:
@@ -212,16 +211,11 @@ class EdgeMatrices:
         """The solver for ensembles on the host, whose neurons fire as in float Nengo."""
         return ParameterSolver(self._rewrite, self._dt_s, FLOAT)
 
-    def _pass_on(self, connection: nengo.Connection, by_row: Mapping[int, Sequence[int]]) -> None:
-        """Multiply the edges into a passthrough node by a connection from it.
-
-        ``by_row`` has the numbers of the edges that end in each of the node's entries.
-        """
+    def _pass_on(self, connection: nengo.Connection) -> None:
+        """Multiply the edges into a passthrough node by a connection from it."""
         transform = self._solver.transform(connection)
         picked = source_rows(connection)
-        edges = list(self.into_nodes[connection.pre_obj].items())
-        for number in sorted({n for row in picked.tolist() for n in by_row.get(row, ())}):
-            key, matrix = edges[number]
+        for key, matrix in self.into_nodes[connection.pre_obj].items():
             # At most one of the two has a synapse: `passthrough` refuses two in a row.
             synapse, path = key.synapse or connection.synapse, key.path or self._path(connection)
             origin = _Origin(key.source, synapse, path)
@@ -235,6 +229,7 @@ class EdgeMatrices:
         self, connection: nengo.Connection, origin: _Origin, entries: _Entries, column: int = 0
     ) -> None:
         """Add a matrix from columns of an origin to each destination of a connection's values."""
+        # Many of the m n matrices between m sources and n targets of a node may be all zeros.
         if not len(entries.value):
             return
         for to in self._destinations(connection):
@@ -307,15 +302,6 @@ def _entries(matrix: Matrix) -> _Entries:
         return _Entries(shape, row, column, matrix[row, column])
     row = np.repeat(np.arange(shape[0]), np.diff(matrix.indptr))
     return _Entries(shape, row, matrix.indices, matrix.data)
-
-
-def _by_row(edges: Edges) -> dict[int, list[int]]:
-    """Return the numbers of the edges that have entries in each row."""
-    by_row = defaultdict(list)
-    for number, matrix in enumerate(edges.values()):
-        for row in np.flatnonzero(np.diff(matrix.indptr)).tolist():
-            by_row[row].append(number)
-    return by_row
 
 
 def _passed_on(transform: Matrix, matrix: sparse.csr_array, picked: np.ndarray) -> _Entries:

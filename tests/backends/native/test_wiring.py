@@ -6,16 +6,10 @@ import numpy as np
 import pytest
 
 from spikeport.backends.native import wiring
-from spikeport.backends.native.wiring import LANES, Wiring, line_up, number_alike, wire
+from spikeport.backends.native.wiring import LANES, Wiring, line_up, wire
 from spikeport.errors import ImageError
 from tests.helpers.images import Block, Group, Parts, Route
 from tests.helpers.two_blocks import two_blocks
-
-
-def test_equal_parts_have_equal_numbers() -> None:
-    values = np.array([1, 2, 1, 2, 1, 3])
-    assert number_alike(values, np.array([0, 2, 4, 5, 6])).tolist() == [0, 0, 1, 2]
-    assert number_alike(values, np.array([0, 0, 0])).tolist() == [0, 0]
 
 
 @pytest.fixture

@@ -76,8 +76,18 @@ def test_rates_of_many_neurons_equal_nengo_loihis() -> None:
     np.testing.assert_array_equal(doubled, 2 * usual)
 
 
-@pytest.mark.parametrize("firing", [0, 40])
-def test_known_decoders_are_used_if_a_neuron_fires_at_any_value(firing: int) -> None:
+@pytest.mark.parametrize(("firing", "computed"), [(0, [32]), (40, [32, 50])])
+def test_known_decoders_need_rates_until_a_neuron_fires(
+    firing: int, computed: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found: list[int] = []
+
+    def rates(kind: Any, x: np.ndarray, *arguments: Any) -> np.ndarray:
+        found.append(len(x))
+        return usual(kind, x, *arguments)
+
+    usual = connection.loihi_rates
+    monkeypatch.setattr(connection, "loihi_rates", rates)
     points, decoders = np.zeros((50, 1)), np.arange(3.0).reshape(3, 1)
     points[firing] = 1
     with nengo.Network(seed=1) as network:
@@ -88,6 +98,7 @@ def test_known_decoders_are_used_if_a_neuron_fires_at_any_value(firing: int) -> 
     built = solver.decoded(made)
     np.testing.assert_array_equal(built.weights, decoders.T)
     np.testing.assert_array_equal(built.eval_points, points)
+    assert found == computed
 
 
 def test_known_decoders_of_neurons_that_never_fire_are_refused() -> None:
