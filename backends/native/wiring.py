@@ -14,10 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from spikeport.arrays import number_alike
 from spikeport.backends.native.contacts import Contacts, Pairs, contacts_of, pairs_of
 from spikeport.backends.native.rows import KernelRows, Runs, rows_of, runs_of
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import number_alike, offsets, ranges
+from spikeport.compile.image.tables import offsets, ranges
 from spikeport.errors import ImageError
 
 MOST_PARTS = 1 << 22

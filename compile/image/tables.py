@@ -329,16 +329,6 @@ def positions(numbers: np.ndarray, n: int) -> list[np.ndarray]:
     return parts(start, np.argsort(numbers, kind="stable"))
 
 
-def number_alike(values: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Number the parts that ``start`` divides ``values`` into; equal parts get equal numbers."""
-    # Bytes compare in one operation, whatever the length of a part.
-    content = values.tobytes()
-    width = values.nbytes // max(len(values), 1)
-    known: dict[bytes, int] = {}
-    bounds = itertools.pairwise((start.astype(np.int64) * width).tolist())
-    return np.array([known.setdefault(content[a:b], len(known)) for a, b in bounds], dtype=int)
-
-
 def ranges(begin: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     """Return the ranges with these beginnings and sizes, laid end to end."""
     result: np.ndarray = np.arange(sizes.sum()) + np.repeat(begin - offsets(sizes)[:-1], sizes)

@@ -16,9 +16,9 @@ import numpy as np
 import scipy.sparse as sparse
 from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 
+from spikeport.arrays import number_alike
 from spikeport.compile.ground.filters import DECODE_TAU_S
 from spikeport.compile.ground.scope import target_rows
-from spikeport.compile.image.tables import number_alike
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver

@@ -20,7 +20,6 @@ TYPES = {
     "robot/engine.py",
     "robot/estimator/base.py",
     "robot/link/signals.py",
-    "spikeport/arrays.py",
     "spikeport/constants.py",
 }
 """Modules that only declare: protocols, bases, types, constants, an import."""

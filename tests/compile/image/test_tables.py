@@ -11,7 +11,6 @@ from spikeport.compile.image.tables import (
     Outputs,
     Reads,
     flat,
-    number_alike,
     offsets,
     part,
     positions,
@@ -25,12 +24,6 @@ def test_offsets_and_parts_divide_an_array() -> None:
     assert start.tolist() == [0, 2, 2, 5]
     assert [np.arange(5)[part(start, i)].tolist() for i in range(3)] == [[0, 1], [], [2, 3, 4]]
     assert offsets(np.array([], dtype=int)).tolist() == [0]
-
-
-def test_equal_parts_have_equal_numbers() -> None:
-    values = np.array([1, 2, 1, 2, 1, 3])
-    assert number_alike(values, np.array([0, 2, 4, 5, 6])).tolist() == [0, 0, 1, 2]
-    assert number_alike(values, np.array([0, 0, 0])).tolist() == [0, 0]
 
 
 def test_flat_lays_arrays_end_to_end() -> None:
