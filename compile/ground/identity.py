@@ -31,6 +31,8 @@ PLAIN_PYTHON = ("nengo", "nengo_loihi", "spikeport")
 ARRAYS = (np.ndarray, np.memmap, np.matrix, np.recarray)
 """Types of arrays that consist of their values alone. A masked array also has a mask, and an array
 of a user's class has methods."""
+NO_FUNCTIONS = (np.ndarray, ObjView, NengoObject, FrozenObject)
+"""Types of the most frequent values that are neither built in nor functions."""
 LATER = "called while the network runs"
 
 
@@ -123,6 +125,8 @@ class _Identity:
     def _value(self, value: object) -> object:
         if type(value) in BUILT_IN:  # as most values are
             return value
+        if isinstance(value, NO_FUNCTIONS):
+            return self._plain(value)
         return FunctionIdentity(self._plain).of(value)
 
     def _plain(self, value: object) -> object:
@@ -164,12 +168,15 @@ class _Identity:
         if kind not in (*ARRAYS, value.dtype.type):
             raise TypeError(f"an array of {kind.__qualname__} has no identity that lasts")
         # The last bits of products depend on the order in memory. `dtype.str` names no fields.
-        return kind.__name__, repr(value.dtype), value.shape, value.strides, value.tobytes()
+        return kind.__name__, _repr(value.dtype), value.shape, value.strides, value.tobytes()
 
     def _parts(self, value: object) -> object:
         kind = f"{type(value).__module__}.{type(value).__qualname__}"
         return kind, [(name, self._value(one)) for name, one in _state(value)]
 
+
+_repr = functools.cache(repr)
+"""Returns the ``repr`` of an array's type, which takes NumPy longer than the rest of an array."""
 
 KINDS = ("ensembles", "nodes", "networks", "connections", "probes")
 

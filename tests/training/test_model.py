@@ -49,6 +49,11 @@ def test_each_foot_stands_on_a_floor_of_its_own(built):
     assert {name for pair in pairs for name in pair} & set(model.PLANES) == set(model.PLANES)
 
 
+def test_only_feet_can_meet_a_floor(built):
+    can_meet = np.flatnonzero(built.body_conaffinity)
+    assert {built.body(body).name for body in can_meet} == {"left_ankle_link", "right_ankle_link"}
+
+
 def test_a_floor_may_be_moved(built):
     plane = built.geom("left_ground").id
     data = mujoco.MjData(built)
