@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from spikeport.robot.description import JOINTS, load
-from spikeport.robot.link.admission import MARGIN, PLAUSIBLE_MARGIN_RAD, beyond, h1_limits, too_old
+from spikeport.robot.link.admission import beyond, h1_limits, too_old
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
 from tests.helpers.standing_robot import LIMITS, STANDING, spoilt
 
@@ -49,7 +49,7 @@ def test_limits_are_the_joint_ranges_and_motor_limits_with_margins():
     low, high = load().jnt_range[1:].T.copy()
     low[HIP_PITCHES], high[HIP_PITCHES] = -3.14, 2.53
     limits = h1_limits()
-    np.testing.assert_allclose(limits.low_rad, low - PLAUSIBLE_MARGIN_RAD)
-    np.testing.assert_allclose(limits.high_rad, high + PLAUSIBLE_MARGIN_RAD)
-    np.testing.assert_allclose(limits.speed_rad_s, MARGIN * SPEED_LIMITS_RAD_S)
-    np.testing.assert_allclose(limits.torque_nm, MARGIN * TORQUE_LIMITS_NM)
+    np.testing.assert_allclose(limits.low_rad, low - 0.1)
+    np.testing.assert_allclose(limits.high_rad, high + 0.1)
+    np.testing.assert_allclose(limits.speed_rad_s, 2 * SPEED_LIMITS_RAD_S)
+    np.testing.assert_allclose(limits.torque_nm, 2 * TORQUE_LIMITS_NM)

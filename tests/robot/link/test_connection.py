@@ -3,9 +3,12 @@
 import pytest
 
 from spikeport.errors import UsageError
+from spikeport.pacing import Pace
+from spikeport.robot.link import connection
 from spikeport.robot.link.client import InlineRobot
 from spikeport.robot.link.connection import RobotOptions, connect
 from spikeport.robot.link.h1 import DAMPING
+from spikeport.robot.link.messages import ODOMETRY, TRUTHS
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import RobotSettings
 
@@ -32,11 +35,72 @@ def test_a_malformed_robot_option_is_refused_with_the_expected_form(text: str) -
         (RobotOptions("inline", faults=("cut@3",)), "--robot-fault 'cut@3'"),
         (RobotOptions("stub", states=True, real_time=True), "--robot-states is for"),
         (RobotOptions("dds:lo:1", states=True), "--robot-states is for"),
+        (RobotOptions("stub", priority=10), "--robot-priority is for real time"),
+        (RobotOptions("dds:lo:0", may_move_a_robot=True), "--robot-lock-step in domain 0"),
+        (
+            RobotOptions("dds:lo:0", real_time=True, may_move_a_robot=True, estimator="truth"),
+            "only a simulation knows the truth",
+        ),
     ],
 )
 def test_invalid_combinations_of_options_are_refused(options: RobotOptions, words: str) -> None:
     with pytest.raises(UsageError, match=words):
         connect(options, HOIST)
+
+
+def test_faults_of_a_stub_are_checked_before_it_starts() -> None:
+    with pytest.raises(UsageError, match="--robot-fault 'cut@3'"):
+        RobotOptions("stub", faults=("cut@3",)).check()
+
+
+@pytest.mark.parametrize(
+    ("text", "estimator"),
+    [("inline", "truth"), ("stub", "truth"), ("dds:lo:1", "ekf")],
+)
+def test_a_robot_that_is_there_already_is_estimated_by_the_filter(
+    text: str, estimator: str
+) -> None:
+    assert RobotOptions(text).estimates == estimator
+
+
+def test_a_real_robot_is_started_by_hand_and_a_simulated_one_if_asked() -> None:
+    assert RobotOptions("dds:lo:0", real_time=True).by_hand
+    assert not RobotOptions("dds:lo:1", real_time=True).by_hand
+    assert RobotOptions("dds:lo:1", real_time=True, states=True).by_hand
+
+
+@pytest.mark.parametrize(
+    ("options", "maker", "period_s"),
+    [
+        (RobotOptions("stub"), "StubRobot", None),
+        (RobotOptions("stub", real_time=True), "StubRobot", 0.005),
+        (RobotOptions("dds:lo:1"), "join", None),
+        (RobotOptions("dds:lo:1", real_time=True), "join", 0.005),
+        (RobotOptions("dds:lo:1", real_time=True, states=True), "join_by_hand", 0.005),
+    ],
+)
+def test_a_robot_is_paced_in_real_time_and_joined_by_hand_where_its_user_starts_it(
+    options: RobotOptions, maker: str, period_s: float | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made: list[tuple[str, tuple[object, ...]]] = []
+    for name in ("StubRobot", "join", "join_by_hand"):
+        monkeypatch.setattr(connection, name, lambda *of, name=name: made.append((name, of)))
+    connect(options, HOIST)
+    ((name, arguments),) = made
+    assert name == maker
+    (pace,) = (one for one in arguments if isinstance(one, Pace)) if period_s else (None,)
+    assert pace is None or pace.period_s == period_s
+    assert (None in arguments) == (period_s is None or maker != "StubRobot")
+
+
+def test_a_stub_publishes_its_truth_unless_the_estimator_needs_odometry(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    needs: list[object] = []
+    monkeypatch.setattr(connection, "StubRobot", lambda *of: needs.append(of[-1]))
+    for estimator in (None, "ekf", "odometer"):
+        connect(RobotOptions("stub", estimator=estimator), HOIST)
+    assert needs == [TRUTHS, TRUTHS, ODOMETRY]
 
 
 def test_an_inline_robot_gets_the_faults_of_its_options() -> None:
