@@ -44,7 +44,7 @@ class LinkFigures:
     damaged : int
         Times that bytes came that were not a frame.
     overruns : int
-        Steps that began late, in real time.
+        Steps that began late, in real time; not those right behind a held step.
     """
 
     steps: int = 0
@@ -117,7 +117,7 @@ class BoardChip:
         self._held = self._codec.silence()
         self._open: Frame | None = None
         self._open_spikes = 0
-        self._sent_s = self._ask_again_s = 0.0
+        self._asked_s = self._ask_again_s = 0.0
         self._late = self._at = 0
         self._closed = self._lost = False
         self._process = os.getpid()
@@ -185,7 +185,8 @@ class BoardChip:
                 "runs it"
             )
         self._refuse_lost()
-        end = self._deadlines.begin()
+        # After a held step, the host waited for the board until this one was due.
+        end = self._deadlines.begin(waited=self._late > 0)
         self.figures.steps += 1
         body, flags = self._codec.pack_step(spikes, errors)
         try:
@@ -210,6 +211,7 @@ class BoardChip:
         if self._open is None:
             self._open = Frame(Kind.STEP, self._session, self._at + 1, body, flags)
             self._open_spikes = len(spikes)
+            self._asked_s = self._clock.now()
             self._send_open()
         else:  # the board is behind, and spikes that it missed are never delivered late
             self.figures.skipped_spikes += len(spikes)
@@ -220,8 +222,7 @@ class BoardChip:
 
     def _send_open(self) -> None:
         assert self._open is not None
-        self._sent_s = self._clock.now()
-        self._ask_again_s = self._sent_s + self._timing.ask_again_s
+        self._ask_again_s = self._clock.now() + self._timing.ask_again_s
         self._line.send(self._open)
 
     def _awaited(self, end: float) -> bytes | None:
@@ -246,7 +247,7 @@ class BoardChip:
             stepped = self._codec.unpack_state(frame.body)
         except BodyError as error:
             raise BackendError(f"step {frame.step}: the board sent {error}") from None
-        self._trips.add(self._clock.now() - self._sent_s)
+        self._trips.add(self._clock.now() - self._asked_s)
         self._held, self._open = stepped.held, None
         self._at, self._late = frame.step, 0
         self._log.append(stepped.counts, self._open_spikes)
@@ -290,7 +291,7 @@ class BoardChip:
 
     @property
     def link(self) -> dict[str, object] | None:
-        """The figures of the session and its round trips, in us."""
+        """The figures of the session; round trips in us begin at the first request of a step."""
         figures = self.figures
         figures.damaged, figures.overruns = self._line.bad, self._deadlines.overruns
         return {

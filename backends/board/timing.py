@@ -89,9 +89,9 @@ class StepDeadlines:
         """The steps that began late."""
         return 0 if self._deadlines is None else self._deadlines.overruns
 
-    def begin(self) -> float:
-        """Wait for the beginning of the next step, and return the time at which it ends."""
+    def begin(self, *, waited: bool = False) -> float:
+        """Wait for the beginning of the next step, and return its end; see `Deadlines.begin`."""
         if isinstance(self._timing, SimulatedTime):
             return self._clock.now() + self._timing.patience_s
         assert self._deadlines is not None
-        return self._deadlines.begin()
+        return self._deadlines.begin(waited=waited)

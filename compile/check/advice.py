@@ -15,7 +15,7 @@ from spikeport.compile.ground.scope import Scope
 COMPACT, AS_WRITTEN = "compact", "as_written"
 """The passes that rewrite a network to take fewer cores, and those that rewrite nothing."""
 TRY_COMPACT = f"more: try -p {COMPACT}, which rewrites the network and may take fewer cores"
-OFFLOAD = "more: try --offload, which moves the ensembles that break a rule to the host"
+OFFLOAD = "more: try --offload, which moves ensembles that are refused to the host"
 LEARNING_ON_ONE_CORE, MEMORY = "SP012", "SP501"
 """The rules that no pass mends and `lint` does not check: on weights that learn, which are checked
 once they are built, and on the memory of a compile."""

@@ -11,6 +11,10 @@ EVEN = (
     "give all neurons that a convolution ends at the same gain and bias: "
     "gain=nengo.dists.Choice([gain]), bias=nengo.dists.Choice([bias])"
 )
+CONVOLVE = (
+    "convolve from the ensemble's neurons, as in nengo.Connection(ensemble.neurons, target, "
+    "transform=nengo.Convolution(...))"
+)
 CURES = {
     "Learning rule presynaptic object must be an Ensemble": (
         "learn from the ensemble in place of its neurons, as in nengo.Connection(ensemble, target, "
@@ -28,6 +32,11 @@ CURES = {
     "'Convolution' transforms on chip to host": (
         "read the neurons into a node, as in nengo.Node(lambda t, x: x, size_in=...), and convolve "
         "from that"
+    ),
+    "assert isinstance(conn.pre_obj, (Neurons": CONVOLVE,
+    "Applying a convolution transform to a decoded connection": CONVOLVE,
+    "assert isinstance(conn.post_obj, Ensemble)": (
+        "leave weights=True out of its solver, or connect to the ensemble in place of its neurons"
     ),
     "must have the same gain": EVEN,
     "nengo-loihi only supports 2D convolution": (
@@ -51,7 +60,8 @@ CURES = {
     "Voltage (V) scaling is required": "shorten tau_rc of its neurons below 8,192 steps",
     "Could not find appropriate": CLOSER,
     "vth_to_manexp": CLOSER,
-    "Mergeable transforms must be": FUNCTION,
+    "Mergeable transforms must be Dense": f"{DENSE} if it is sparse, else {FUNCTION}",
+    "Mergeable transforms must be specified": FUNCTION,
     "cannot merge the filters": FUNCTION,
     "object selection has repeated indices": FUNCTION,
 }

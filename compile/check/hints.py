@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import nengo
 import numpy as np
 from nengo.connection import LearningRule
+from nengo.ensemble import Neurons
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.drive import duplicated, silenced
@@ -24,10 +25,12 @@ LOST = 0.1
 """Share of a block's weights above which their loss is worth a hint."""
 DUPLICATED = 0.1
 """Share of a block's neurons above which copies are worth a hint: a few come about by rounding."""
+RECTIFIED = (nengo.SpikingRectifiedLinear, nengo.RegularSpiking)
+"""Types whose input ordinary Nengo rectifies in every step; subclasses of these need not."""
 
 
 def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
-    """Yield hints on nodes that an image leaves out, and probes and loops unlike float Nengo's.
+    """Yield hints on nodes that an image leaves out, and parts unlike float Nengo's.
 
     A passthrough node that leads nowhere is removed with all connections into it. Nodes of ensemble
     arrays get no hint: an array has an output for every function, used or not.
@@ -44,6 +47,9 @@ def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
             yield rules.get("SP414").broken(names[probe], probe.attr)
     for connection in _in_cycles(scope):
         yield rules.get("SP416").broken(names[connection], "none")
+    for ensemble in _inhibited(scope):
+        kind = type(ensemble.neuron_type).__name__
+        yield rules.get("SP418").broken(names[ensemble], f"negative weights into {kind}")
 
 
 def _in_cycles(scope: Scope) -> Iterator[nengo.Connection]:
@@ -56,6 +62,30 @@ def _in_cycles(scope: Scope) -> Iterator[nengo.Connection]:
     for within in loops(direct):
         on_chip = [c for c in within if scope.on_chip(c.post_obj)]
         yield from on_chip[-1:]
+
+
+def _inhibited(scope: Scope) -> list[nengo.Ensemble]:
+    """Return the ensembles on the chip that Nengo rectifies, and other neurons inhibit."""
+    direct = (
+        connection
+        for connection in scope.network.all_connections
+        if isinstance(connection.pre_obj, Neurons) and isinstance(connection.post_obj, Neurons)
+    )
+    found = (
+        connection.post_obj.ensemble
+        for connection in direct
+        if type(connection.post_obj.ensemble.neuron_type) in RECTIFIED
+        and scope.on_chip(connection.post_obj)
+        and _has_negative(connection.transform)
+    )
+    return list(dict.fromkeys(found))
+
+
+def _has_negative(transform: nengo.transforms.Transform) -> bool:
+    """Return whether a transform has weights below zero, drawn ones by a sample."""
+    if isinstance(transform, nengo.transforms.NoTransform):
+        return False
+    return bool(transform.sample(rng=np.random.RandomState(0)).min() < 0)
 
 
 def _nodes_of_arrays(network: nengo.Network) -> Iterator[nengo.Node]:

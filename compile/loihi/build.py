@@ -219,7 +219,6 @@ def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> 
             if isinstance(obj, nengo.Connection)
         },
     )
-    _check_probed_nodes(rewrite.network, model, names)
     _check_order_of_reads(model, names)
     _check_population_axons(floats)
     return floats
@@ -269,21 +268,6 @@ def _without_filter_warnings() -> Iterator[None]:
 
 def _refusal(name: str, why: str) -> RefusedError:
     return concerning((name,), RefusedError(f"{name}: {why}"))
-
-
-def _check_probed_nodes(network: nengo.Network, model: Model, names: Names) -> None:
-    """Refuse probed passthrough nodes whose inputs nengo-loihi removes."""
-    removed, added = model.split.passthrough.to_remove, model.split.passthrough.to_add
-    fed = {connection.post_obj for connection in {*network.all_connections, *added} - removed}
-    lost = {connection.post_obj for connection in removed & {*network.all_connections}} - fed
-    for probe in network.all_probes:
-        if probe.obj in lost:
-            raise _refusal(
-                names[probe.obj],
-                "nengo-loihi removes the connections into this passthrough node, so that its probe "
-                "would read zeros; cure: give it a function, as in "
-                "nengo.Node(lambda t, x: x, size_in=...)",
-            )
 
 
 def _check_order_of_reads(model: Model, names: Names) -> None:

@@ -6,6 +6,8 @@ value. And it asks Nengo for matrices at slices with an entry twice, which Nengo
 become matrices between whole ends,
 
     W' = S W R^T,   S[rows[i], i] += 1,   R[sources[j], j] += 1
+
+It connects probed nodes, too, but not those that lead nowhere, whose probes then record zeros.
 """
 
 import contextlib
@@ -24,7 +26,7 @@ from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.ground.scope import source_rows, target_rows
 from spikeport.compile.loihi.replaced import replaced
 
-MERGING = ("generate_conns", "merge_transforms", "merge_synapses")
+MERGING = ("generate_conns", "generate_from", "merge_transforms", "merge_synapses")
 """The methods of nengo-loihi's `Cluster` that merge connections."""
 Synapse: TypeAlias = nengo.synapses.Synapse | None
 
@@ -36,13 +38,24 @@ def merged_in_full(failed_at: Callable[[Iterable[nengo.Node]], None]) -> Iterato
     nengo-loihi's refusals to merge connections do not name a node. So before one is raised,
     ``failed_at`` is called with the nodes whose connections it may be about.
     """
-    usual, merge, join = (getattr(Cluster, name) for name in MERGING)
+    usual, follow, merge, join = (getattr(Cluster, name) for name in MERGING)
 
     def generated(cluster: Cluster) -> Iterator[nengo.Connection]:
         for solver, one in _by_solver(cluster):
             for connection in usual(one):
                 connection.solver = solver
                 yield connection
+
+    def followed(
+        cluster: Cluster,
+        node: nengo.Node,
+        outputs: dict[nengo.Node, set[nengo.Connection]],
+        previous: list[nengo.Node] | None = None,
+    ) -> Iterator[tuple[Any, ...]]:
+        if node in cluster.probed_objs:
+            outputs.setdefault(node, set())  # nengo-loihi stops at a node without an entry
+        found: Iterator[tuple[Any, ...]] = follow(cluster, node, outputs, previous)
+        return found
 
     def merged(
         cluster: Cluster, node: nengo.Node, sizes: Any, transforms: Any, slices: Sequence[Any]
@@ -69,7 +82,7 @@ def merged_in_full(failed_at: Callable[[Iterable[nengo.Node]], None]) -> Iterato
 
     with contextlib.ExitStack() as stack:
         stack.enter_context(TURN)
-        for name, new in zip(MERGING, (generated, merged, joined), strict=True):
+        for name, new in zip(MERGING, (generated, followed, merged, joined), strict=True):
             stack.enter_context(replaced(Cluster, name, new))
         yield
 

@@ -8,14 +8,13 @@ its other files: a point that has one is finished.
 import contextlib
 import dataclasses
 import json
-import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from spikeport.atomic import atomic_path, is_leftover, locked
+from spikeport.atomic import atomic_path, check_folder, is_leftover, locked
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.files import read_json, write_json
@@ -166,12 +165,8 @@ def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
     """
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = SweepFolder(out or Path("runs") / f"{sweep.kind}-{sweep.experiment}-{stamp}")
-    try:
-        folder.path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise UsageError(f"{folder.path}: cannot be made ({error.strerror})") from None
-    if not os.access(folder.path, os.W_OK | os.X_OK):
-        raise UsageError(f"{folder.path}: cannot be written to; choose another --out")
+    check_folder("--out", folder.path, folder.path)
+    folder.path.mkdir(parents=True, exist_ok=True)
     others = [path for path in folder.path.iterdir() if not is_leftover(path)]
     if others and not folder.plan.is_file():
         raise UsageError(

@@ -154,13 +154,21 @@ class Deadlines:
         self._due_s: float | None = None
         self.overruns = 0
 
-    def begin(self) -> float:
-        """Wait for the beginning of the next step, and return the time at which it ends."""
+    def begin(self, *, waited: bool = False) -> float:
+        """Wait for the beginning of the next step, and return the time at which it ends.
+
+        Parameters
+        ----------
+        waited : bool
+            True if the caller waited until the end of the last step. It wakes a little later, which
+            is no overrun unless it missed a whole step.
+        """
         now, period_s = self._clock.now(), self._period_s
         due_s = now if self._due_s is None else self._due_s + period_s
         if now > due_s:
-            self.overruns += 1
-            due_s = now if now - due_s >= period_s else due_s
+            missed = now - due_s >= period_s
+            self.overruns += missed or not waited
+            due_s = now if missed else due_s
         self._clock.sleep_until(due_s)
         self._due_s = due_s
         return due_s + period_s

@@ -43,6 +43,11 @@ def strong(sources: int) -> None:
     wired(weights)
 
 
+def rectified(kind: nengo.neurons.NeuronType) -> None:
+    a, b = (nengo.Ensemble(2, 1, neuron_type=kind) for _ in range(2))
+    nengo.Connection(a.neurons, b.neurons, transform=[[0.01, -0.01], [0.0, 0.01]])
+
+
 def strong_neuron() -> None:
     weights = np.random.RandomState(0).uniform(0.002, 0.004, (30, 50))
     weights[0] *= 1000
@@ -284,7 +289,7 @@ CASES = [
     ),
     Case(
         "SP415",
-        "replace the node by a connection between its ensembles",
+        "replace its nodes, if it has any, by connections between ensembles",
         hinted(over_host),
         (hinted(partial(loop, 0.1)), hinted(partial(over_host, on_chip=False))),
     ),
@@ -308,6 +313,15 @@ CASES = [
             hinted(partial(from_host, nengo.SpikingRectifiedLinear(), bias=900)),
             hinted(partial(from_host, nengo.SpikingRectifiedLinear(), bias=2500), dt_s=0.0002),
             hinted(partial(from_host, nengo.LIF(), bias=2500)),
+        ),
+    ),
+    Case(
+        "SP418",
+        "compare with nengo_loihi.LoihiSpikingRectifiedLinear",
+        hinted(partial(rectified, nengo.SpikingRectifiedLinear())),
+        (
+            hinted(partial(rectified, nengo_loihi.LoihiSpikingRectifiedLinear())),
+            hinted(partial(rectified, nengo.LIF())),
         ),
     ),
 ]

@@ -1,7 +1,7 @@
-"""The English of documents, docstrings and comments: no sentence opens with a word for its noun.
+"""The English of documents, docstrings and comments, and the tables of documents.
 
-"Of ten robots, none fell", "What is left is 3 mm" and "Those are refused" make a reader look for
-what is meant: CONTRIBUTING.md asks for the noun.
+No sentence opens with a word for its noun: "Of ten robots, none fell", "What is left is 3 mm" and
+"Those are refused" make a reader look for what is meant. CONTRIBUTING.md asks for the noun.
 """
 
 import ast
@@ -75,6 +75,32 @@ def test_no_document_opens_a_sentence_without_its_noun(root: Path, folder: str) 
     files = (root / folder).glob("*.md" if not folder else "**/*.md")
     found = {str(path): openers(paragraphs(path.read_text(encoding="utf-8"))) for path in files}
     assert {path: texts for path, texts in found.items() if texts} == {}
+
+
+def broken_tables(text: str) -> list[str]:
+    """Return the rows of tables with more or fewer cells than the row before them."""
+    sizes = [
+        (line, len(re.findall(r"(?<!\\)\|", re.sub(r"`[^`]*`", "", line))))
+        for line in text.splitlines()
+    ]
+    return [
+        line
+        for (line, n), (before, m) in zip(sizes[1:], sizes, strict=False)
+        if line.startswith("|") and before.startswith("|") and n != m
+    ]
+
+
+def test_rows_of_tables_with_too_many_cells_are_found() -> None:
+    table = "| a | `b|c` |\n|---|---|\n| 1 | x \\| y |\n"
+    assert broken_tables(table) == []
+    assert broken_tables(table + "| 2 | 3 | | 4 | 5 |\n") == ["| 2 | 3 | | 4 | 5 |"]
+
+
+@pytest.mark.parametrize("folder", ["", *FOLDERS])
+def test_every_row_of_a_table_has_a_cell_for_each_column(root: Path, folder: str) -> None:
+    files = (root / folder).glob("*.md" if not folder else "**/*.md")
+    found = {str(path): broken_tables(path.read_text(encoding="utf-8")) for path in files}
+    assert {path: rows for path, rows in found.items() if rows} == {}
 
 
 @pytest.mark.parametrize("folder", FOLDERS)

@@ -22,6 +22,15 @@ def test_a_stall_is_one_overrun_and_is_not_made_up_for_in_a_burst() -> None:
     assert deadlines.overruns == 1
 
 
+def test_a_step_after_a_wait_until_its_beginning_is_late_only_if_a_whole_step_is_missed() -> None:
+    clock = FakeClock()
+    deadlines = Deadlines(0.002, clock)
+    for late_s, waited, overruns in ((0.0001, True, 0), (0.0001, False, 1), (0.003, True, 2)):
+        clock.time_s = deadlines.begin() + late_s
+        deadlines.begin(waited=waited)
+        assert deadlines.overruns == overruns
+
+
 def test_the_system_clock_waits_only_for_times_in_the_future() -> None:
     clock = SystemClock()
     begin = clock.now()

@@ -7,7 +7,7 @@ from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from spikeport.atomic import locked
+from spikeport.atomic import check_folder, locked
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Workers
 from spikeport.commands.progress import progress_bar
@@ -37,6 +37,7 @@ def run(
     options = TrainOptions(out, seed, steps, stages=stages, workers=Workers(n=threads).n_processes)
     command = f"spikeport train {policy} --seed {seed} --steps {steps} --threads {options.workers}"
     command += "" if hidden_noise else " --no-hidden-noise"
+    check_folder("--out", out, out)
     out.mkdir(parents=True, exist_ok=True)
     with locked(out), resumable(out, "segments"), progress_bar() as progress:
         evaluations = train_walk(options, command, progress)

@@ -87,8 +87,7 @@ def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:
 def probing_outputs(network: nengo.Network, work: Callable[[], Result]) -> Result:
     """Add probes to a network without any, print their names, and return what ``work`` returns.
 
-    If neurons never fire, values cannot be decoded: their spikes are probed instead. Passthrough
-    nodes that nengo-loihi removes are not probed.
+    If neurons never fire, values cannot be decoded: their spikes are probed instead.
 
     Raises
     ------
@@ -102,25 +101,19 @@ def probing_outputs(network: nengo.Network, work: Callable[[], Result]) -> Resul
         try:
             return work()
         except RefusedError as error:
-            if not _probe_less(network, error) or not network.all_probes:
+            if not _probe_spikes(network, error):
                 raise
 
 
-def _probe_less(network: nengo.Network, error: RefusedError) -> bool:
-    """Replace or remove the probes that are refused; return whether there were any."""
+def _probe_spikes(network: nengo.Network, error: RefusedError) -> bool:
+    """Probe spikes in place of values that are refused; return whether there were any."""
     names = Names(network)
     undecoded = [probe for probe in network.all_probes if names[probe] in error.about]
-    removed = [
-        probe
-        for probe in network.all_probes
-        if isinstance(probe.obj, nengo.Node) and names[probe.obj] in error.about
-    ]
-    for probe in (*undecoded, *removed):
-        network.probes.remove(probe)
     with network:
         for probe in undecoded:
+            network.probes.remove(probe)
             nengo.Probe(probe.obj.neurons)
-    return bool(undecoded or removed)
+    return bool(undecoded)
 
 
 def outputs(network: nengo.Network) -> Iterator[NengoObject]:

@@ -221,6 +221,28 @@ def test_figures_of_the_link_count_steps_and_round_trips_and_are_ready_for_json(
 
 
 @pytest.mark.parametrize(
+    ("fault", "timing", "worst_us"),
+    [
+        ("slow=2.5@5", REAL, 2_500),
+        ("loss@5", REAL, 333),
+        ("slow=700@5", SimulatedTime(), 700_000),
+        ("loss@5", SimulatedTime(), 500_000),
+    ],
+)
+def test_a_round_trip_begins_with_the_first_request_of_a_step(
+    fault: str, timing: Timing, worst_us: float
+) -> None:
+    chip = board_chip([fault], timing)
+    run(chip, 20)
+    assert chip.figures.asked_again > 0
+    link = chip.link
+    assert link is not None
+    trips = link["round_trip_us"]
+    assert isinstance(trips, dict)
+    assert trips["worst"] == pytest.approx(worst_us, abs=100)
+
+
+@pytest.mark.parametrize(
     ("fault", "warned"),
     [
         ("loss@5", []),

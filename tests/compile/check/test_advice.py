@@ -17,7 +17,7 @@ from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.pipeline import compile_network
 from tests.helpers.chip_files import chip_file
 
-OFFLOAD = "more: try --offload, which moves the ensembles that break a rule to the host"
+OFFLOAD = "more: try --offload, which moves ensembles that are refused to the host"
 
 
 def refusal(network: nengo.Network, passes: str = "as_written", **options: Any) -> RefusedError:

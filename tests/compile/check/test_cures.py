@@ -129,6 +129,28 @@ def through_node(function: Callable[..., object] | None) -> None:
     nengo.Connection(node, nengo.Ensemble(10, 1))
 
 
+def sparse_behind_node(transform: object) -> None:
+    a, node = nengo.Ensemble(10, 2), nengo.Node(size_in=2)
+    nengo.Connection(a, node)
+    nengo.Connection(node, nengo.Ensemble(10, 2), transform=transform)
+
+
+def convolved_values(neurons: bool, on_chip: bool = True) -> None:
+    a = nengo.Ensemble(16, 16)
+    target = nengo.Ensemble(PLANE.output_shape.size, 1, **EVEN)
+    if not on_chip:
+        on_host(a)
+        on_host(target)
+        nengo.Ensemble(10, 1)
+    nengo.Connection(a.neurons if neurons else a, target.neurons, transform=PLANE)
+
+
+def full_weights(solver: bool) -> None:
+    a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
+    options = {"solver": nengo.solvers.LstsqL2(weights=True)} if solver else {}
+    nengo.Connection(a, b.neurons, transform=np.ones((10, 1)), **options)
+
+
 def filtered_twice(function: Callable[..., object] | None) -> None:
     a, node = nengo.Ensemble(10, 1), nengo.Node(function, size_in=1)
     nengo.Connection(a, node, synapse=nengo.Alpha(0.01))
@@ -200,7 +222,29 @@ CASES = [
     Case("Could not find", partial(biased, 1e9), partial(biased, 1.0)),
     Case("vth_to_manexp", partial(driven, 1e6), partial(driven, 1.0)),
     Case(
-        "Mergeable transforms", partial(through_node, None), partial(through_node, lambda t, x: x)
+        "Mergeable transforms must be specified",
+        partial(through_node, None),
+        partial(through_node, lambda t, x: x),
+    ),
+    Case(
+        "Mergeable transforms must be Dense",
+        partial(sparse_behind_node, SPARSE),
+        partial(sparse_behind_node, DENSE),
+    ),
+    Case(
+        "assert isinstance(conn.pre_obj",
+        partial(convolved_values, neurons=False),
+        partial(convolved_values, neurons=True),
+    ),
+    Case(
+        "Applying a convolution",
+        partial(convolved_values, neurons=False, on_chip=False),
+        partial(convolved_values, neurons=True, on_chip=False),
+    ),
+    Case(
+        "assert isinstance(conn.post_obj",
+        partial(full_weights, solver=True),
+        partial(full_weights, solver=False),
     ),
     Case(
         "cannot merge the filters",
@@ -213,7 +257,7 @@ CASES = [
         partial(value_twice, lambda t, x: x),
     ),
 ]
-NENGOS = ("negative", "Max rates", "NaNs", "Non-compositional")
+NENGOS = ("negative", "Max rates", "NaNs", "Non-compositional", "Applying a convolution")
 OF_NENGO = [words for words in CURES if words.startswith(NENGOS)]
 """Refusals that are the same on the host."""
 

@@ -382,7 +382,7 @@ def test_the_error_lists_each_violation_in_a_row() -> None:
         f"cure: probe an end of the connection, {LEAVE}, or keep a#2 on the host with "
         "net.config[ensemble].on_chip = False, after spikeport.add_params(net)\n"
         "more: spikeport compile --explain SP003\n"
-        "more: try --offload, which moves the ensembles that break a rule to the host"
+        "more: try --offload, which moves ensembles that are refused to the host"
     )
 
 

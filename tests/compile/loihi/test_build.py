@@ -113,32 +113,6 @@ def test_split_neurons_must_be_read_in_order(neurons: Any) -> None:
     )
 
 
-def probed_end(output: object) -> nengo.Network:
-    with nengo.Network(seed=1) as network:
-        a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
-        through = nengo.Node(size_in=1, label="through")
-        end = nengo.Node(output, size_in=1, label="end")
-        nengo.Connection(a, through)
-        nengo.Connection(through, b)
-        nengo.Connection(through, end)
-        nengo.Probe(through)
-        nengo.Probe(end)
-    return network
-
-
-def test_a_probed_node_that_the_builder_cuts_off_is_refused() -> None:
-    with pytest.raises(CompileError) as raised:
-        integer_blocks(probed_end(None))
-    assert str(raised.value) == (
-        "end: nengo-loihi removes the connections into this passthrough node, so that its probe "
-        "would read zeros; cure: give it a function, as in nengo.Node(lambda t, x: x, size_in=...)"
-    )
-
-
-def test_a_node_with_a_function_in_place_of_a_cut_off_node_is_built() -> None:
-    assert integer_blocks(probed_end(lambda _t, x: x)).model.probes
-
-
 def test_population_16_axons_must_start_at_multiples_of_4() -> None:
     kernel = np.ones((2, 2, 1, 3))
     filters = nengo.Convolution(3, (3, 3, 1), kernel_size=(2, 2), init=kernel)

@@ -52,6 +52,36 @@ def test_the_solver_of_a_connection_into_a_node_is_kept(decoder: float, pipeline
     assert found == pytest.approx(wanted, abs=0.15)
 
 
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_probed_nodes_that_lead_nowhere_record_values(pipeline: str) -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(200, 2), nengo.Ensemble(200, 1)
+        through, end, part = (nengo.Node(size_in=size) for size in (2, 2, 1))
+        nengo.Connection(nengo.Node([0.8, -0.6]), a)
+        nengo.Connection(a, through)
+        nengo.Connection(through[0], b)
+        nengo.Connection(through, end, synapse=None, transform=[[0.0, 1.0], [1.0, 0.0]])
+        nengo.Connection(through[1], part, synapse=0.005)
+        probes = [nengo.Probe(node, synapse=0.02) for node in (through, end, part)]
+    for probe in probes:
+        found, wanted = compared(network, probe, pipeline)
+        assert np.abs(wanted).min() > 0.5
+        assert found == pytest.approx(wanted, abs=0.05)
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_a_probed_sum_of_a_loop_records_values(pipeline: str) -> None:
+    with nengo.Network(seed=1) as network:
+        array, out = nengo.networks.EnsembleArray(50, 2), nengo.Node(size_in=1)
+        nengo.Connection(nengo.Node([0.3, 0.2]), array.input)
+        nengo.Connection(array.output, array.input, synapse=0.1, transform=0.5)
+        nengo.Connection(array.output, out, transform=[[1, 1]], synapse=None)
+        probe = nengo.Probe(out, synapse=0.02)
+    found, wanted = compared(network, probe, pipeline)
+    assert wanted > 0.5
+    assert found == pytest.approx(wanted, abs=0.1)
+
+
 def test_images_do_not_depend_on_the_order_of_connections_that_differ_in_solver() -> None:
     digests = []
     for order in ((0.001, 0.004), (0.004, 0.001)):

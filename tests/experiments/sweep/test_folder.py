@@ -146,7 +146,7 @@ def test_a_folder_with_other_files_is_refused_and_left_as_it_is(sweep_of, tmp_pa
 def test_a_folder_that_cannot_be_made_is_refused(sweep_of, tmp_path):
     (tmp_path / "file").touch()
     assert refused(tmp_path / "file", sweep_of()) == (
-        f"{tmp_path}/file: cannot be made (File exists)"
+        f"--out {tmp_path}/file: {tmp_path}/file is no folder; choose another"
     )
 
 

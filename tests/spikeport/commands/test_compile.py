@@ -83,7 +83,7 @@ def test_every_violation_is_printed_and_no_image_written(spikeport, net_py, tmp_
         '`network.config[connection].decode_path = "host"`, after '
         "`spikeport.add_params(network)` and with `-p compact`\n"
         "more: spikeport compile --explain SP002\n"
-        "more: try --offload, which moves the ensembles that break a rule to the host\n"
+        "more: try --offload, which moves ensembles that are refused to the host\n"
     )
     assert done.out == ""
     assert names(tmp_path) == ["net.py"]

@@ -97,7 +97,7 @@ def test_offload_moves_refused_ensembles_to_the_host_and_prints_them(spikeport, 
     refused = spikeport("simulate", spec, *options)
     assert refused.code == 1
     assert refused.err.endswith(
-        "\nmore: try --offload, which moves the ensembles that break a rule to the host\n"
+        "\nmore: try --offload, which moves ensembles that are refused to the host\n"
     )
     done = spikeport("simulate", spec, *options, "--offload")
     assert done.code == 0
