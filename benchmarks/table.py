@@ -64,9 +64,7 @@ def _traffic(network: dict[str, Any]) -> list[str]:
 
 
 def _read(network: dict[str, Any], step_s: float) -> tuple[str, str]:
-    """Return the bandwidth of distinct weights, and its share of the largest; "-" if unmeasured."""
-    if "distinct_bytes" not in network:
-        return "-", "-"
+    """Return the bandwidth of distinct weights, and its share of the largest."""
     read, most = network["distinct_bytes"] / step_s, network["read_bytes_per_s"]
     share = f"{100 * read / most:.0f} % of {most / 1e9:.0f} GB/s"
     return f"{read / 1e9:.2f} GB/s", f"{share} ({network['stored_bytes'] / 1e6:.1f} MB)"
