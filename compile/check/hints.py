@@ -85,7 +85,9 @@ def _has_negative(transform: nengo.transforms.Transform) -> bool:
     """Return whether a transform has weights below zero, drawn ones by a sample."""
     if isinstance(transform, nengo.transforms.NoTransform):
         return False
-    return bool(transform.sample(rng=np.random.RandomState(0)).min() < 0)
+    weights = transform.sample(rng=np.random.RandomState(0))
+    values = weights if isinstance(weights, np.ndarray) else weights.data
+    return bool((values < 0).any())
 
 
 def _nodes_of_arrays(network: nengo.Network) -> Iterator[nengo.Node]:

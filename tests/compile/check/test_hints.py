@@ -3,8 +3,10 @@ import contextlib
 import nengo
 import numpy as np
 import pytest
+import scipy.sparse
 from nengo.exceptions import BuildError
 
+from spikeport import add_params
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.names import Names
@@ -74,6 +76,46 @@ def test_a_loop_on_the_chip_gets_a_hint_exactly_if_nengo_refuses_it(synapse: flo
     assert [one.object for one in found] == ["nodes[0] -> a"] * (synapse is None)
     with contextlib.nullcontext() if synapse else pytest.raises(BuildError, match="cycles"):
         nengo.Simulator(network, progress_bar=False).close()
+
+
+RECTIFIED = nengo.RegularSpiking(nengo.RectifiedLinear())
+SPARSE = {"shape": (4, 4), "indices": [[0, 1], [2, 3]]}
+
+
+@pytest.mark.parametrize(
+    ("transform", "negative"),
+    [
+        (0.1, False),
+        (-0.1, True),
+        (np.eye(4) - 0.5, True),
+        (nengo.dists.Uniform(-1, 1), True),
+        (nengo.dists.Uniform(0, 1), False),
+        (nengo.Sparse(**SPARSE, init=[0.5, -0.5]), True),
+        (nengo.Sparse(**SPARSE, init=[0.5, 0.5]), False),
+        (nengo.Sparse((4, 4), init=scipy.sparse.csr_matrix(np.eye(4) - 0.5)), True),
+        (nengo.Convolution(4, (2, 2, 1), kernel_size=(2, 2), init=-np.ones((2, 2, 1, 4))), True),
+    ],
+)
+@pytest.mark.parametrize("kind", [nengo.SpikingRectifiedLinear(), nengo.LIF()])
+def test_rectified_neurons_that_others_inhibit_get_a_hint(
+    kind: nengo.neurons.NeuronType, transform: object, negative: bool
+) -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = (nengo.Ensemble(4, 1, neuron_type=kind, label=label) for label in "ab")
+        nengo.Connection(a.neurons, b.neurons, transform=transform)
+    found = [hint for hint in network_hints(network, Names(network)) if hint.id == "SP418"]
+    assert [hint.object for hint in found] == ["b"] * (negative and type(kind) is not nengo.LIF)
+
+
+def test_rectified_neurons_on_the_host_get_no_hint_of_inhibition() -> None:
+    with nengo.Network(seed=1) as network:
+        add_params(network)
+        a, b = (nengo.Ensemble(4, 1, neuron_type=RECTIFIED) for _ in range(2))
+        nengo.Connection(a.neurons, b.neurons[[0, 0, 1, 1]], transform=-0.1)
+    hints = [hint.id for hint in network_hints(network, Names(network))]
+    assert hints.count("SP418") == 1
+    network.config[b].on_chip = False
+    assert list(network_hints(network, Names(network))) == []
 
 
 def test_a_passthrough_node_that_leads_nowhere_gets_a_hint() -> None:
