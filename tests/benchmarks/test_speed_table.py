@@ -51,13 +51,6 @@ def test_text_between_the_markers_is_replaced() -> None:
     assert insert(insert(text, "new"), "new") == insert(text, "new")
 
 
-def test_a_value_that_was_not_measured_is_a_dash() -> None:
-    (network,) = RESULTS["networks"].values()
-    old = {key: value for key, value in network.items() if not key.endswith("bytes")}
-    lines = table({**RESULTS, "networks": {"small": old}}).splitlines()
-    assert lines[6].endswith("| 1,000 million | - | - |")
-
-
 def test_kept_results_have_the_titles_of_the_networks() -> None:
     kept = json.loads(benchmark.RESULTS.read_text(encoding="utf-8"))["networks"]
     assert {name: one["title"] for name, one in kept.items()} == {
