@@ -11,12 +11,15 @@ from spikeport.robot.link.codec import (
     STATE,
     Base,
     Command,
+    Turn,
     decode_base,
     decode_command,
     decode_state,
     encode_base,
     encode_command,
     encode_state,
+    remote_of,
+    turn_of,
 )
 from spikeport.robot.link.h1 import MODES, SLOTS
 from spikeport.robot.link.signals import MotorCommands, Sensors
@@ -93,9 +96,33 @@ def test_a_state_that_is_not_finite_is_refused(part: str) -> None:
         decode_state(encode_state(1, SENSORS._replace(**{part: spoilt})))
 
 
-def test_a_quaternion_of_length_0_is_refused() -> None:
-    with pytest.raises(MessageError, match="quaternion is of length 0, not 1"):
-        decode_state(encode_state(1, SENSORS._replace(quaternion=np.zeros(4))))
+@pytest.mark.parametrize("length", [0.0, 0.4, 2.1])
+def test_a_quaternion_far_from_length_1_is_refused(length: float) -> None:
+    spoilt = SENSORS._replace(quaternion=length * SENSORS.quaternion)
+    with pytest.raises(MessageError, match=f"quaternion is of length {length:g}, not 1"):
+        decode_state(encode_state(1, spoilt))
+
+
+@pytest.mark.parametrize("length", [0.6, 1.9])
+def test_a_quaternion_near_length_1_is_scaled_to_it(length: float) -> None:
+    _, found = decode_state(
+        encode_state(1, SENSORS._replace(quaternion=length * SENSORS.quaternion))
+    )
+    np.testing.assert_allclose(found.quaternion, SENSORS.quaternion, rtol=1e-6)
+
+
+@pytest.mark.parametrize("controller", [0, 5, 2**32 - 1, 2**32, 2**63 + 3])
+def test_the_fields_of_lock_step_are_read_as_they_were_written(controller: int) -> None:
+    turn = Turn(61_005, controller)
+    assert turn_of(encode_state(125, SENSORS, turn)) == turn
+    assert turn_of(encode_state(125, SENSORS)) == Turn(0, 0)
+
+
+def test_the_remote_is_all_of_its_bytes_in_a_state() -> None:
+    message = bytearray(encode_state(1, SENSORS))
+    begin = STATE.at("wireless_remote")
+    message[begin : begin + 40] = range(1, 41)
+    assert remote_of(bytes(message)) == bytes(range(1, 41))
 
 
 def test_a_truth_that_is_too_short_or_not_finite_is_refused() -> None:
