@@ -12,6 +12,7 @@ It connects probed nodes, too, but not those that lead nowhere, whose probes the
 
 import contextlib
 import copy
+import functools
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TypeAlias
@@ -19,75 +20,88 @@ from typing import Any, TypeAlias
 import nengo
 import numpy as np
 from nengo.exceptions import BuildError
-from nengo_loihi.passthrough import Cluster
+from nengo_loihi import passthrough
 
 from spikeport.compile.ground.matrices import full, placed
 from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.ground.scope import source_rows, target_rows
 from spikeport.compile.loihi.replaced import replaced
 
-MERGING = ("generate_conns", "generate_from", "merge_transforms", "merge_synapses")
-"""The methods of nengo-loihi's `Cluster` that merge connections."""
 Synapse: TypeAlias = nengo.synapses.Synapse | None
+FailedAt: TypeAlias = Callable[[Iterable[nengo.Node]], None]
 
 
 @contextlib.contextmanager
-def merged_in_full(failed_at: Callable[[Iterable[nengo.Node]], None]) -> Iterator[None]:
+def merged_in_full(failed_at: FailedAt) -> Iterator[None]:
     """Let nengo-loihi merge connections through passthrough nodes correctly, within the context.
 
     nengo-loihi's refusals to merge connections do not name a node. So before one is raised,
     ``failed_at`` is called with the nodes whose connections it may be about.
     """
-    usual, follow, merge, join = (getattr(Cluster, name) for name in MERGING)
+    with TURN, replaced(passthrough, "Cluster", functools.partial(MergedCluster, failed_at)):
+        yield
 
-    def generated(cluster: Cluster) -> Iterator[nengo.Connection]:
-        for solver, one in _by_solver(cluster):
-            for connection in usual(one):
+
+class MergedCluster(passthrough.Cluster):
+    """Passthrough nodes that are connected to each other, merged as float Nengo computes them.
+
+    Parameters
+    ----------
+    failed_at : callable
+        Called with nodes, before a refusal to merge connections at one of them.
+    node : nengo.Node
+        The first node.
+    """
+
+    def __init__(self, failed_at: FailedAt, node: nengo.Node) -> None:
+        super().__init__(node)
+        self._failed_at = failed_at
+
+    def generate_conns(self) -> Iterator[nengo.Connection]:
+        """Yield the connections that replace the nodes, each with its solver."""
+        for solver, part in _by_solver(self):
+            for connection in super(MergedCluster, part).generate_conns():
                 connection.solver = solver
                 yield connection
 
-    def followed(
-        cluster: Cluster,
-        node: nengo.Node,
+    def generate_from(
+        self,
+        obj: nengo.Node,
         outputs: dict[nengo.Node, set[nengo.Connection]],
         previous: list[nengo.Node] | None = None,
     ) -> Iterator[tuple[Any, ...]]:
-        if node in cluster.probed_objs:
-            outputs.setdefault(node, set())  # nengo-loihi stops at a node without an entry
-        found: Iterator[tuple[Any, ...]] = follow(cluster, node, outputs, previous)
-        return found
+        """Yield the paths from a node to outputs and probed nodes."""
+        if obj in self.probed_objs:
+            outputs.setdefault(obj, set())  # nengo-loihi stops at a node without an entry
+        yield from super().generate_from(obj, outputs, previous)
 
-    def merged(
-        cluster: Cluster, node: nengo.Node, sizes: Any, transforms: Any, slices: Sequence[Any]
+    def merge_transforms(
+        self, node: nengo.Node, sizes: Any, transforms: Any, slices: Sequence[Any]
     ) -> nengo.Dense:
+        """Return the transform through a node; the slices are that into it, and that out of it."""
         if not any(isinstance(part, slice) for part in slices):
             into, out = slices
             slices = np.ix_(out, into)[::-1]
         try:
-            return merge(cluster, node, sizes, [*map(_as_matrix, transforms)], slices)
+            return super().merge_transforms(node, sizes, [*map(_as_matrix, transforms)], slices)
         except Exception:
-            failed_at([node])
+            self._failed_at([node])
             raise
 
-    def joined(cluster: Cluster, first: Synapse, second: Synapse) -> Synapse:
-        filters = [one for one in (first, second) if one is not None]
+    def merge_synapses(self, syn1: Synapse, syn2: Synapse) -> Synapse:
+        """Return the filter of a connection into a node and one from it; both must be low-pass."""
+        filters = [one for one in (syn1, syn2) if one is not None]
         if len(filters) == 2 and not all(isinstance(one, nengo.Lowpass) for one in filters):
             # The first filter is that of a connection into a node of the cluster.
-            into = (*cluster.conns_in, *cluster.conns_mid)
-            failed_at(c.post_obj for c in into if c.synapse is first)
+            into = (*self.conns_in, *self.conns_mid)
+            self._failed_at(c.post_obj for c in into if c.synapse is syn1)
             kinds = " and ".join(type(one).__name__ for one in filters)
             raise BuildError(f"cannot merge the filters before and behind it, {kinds}")
-        both: Synapse = join(cluster, first, second)
+        both: Synapse = super().merge_synapses(syn1, syn2)
         return both
 
-    with contextlib.ExitStack() as stack:
-        stack.enter_context(TURN)
-        for name, new in zip(MERGING, (generated, followed, merged, joined), strict=True):
-            stack.enter_context(replaced(Cluster, name, new))
-        yield
 
-
-def _by_solver(cluster: Cluster) -> Iterator[tuple[nengo.solvers.Solver, Cluster]]:
+def _by_solver(cluster: MergedCluster) -> Iterator[tuple[nengo.solvers.Solver, MergedCluster]]:
     """Yield each solver of connections into a cluster, and the cluster with only these."""
     solvers = {id(one.solver): one.solver for one in cluster.conns_in}
     into: dict[int, set[nengo.Connection]] = defaultdict(set)
