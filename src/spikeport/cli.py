@@ -360,11 +360,16 @@ def convert_command(
 
 @app.command("diff")
 def diff_command(
-    a: Annotated[Path, typer.Argument(help="A report, or the folder of a compile or run.")],
+    a: Annotated[
+        Path, typer.Argument(help="A report, or the folder of a compile, run or evaluation.")
+    ],
     b: Annotated[Path, typer.Argument(help="The report or folder to compare with.")],
     html: ComparisonPage = None,
 ) -> None:
-    """Compare the figures of two compiles or runs on a chip; exit with 1 if a figure differs."""
+    """Compare the figures of two compiles or runs on a chip, or of two evaluations.
+
+    Exit with 1 if a figure differs; a figure of an evaluation, if it does by more than chance.
+    """
     from spikeport.commands.diff import run
 
     raise typer.Exit(run(a, b, html))

@@ -41,6 +41,9 @@ from spikeport.compile.passes.parse import parse
 from spikeport.errors import BackendError, UsageError
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
+from spikeport.experiments.evaluate.comparison import compare, is_evaluation
+from spikeport.experiments.evaluate.interval import of_mean, of_share
+from spikeport.experiments.evaluate.table import TableRow, as_json
 from spikeport.experiments.policy.observations import read_observations
 from spikeport.experiments.run_folder import write_dataset
 from spikeport.experiments.sweep.folder import SweepFolder, opened
@@ -222,6 +225,23 @@ def _report(folder: Path) -> None:
 def _diff(path: Path) -> None:
     report = report_file.read(path)
     changes(report, report)
+
+
+def _evaluation(folder: Path) -> None:
+    means = {
+        "speed_error_m_s": of_mean([0.1, 0.2]),
+        "steps_per_s": of_mean([2.0]),
+        "slip_m_s": None,
+    }
+    rows = [TableRow({}, 1, of_share(1, 2), means), TableRow({"push": 0.8}, 0, None, {})]
+    content = {"experiment": "evaluate walk", "backend": "native", "seconds": 20.0}
+    content |= {"settings": {"policy": "mlp", "network_seed": 0}, "rows": as_json(rows)}
+    write_json(folder / "result.json", content)
+
+
+def _compared(path: Path) -> None:
+    if is_evaluation(path):
+        compare(path, path)
 
 
 def _spikes(folder: Path) -> None:
@@ -492,6 +512,7 @@ LOADERS = {
     "schedule": Loader(_copies(SCHEDULE), lambda path: schedule.load(path, 26.0)),
     "chip": Loader(_copies(BUILT_IN / "loihi.toml"), lambda path: chips.get(str(path))),
     "report": Loader(_report, _diff),
+    "evaluation": Loader(_evaluation, _compared),
     "events": Loader(_events, lambda path: event_steps(process_of(path), 0.001)),
     "NIR": Loader(_nir, lambda path: nir.load(path, nir_graphs.DT_S)),
     "run": Loader(_run, _viewed),

@@ -1,4 +1,4 @@
-"""``spikeport diff A B``: the changes from one compile or run to another."""
+"""``spikeport diff A B``: the changes from one compile, run or evaluation to another."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -7,12 +7,14 @@ from typing import Any, NamedTuple
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 
 from spikeport.atomic import check_output
 from spikeport.commands.report_file import check_whole, read, report_file
 from spikeport.compile.report.report import Json
-from spikeport.errors import printable
+from spikeport.errors import UsageError, printable
+from spikeport.experiments.evaluate.comparison import compare, is_evaluation
+from spikeport.experiments.evaluate.interval import CONFIDENCE
 
 SAME, DIFFERENT = 0, 1
 
@@ -21,6 +23,10 @@ SECTIONS = ("passes", "quantisation", "energy", "timing", "host_io", "loss")
 
 Figures = dict[str, object]
 """Numbers, texts and unknown values (None), by name."""
+
+
+Rows = Sequence[Sequence[str]]
+"""Differences in words: the figure, both values, and the change."""
 
 
 class Change(NamedTuple):
@@ -33,28 +39,53 @@ class Change(NamedTuple):
 
 def run(a: Path, b: Path, html: Path | None = None) -> int:
     """Print differences, and write them as a page; like ``diff``, return 1 if any, else 0."""
+    file_a, file_b = report_file(a), report_file(b)
+    kinds = {is_evaluation(file_a), is_evaluation(file_b)}
+    if kinds == {True, False}:
+        raise UsageError(f"{a} and {b}: an evaluation and a report have no figures in common")
+    rows, note = (
+        _of_evaluations(file_a, file_b, html) if kinds == {True} else (_of_reports(a, b, html), "")
+    )
+    console = Console(highlight=False)
+    if rows:
+        table = Table(Column("figure", overflow="fold"), box=SIMPLE_HEAD)
+        for name in (str(a), str(b), "change"):
+            table.add_column(escape(name), justify="right", overflow="fold")
+        for row in rows:
+            table.add_row(*map(escape, row))
+        console.print(table)
+    else:
+        console.print("no difference")
+    if note:
+        console.print(note, markup=False, soft_wrap=True)
+    return DIFFERENT if rows else SAME
+
+
+def _of_evaluations(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
+    """Return the figures that differ by more than chance, and the number that were compared."""
+    if html is not None:
+        raise UsageError("--html: an evaluation has no page; cure: leave it out")
+    differences, compared = compare(a, b)
+    by_chance = compared * (1 - CONFIDENCE)
+    return [tuple(map(printable, one)) for one in differences], (
+        f"{compared} figures were compared by intervals of 95 %; between two evaluations of one "
+        f"policy, about {by_chance:.0f} would differ"
+    )
+
+
+def _of_reports(a: Path, b: Path, html: Path | None) -> Rows:
     if html is not None:
         check_output("--html", html, *map(report_file, (a, b)), suffix=".html")
     reports = {str(a): read(a), str(b): read(b)}
-    found = changes(reports[str(a)], reports[str(b)])
+    rows = [_texts(change) for change in changes(reports[str(a)], reports[str(b)])]
     if html is not None:
         for name, report in reports.items():
             check_whole(name, report)
         from spikeport.compile.report.page import write_pair  # imports jinja2
 
-        write_pair(html, reports, [_texts(change) for change in found])
+        write_pair(html, reports, rows)
         print(f"written: {html}")
-    console = Console(highlight=False)
-    if not found:
-        console.print("no difference")
-        return SAME
-    table = Table("figure", box=SIMPLE_HEAD)
-    for name in (str(a), str(b), "change"):
-        table.add_column(escape(name), justify="right")
-    for change in found:
-        table.add_row(*map(escape, _texts(change)))
-    console.print(table)
-    return DIFFERENT
+    return rows
 
 
 def changes(a: Json, b: Json) -> list[Change]:
