@@ -7,6 +7,8 @@ import numpy as np
 
 from spikeport.hardware_models.activity import Activity
 
+CLOSED = "the chip is closed: it cannot step any more"
+
 
 class Chip(Protocol):
     """An image, loaded and at rest.

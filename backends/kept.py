@@ -162,7 +162,7 @@ def arrays_of(compilation: Compilation, network: nengo.Network) -> Arrays:
     chip: Any = None  # not kept: it is in the key
     report = replace(compilation.report, chip=chip)
     tree = {
-        "host": host.program(compilation.stand_ins, users),
+        "host": host.program(compilation.stand_ins),
         "report": host.values.write(report),
     }
     image = {IMAGE + name: array for name, array in compilation.image.arrays.items()}

@@ -5,7 +5,7 @@ nodes and connections, and probes, are not kept: they are taken, by number, from
 new run. A network with an operator that is not in `OPERATORS` is not kept, but compiled each time.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import nengo
 import numpy as np
@@ -81,18 +81,19 @@ class HostWriter:
     """Writer of the host's part of a compilation, with a `Writer` of values."""
 
     def __init__(self, users: UsersObjects, program: HostProgram) -> None:
+        self._users = users
         self._edges = edges_of(program)
         ports = {id(process): ["edge", n] for n, process in enumerate(self._edges)}
         self.values = Writer({**users.references(), **ports})
         self._program = program
         self._signals: dict[int, int] = {}
-        self._bases: list[Tree] = []
+        self._trees: list[Tree] = []
         self._kept: list[Signal] = []
 
-    def program(self, stand_ins: Mapping[nengo.Probe, nengo.Probe], users: UsersObjects) -> Tree:
+    def program(self, stand_ins: Mapping[nengo.Probe, nengo.Probe]) -> Tree:
         """Return a host program as plain data, and the recordings of the user's probes."""
         model, program = self._program.model, self._program
-        probes = [one for one in users.objects if isinstance(one, nengo.Probe)]
+        probes = [one for one in self._users.objects if isinstance(one, nengo.Probe)]
         recorded, on_host = [], []
         for probe in probes:
             now = stand_ins.get(probe, probe)
@@ -117,7 +118,7 @@ class HostWriter:
             "senders": [_port(one) for one in program.senders],
             "errors": [_port(one) for one in program.error_senders],
             "receivers": [output for output, _ in program.receivers],
-            "signals": self._bases,
+            "signals": self._trees,
             "dt_s": model.dt,
         }
 
@@ -149,15 +150,16 @@ class HostWriter:
         if signal.sparse:
             raise NotKeptError("the host has a sparse matrix, which cannot be kept in a cache")
         base = self._signal(signal.base) if signal.is_view else None
-        self._signals[id(signal)] = number = len(self._bases)
+        self._signals[id(signal)] = number = len(self._trees)
         # Keep the signal alive: another object could get the `id` of a freed one.
         self._kept.append(signal)
-        about = [signal._name, signal.readonly, base, signal.offset]
+        about = [signal._name, signal.readonly]
         if base is None:
-            self._bases.append([*about, self.values.write(signal.initial_value), [], []])
+            self._trees.append(["base", *about, self.values.write(signal.initial_value)])
         else:
             shape, strides = list(signal.shape), list(signal.strides)
-            self._bases.append([*about, signal.dtype.str, shape, strides])
+            place = [base, signal.offset, signal.dtype.str, shape, strides]
+            self._trees.append(["view", *about, *place])
         return number
 
 
@@ -183,8 +185,9 @@ class HostReader:
         self._edges = [Edge() for _ in ends]
         reader.reference = self._find
         self._signals: list[Signal] = []
-        for about in tree["signals"]:
-            self._signals.append(self._signal(*about))
+        kinds: dict[str, Callable[..., Signal]] = {"base": self._base, "view": self._view}
+        for kind, *about in tree["signals"]:
+            self._signals.append(kinds[kind](*about))
 
     def _find(self, reference: Tree) -> object:
         kind, number = reference
@@ -219,23 +222,24 @@ class HostReader:
             setattr(made, key, found)
         return made
 
-    def _signal(
+    def _base(self, name: str | None, readonly: bool, values: Tree) -> Signal:
+        # An array of several signals is kept once, but a run must not write to shared memory.
+        return Signal(self._reader.read(values).copy(), name=name, readonly=readonly)
+
+    def _view(
         self,
         name: str | None,
         readonly: bool,
-        base: int | None,
+        base: int,
         offset: int,
-        values: Tree,
+        dtype: str,
         shape: Sequence[int],
         strides: Sequence[int],
     ) -> Signal:
-        """Return a signal; a view shares the memory of its base."""
-        if base is None:
-            # An array of several signals is kept once, but a run must not write to shared memory.
-            return Signal(self._reader.read(values).copy(), name=name, readonly=readonly)
+        """Return a signal that shares the memory of its base."""
         whole = self._signals[base]
         view: np.ndarray = np.ndarray(
-            shape, np.dtype(values), whole.initial_value, offset=offset, strides=strides
+            shape, np.dtype(dtype), whole.initial_value, offset=offset, strides=strides
         )
         made = Signal(view.copy(), name=name, readonly=readonly, offset=offset)
         made._initial_value, made._base = view, whole

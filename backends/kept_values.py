@@ -49,7 +49,6 @@ class Writer:
         self._references = references
         self._numbers: dict[int, int] = {}
         self._arrays: list[np.ndarray] = []
-        self._kept: list[object] = []
 
     def write(self, value: object) -> Tree:
         """Return a value as plain data.
@@ -90,8 +89,8 @@ class Writer:
         raise NotKeptError(f"an object of {kind[0]}.{kind[1]} cannot be kept in a cache")
 
     def _number(self, array: np.ndarray) -> int:
-        if array.dtype.hasobject:
-            raise NotKeptError("an array of Python objects cannot be kept in a cache")
+        if array.dtype.kind not in KINDS:
+            raise NotKeptError(f"an array of {array.dtype} cannot be kept in a cache")
         if id(array) not in self._numbers:
             self._numbers[id(array)] = len(self._arrays)
             self._arrays.append(array)

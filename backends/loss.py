@@ -196,9 +196,9 @@ def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, floa
     """Return, by input, the share of windows in which its busiest source spiked in every step."""
     ends = offsets(image.inputs.size)
     n_windows = len(spikes) // WINDOW
-    table = np.zeros((n_windows * WINDOW, ends[-1]))
+    table = np.zeros((n_windows * WINDOW, ends[-1]), dtype=bool)
     for row, sources in zip(table, spikes, strict=False):
-        row[sources] = 1
+        row[sources] = True
     full = table.reshape(n_windows, WINDOW, ends[-1]).all(axis=1)
     shares = full.mean(axis=0) if n_windows else np.zeros(ends[-1])
     return {

@@ -17,12 +17,14 @@ from nengo_loihi.block import Axon, LoihiBlock, Synapse, SynapseConfig
 from nengo_loihi.emulator import EmulatorInterface
 from nengo_loihi.inputs import SpikeInput
 
+from spikeport.backends.chip import CLOSED
 from spikeport.backends.counter import Counter
-from spikeport.backends.learning_errors import LearningErrors
+from spikeport.backends.host_checks import HostChecks
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.fanout import fanout
 from spikeport.compile.image.tables import offsets, part
+from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import Activity
 
 
@@ -56,8 +58,7 @@ class NengoLoihiChip:
         with np.errstate(invalid="ignore"):  # the emulator fills integer arrays with NaN at first
             self._emulator = EmulatorInterface(model, seed=seed)
         self._outputs = [
-            (output.key, image.reads.compartment[part(image.outputs.start, i)])
-            for i, output in enumerate(image.manifest.outputs)
+            (output.key, image.read_by(i)) for i, output in enumerate(image.manifest.outputs)
         ]
         self._readouts = image.readouts
         self._counter = Counter(
@@ -66,18 +67,23 @@ class NengoLoihiChip:
         self._synapse_core = image.group_core
         self._biased = image.compartments.bias != 0
         self._arriving = np.zeros(0, dtype=int)
-        self._errors = LearningErrors(image)
+        self._checks = HostChecks(image)
+        self._closed = False
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
-        self._errors.check(errors)
+        if self._closed:
+            raise BackendError(CLOSED)
+        sources = self._checks.sources(spikes)
+        self._checks.check_range(sources)
+        self._checks.check_errors(errors)
         now = self._emulator.t + 1
         self._emulator.host2chip(
-            zip(self._inputs, itertools.repeat(now), by_input(self._image, spikes)),
+            zip(self._inputs, itertools.repeat(now), by_input(self._image, sources)),
             [(self._synapses[group], now, error) for group, error in errors.items()],
         )
         self._emulator.step()
-        self._count(spikes)
+        self._count(sources)
         state = self._emulator.compartment
         return [getattr(state, key)[compartments] for key, compartments in self._outputs]
 
@@ -112,6 +118,7 @@ class NengoLoihiChip:
         """Free the emulator; see `spikeport.backends.chip.Chip.close`."""
         self._counter.close()
         self._emulator.close()
+        self._closed = True
 
 
 def by_input(image: ChipImage, spikes: np.ndarray) -> list[np.ndarray]:

@@ -60,9 +60,7 @@ class Rerun:
     def _held(self, voltage: np.ndarray, spiked: np.ndarray) -> list[np.ndarray]:
         state = {"voltage": voltage, "spiked": spiked.astype(float)}
         return [
-            state.get(output.key, voltage)[
-                self._image.reads.compartment[part(self._image.outputs.start, i)]
-            ]
+            state.get(output.key, voltage)[self._image.read_by(i)]
             for i, output in enumerate(self._image.manifest.outputs)
         ]
 

@@ -33,7 +33,6 @@ from spikeport.backends.python_steps import function_step, product_step, waiting
 from spikeport.compiled import make_ready
 from spikeport.node_functions import Affine, Held, Skippable
 
-TapeRow: TypeAlias = tuple[list[int], list[float]]
 Placed: TypeAlias = tuple[np.ndarray, tuple[int, int]]
 """An array, and its offset and stride in the pool."""
 Stop: TypeAlias = Callable[[np.ndarray], Callable[[], None]]
@@ -41,10 +40,24 @@ Stop: TypeAlias = Callable[[np.ndarray], Callable[[], None]]
 NOTHING = np.zeros(0)
 
 
+class Code(NamedTuple):
+    """The integers of an operation; see `spikeport.backends.tape_kernel`."""
+
+    what: int
+    n: int = 0
+    target: int = 0
+    target_stride: int = 0
+    source: int = 0
+    source_stride: int = 0
+    table: int = 0
+    state: int = 0
+
+
 class Operation(NamedTuple):
     """An operation of a tape."""
 
-    row: TapeRow
+    code: Code
+    scalars: tuple[float, float] = (0.0, 0.0)
     table: np.ndarray = NOTHING
     """Its constants, and the values that it keeps between steps."""
     stop: Stop | None = None
@@ -110,28 +123,28 @@ class Tape:
 
     def __init__(self, memory: np.ndarray) -> None:
         self._memory = memory
-        self._rows: list[TapeRow] = []
-        self._tables: list[np.ndarray] = [np.zeros(0)]
-        self._stops: dict[int, Stop] = {}
+        self._operations: list[Operation] = []
+        self._n_constants = 0
 
     def add(self, operation: Operation) -> None:
         """Append an operation, with its constants and the function to call where it stops."""
-        row, table, stop = operation
         # Tables lie end to end in one array, and operations find theirs by offset.
-        row[0][6] = sum(map(len, self._tables))
-        self._tables.append(table)
-        if stop is not None:
-            self._stops[len(self._rows)] = stop
-        self._rows.append(row)
+        code = operation.code._replace(table=self._n_constants)
+        self._n_constants += len(operation.table)
+        self._operations.append(operation._replace(code=code))
 
     def finish(self) -> Callable[[], None]:
         """Return a function that runs the tape."""
-        memory, tables, n = self._memory, np.concatenate(self._tables), len(self._rows)
-        code = np.array([row[0] for row in self._rows], dtype=np.int64).reshape(n, 8)
-        scalars = np.array([row[1] for row in self._rows]).reshape(n, 2)
+        memory, operations, n = self._memory, self._operations, len(self._operations)
+        code = np.array([one.code for one in operations], dtype=np.int64).reshape(n, 8)
+        scalars = np.array([one.scalars for one in operations], dtype=np.float64).reshape(n, 2)
+        tables = np.concatenate([NOTHING, *(one.table for one in operations)])
         run_tape = make_ready(kernel.run_tape, memory, code, scalars, tables, 0)
-        ends = [*code[1:, 6].tolist(), len(tables)]
-        stops = {k: stop(tables[code[k, 6] : ends[k]]) for k, stop in self._stops.items()}
+        stops = {
+            k: one.stop(tables[one.code.table : one.code.table + len(one.table)])
+            for k, one in enumerate(operations)
+            if one.stop is not None
+        }
 
         def run() -> None:
             k = run_tape(memory, code, scalars, tables, 0)
@@ -195,7 +208,7 @@ class Flattener:
 
     @staticmethod
     def _call(function: Callable[[], None]) -> Operation:
-        return Operation(([kernel.CALL, 0, 0, 0, 0, 0, 0, 0], [0.0, 0.0]), stop=lambda _: function)
+        return Operation(Code(kernel.CALL), stop=lambda _: function)
 
     def _operation(
         self, what: int, target: Signal, source: Signal | np.ndarray, a: float = 0.0, b: float = 0.0
@@ -208,7 +221,7 @@ class Flattener:
             return None
         # With a stride of 0 a tape reads one number for all targets, as NumPy broadcasts it.
         stride = 0 if x_array.size == 1 else x[1]
-        return Operation(([what, y_array.size, *y, x[0], stride, 0, 0], [a, b]))
+        return Operation(Code(what, y_array.size, *y, x[0], stride), (a, b))
 
     def _clock(self, op: TimeUpdate) -> Operation | None:
         found = self._operation(kernel.CLOCK, op.time, op.time, self._sim.dt)
@@ -248,16 +261,16 @@ class Flattener:
         # The column of a row's one nonzero entry; in a row of zeros the first, which adds nothing.
         column = np.abs(matrix).argmax(axis=1)
         table = np.concatenate([matrix[np.arange(len(matrix)), column], column])
-        return Operation(([kernel.GATHER_ADD, target.size, *y, *x, 0, 0], [0.0, 0.0]), table)
+        return Operation(Code(kernel.GATHER_ADD, target.size, *y, *x), table=table)
 
     @staticmethod
     def _product(matrix: np.ndarray, source: Placed, target: Placed) -> Operation:
         (vector, x), (total, y) = source, target
         begin, table = 1 + vector.size, np.zeros(1 + vector.size + total.size)
         return Operation(
-            ([kernel.PRODUCT, total.size, *y, *x, 0, vector.size], [0.0, 0.0]),
-            table,
-            lambda kept: product_step(matrix, vector, total, kept[begin:]),
+            Code(kernel.PRODUCT, total.size, *y, *x, state=vector.size),
+            table=table,
+            stop=lambda kept: product_step(matrix, vector, total, kept[begin:]),
         )
 
     def _function(self, op: SimPyFunc) -> Operation:
@@ -265,8 +278,11 @@ class Flattener:
         function, call = op.fn, function_step(op, self._signals)
         stops = self._call(call)
         if isinstance(function, Skippable):
-            row = [kernel.WAIT, *stops.row[0][1:]], stops.row[1]
-            return Operation(row, np.zeros(1), lambda left: waiting_step(call, function, left))
+            return Operation(
+                Code(kernel.WAIT),
+                table=np.zeros(1),
+                stop=lambda left: waiting_step(call, function, left),
+            )
         if op.x is None or op.output is None:
             return stops
         if type(function) is Affine and op.x.size == op.output.size:
@@ -291,8 +307,7 @@ class Flattener:
         place = self._signals.place(state)
         if found is None or place is None or place[1] != 1:
             return None
-        found.row[0][7] = place[0]
-        return found
+        return found._replace(code=found.code._replace(state=place[0]))
 
     def _process(self, op: SimProcess) -> Operation | None:
         port = self._ports.get(id(op.process))

@@ -325,7 +325,7 @@ def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
     """Return the rewritten network; check the rules before and after."""
     _refuse_unbuildable(job, names, run)
     once = each_once(Rewrite(job.network, names))
-    rewrite = whole_targets(run.networks(once), run.dt_s)
+    rewrite = whole_targets(run.networks(once), job.dt_s)
     # Check again: a pass may have broken a rule, or mended a violation.
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(job.chip.name, broken)

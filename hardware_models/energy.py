@@ -1,6 +1,6 @@
 """The energy of a run: dynamic, static and system, always all three, from exact counts."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -18,8 +18,8 @@ EVENTS: tuple[events.Event, ...] = (
     events.UPDATE_INACTIVE,
     events.SPIKE,
     events.Messages(),
-    events.HopsEastWest(),
-    events.HopsNorthSouth(),
+    events.HOPS_EAST_WEST,
+    events.HOPS_NORTH_SOUTH,
     events.MessagesBetweenChips(),
     events.LEARNING_UPDATE,
 )
@@ -151,8 +151,8 @@ def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
         static=_static(chip, period_s),
         system=_system(chip, dynamic, period_s),
         cores=tuple(
-            _core(label, {name: count[i] for name, count in counts.items()}, activity, calibration)
-            for i, label in enumerate(activity.cores)
+            CoreEnergy(label, _per_step(count, activity, calibration))
+            for label, count in zip(activity.cores, _of_each(counts), strict=True)
         ),
         missing=_missing(terms, chip),
     )
@@ -165,10 +165,9 @@ def module_energies(
     # Messages and hops depend on the cores that modules share, so they have no module.
     on_core = [event for event in EVENTS if isinstance(event, events.OnCore)]
     counts = {event.name: event.per_core(activity, chip) for event in on_core}
-    of_modules = [{name: count[i] for name, count in counts.items()} for i in range(len(names))]
     return [
         ModuleEnergy(name, _per_step(count, activity, calibration))
-        for name, count in zip(names, of_modules, strict=True)
+        for name, count in zip(names, _of_each(counts), strict=True)
     ]
 
 
@@ -190,10 +189,9 @@ def _sum(terms: tuple[EnergyTerm, ...]) -> Estimate | None:
     return sum((energy or at_least_zero("J") for energy in happened), start=zero("J"))
 
 
-def _core(
-    label: str, counts: dict[str, np.generic], activity: Activity, calibration: EnergyCalibration
-) -> CoreEnergy:
-    return CoreEnergy(label, _per_step(counts, activity, calibration))
+def _of_each(counts: Mapping[str, np.ndarray]) -> list[dict[str, np.generic]]:
+    """Return the counts of each core."""
+    return [dict(zip(counts, core, strict=True)) for core in zip(*counts.values(), strict=True)]
 
 
 def _per_step(

@@ -30,7 +30,7 @@ class OnCore:
     name : str
         Key of the figure.
     counts : str
-        The field of the activity, of (n_steps, n_cores), that holds the counts.
+        The field of the activity that holds the counts, (n_kept, n_cores).
     """
 
     name: str
@@ -63,25 +63,24 @@ class Messages:
 
 
 @dataclass(frozen=True)
-class HopsEastWest:
-    """Hops of messages from tile to tile, east or west: H_ew of `topology.hops`."""
+class Hops:
+    """Hops of messages from tile to tile in one direction: H_ew or H_ns of `topology.hops`.
 
-    name: str = "hop_east_west"
+    Parameters
+    ----------
+    name : str
+        Key of the figure.
+    direction : str
+        The field of `topology.Hops`.
+    """
 
-    def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
-        """See `Event.per_core`."""
-        return topology.hops(activity.messages, chip).east_west
-
-
-@dataclass(frozen=True)
-class HopsNorthSouth:
-    """Hops of messages from tile to tile, north or south: H_ns of `topology.hops`."""
-
-    name: str = "hop_north_south"
+    name: str
+    direction: str
 
     def per_core(self, activity: Activity, chip: ChipModel) -> np.ndarray:
         """See `Event.per_core`."""
-        return topology.hops(activity.messages, chip).north_south
+        count: np.ndarray = getattr(topology.hops(activity.messages, chip), self.direction)
+        return count
 
 
 @dataclass(frozen=True)
@@ -101,3 +100,5 @@ UPDATE_INACTIVE = OnCore("update_inactive", "updates_inactive")
 SPIKE = OnCore("spike", "spikes")
 MESSAGE_IN = OnCore("message_in", "messages_in")
 LEARNING_UPDATE = OnCore("learning_update", "learning_updates")
+HOPS_EAST_WEST = Hops("hop_east_west", "east_west")
+HOPS_NORTH_SOUTH = Hops("hop_north_south", "north_south")

@@ -15,6 +15,7 @@ from spikeport.backends.board.line import Line
 from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.timing import WAITING, RealTime, StepDeadlines, Timing
+from spikeport.backends.chip import CLOSED
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, BoardLostError
@@ -177,7 +178,7 @@ class BoardChip:
             If the chip is closed.
         """
         if self._closed:
-            raise BackendError("the chip is closed: it cannot step any more")
+            raise BackendError(CLOSED)
         # Two processes on one socket would take each other's answers.
         if os.getpid() != self._process:
             raise BackendError(

@@ -82,7 +82,7 @@ class FaultyLine:
             case "duplicate":
                 return sent * 2
             case "reorder":
-                self._kept = sent
+                self._kept += sent
             case "flip":
                 return [self._flipped(data) for data in sent]
             case "garbage":

@@ -79,10 +79,12 @@ class StepDeadlines:
     """
 
     def __init__(self, timing: Timing, clock: Clock) -> None:
-        self._timing, self._clock = timing, clock
-        self._deadlines = (
-            Deadlines(timing.period_s, clock) if isinstance(timing, RealTime) else None
-        )
+        self._clock = clock
+        self._deadlines: Deadlines | None = None
+        if isinstance(timing, RealTime):
+            self._deadlines = Deadlines(timing.period_s, clock)
+        else:
+            self._patience_s = timing.patience_s
 
     @property
     def overruns(self) -> int:
@@ -91,7 +93,6 @@ class StepDeadlines:
 
     def begin(self, *, waited: bool = False) -> float:
         """Wait for the beginning of the next step, and return its end; see `Deadlines.begin`."""
-        if isinstance(self._timing, SimulatedTime):
-            return self._clock.now() + self._timing.patience_s
-        assert self._deadlines is not None
+        if self._deadlines is None:
+            return self._clock.now() + self._patience_s
         return self._deadlines.begin(waited=waited)

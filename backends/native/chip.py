@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from spikeport.backends.chip import Decoding, Joined
-from spikeport.backends.learning_errors import LearningErrors
+from spikeport.backends.chip import CLOSED, Decoding, Joined
+from spikeport.backends.host_checks import HostChecks
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange, step, update
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Host, Loaded, State, neurons_of, resting_state
@@ -45,18 +45,18 @@ class NativeChip:
         self, image: ChipImage, seed: int, log: LogOptions = SUMS_ONLY, threads: int = 1
     ) -> None:
         self._image = image.checked
-        divided = min(threads, image.n_cores) > 1 and not image.learns.any()
+        is_divided = min(threads, image.n_cores) > 1 and not image.learns.any()
         # With threads, each thread has its own wiring.
-        wiring = wire(image, NO_CORES if divided else None)
+        wiring = wire(image, NO_CORES if is_divided else None)
         # An image that learns keeps its weights in their order.
         self._wiring = wiring if image.learns.any() else line_up(wiring)
         self.state = resting_state(image, self._wiring)
         self._neurons = neurons_of(image)
         self._loaded = Loaded(self._wiring, self._neurons, self.state)
-        self._threads = Threads(image, self.state, self._neurons, threads) if divided else None
+        self._threads = Threads(image, self.state, self._neurons, threads) if is_divided else None
         rng = np.random.RandomState(seed)
         self._learning = _learning(image, self._wiring, rng)
-        self._errors = LearningErrors(image)
+        self._checks = HostChecks(image)
         # Noise and learning draw from one stream, as in the emulator. So an image that learns also
         # draws noise that no compartment uses.
         self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
@@ -81,17 +81,17 @@ class NativeChip:
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
         self._check_open()
-        sources = _sources(spikes)
+        sources = self._checks.sources(spikes)
         if len(sources) > len(self.state.pending):
             self._make_room(len(sources))
         counts = np.zeros(self._counted, dtype=np.int64)
-        self._errors.check(errors)
+        self._checks.check_errors(errors)
         if self._learning is None:
             n_arriving = self._step(sources, self._noise.draw(), counts)
         else:
             n_arriving = self._step_learning(self._learning, sources, counts, errors)
         if n_arriving < 0:
-            raise self._refusal(sources)
+            raise self._checks.out_of_range(sources)
         self._n_arriving = n_arriving
         self.log.append(counts, len(sources))
         return self._views
@@ -122,7 +122,7 @@ class NativeChip:
 
     def _check_open(self) -> None:
         if self._closed:
-            raise BackendError("the chip is closed: it cannot step any more")
+            raise BackendError(CLOSED)
 
     def _make_room(self, n: int) -> None:
         """Make room for n spikes of the host in a step: a source may spike more than once."""
@@ -148,12 +148,6 @@ class NativeChip:
         n = deliver(self._loaded, self._n_arriving, counts)
         counts[LEARNING] = learning.step(self.state.touched[:n], errors)
         return update(self._loaded, n_pending, self._noise.draw(), counts)
-
-    def _refusal(self, sources: np.ndarray) -> BackendError:
-        return BackendError(
-            f"the host sent {len(sources)} spikes of sources {sources.min()} to {sources.max()}, "
-            f"but the image has only {self._image.n_inputs} sources, numbered from 0"
-        )
 
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
@@ -190,14 +184,3 @@ class NativeChip:
 def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> Learning | None:
     """Return the learning of an image; None where nothing learns."""
     return Learning(image, wiring, rng) if image.learns.any() else None
-
-
-def _sources(spikes: np.ndarray) -> np.ndarray:
-    """Return the numbers of the sources that spike, in the integer type of the kernels."""
-    sources = np.asarray(spikes)
-    if sources.size and (sources.ndim != 1 or sources.dtype.kind not in "iu"):
-        raise BackendError(
-            f"the host's spikes are {sources.dtype} of shape {sources.shape}; "
-            "give the numbers of the sources that spike, as a (n,) array of integers"
-        )
-    return np.ascontiguousarray(sources, dtype=np.int64).ravel()

@@ -31,16 +31,14 @@ class Pairs(NamedTuple):
 
 def contacts_of(image: ChipImage) -> Contacts:
     """Return all contacts of an image."""
-    group = np.repeat(np.arange(len(image.groups)), np.diff(image.groups.axon_start))
-    row = image.groups.row_start[group] + image.in_axons.row
     # A contact is an axon and an atom, since the atom of a spike selects the part of the row that
     # it adds; plain axons have one atom.
     start = first_contacts(image)
-    axon = np.repeat(np.arange(len(group)), np.diff(start))
+    axon = np.repeat(np.arange(len(image.in_axons)), np.diff(start))
     atom = np.arange(len(axon)) - start[axon]
-    block, base = image.groups.block[group[axon]], image.in_axons.base[axon]
+    block, base = image.groups.block[image.axon_group[axon]], image.in_axons.base[axon]
     return Contacts(
-        row=offsets(image.rows.atoms)[row[axon]] + atom,
+        row=offsets(image.rows.atoms)[image.axon_row[axon]] + atom,
         first=image.blocks.start[block] + base,
         core=image.blocks.core[block],
         used=base >= 0,
@@ -52,9 +50,7 @@ def first_contacts(image: ChipImage) -> np.ndarray:
 
     The array has one entry more than there are axons, (n_axons + 1,).
     """
-    n_axons = np.diff(image.groups.axon_start)
-    row = np.repeat(image.groups.row_start[:-1], n_axons) + image.in_axons.row
-    return offsets(image.rows.atoms[row])
+    return offsets(image.rows.atoms[image.axon_row])
 
 
 def pairs_of(image: ChipImage) -> Pairs:

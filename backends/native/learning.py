@@ -149,14 +149,15 @@ class Learning:
 
 def _scaled(error: np.ndarray, scale: float) -> np.ndarray:
     """Return errors in the chip's integers."""
-    rounded = np.round(scale * error).astype(np.int32)
+    rounded = np.round(scale * error)
     if (np.abs(rounded) > LARGEST_ERROR).any():
         warnings.warn(
             f"Received PES error beyond the chip's {LARGEST_ERROR / scale:.2e}. "
             "Consider changing `Model.pes_error_scale`.",
             stacklevel=2,
         )
-    return np.clip(rounded, -LARGEST_ERROR, LARGEST_ERROR)
+    # As in the emulator, errors beyond 32 bits become the least integer, whatever their sign.
+    return np.clip(rounded.astype(np.int32), -LARGEST_ERROR, LARGEST_ERROR)
 
 
 def _group(

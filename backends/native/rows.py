@@ -37,7 +37,7 @@ def rows_of(image: ChipImage) -> KernelRows:
     atoms = image.rows.atoms
     sizes = np.diff(image.rows.start) // atoms
     start, kept = kept_synapses(image)
-    shift = np.repeat(_shifts(image), np.diff(image.groups.row_start))
+    shift = _shifts(image)[image.row_group]
     return KernelRows(
         start,
         image.synapses.index[kept],
@@ -75,7 +75,7 @@ def kept_synapses(image: ChipImage) -> tuple[np.ndarray, np.ndarray | slice]:
     """
     atoms = image.rows.atoms
     sizes = np.diff(image.rows.start) // atoms
-    start = offsets(np.repeat(sizes, image.rows.atoms))
+    start = offsets(np.repeat(sizes, atoms))
     indices = image.synapses.index
     ascending = np.diff(indices) > 0
     # Targets must ascend within a row only: the next row may begin with a lower one.

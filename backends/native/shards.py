@@ -28,8 +28,7 @@ def divided(image: ChipImage, n: int) -> list[np.ndarray]:
 
     Neighbouring cores stay together: they send most spikes to each other.
     """
-    group_of_row = np.repeat(np.arange(len(image.groups)), np.diff(image.groups.row_start))
-    core = image.blocks.core[image.groups.block[group_of_row]]
+    core = image.group_core[image.row_group]
     work = np.bincount(core, np.diff(image.rows.start), image.n_cores)
     work += np.bincount(image.compartment_core, minlength=image.n_cores)
     # A core goes to the thread whose share has the middle of its work.

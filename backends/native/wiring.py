@@ -126,8 +126,7 @@ def _check_proportion(image: ChipImage, n_runs: np.ndarray) -> None:
     row_of = np.repeat(np.arange(len(rows)), rows.atoms)
     in_row = np.bincount(row_of, weights=n_runs, minlength=len(rows)) + rows.atoms
     # Axons that share a row are cheap in a file, but each takes runs of its own here.
-    n_axons = np.diff(image.groups.axon_start)
-    found = int(in_row[np.repeat(image.groups.row_start[:-1], n_axons) + image.in_axons.row].sum())
+    found = int(in_row[image.axon_row].sum())
     held = len(image.synapses) + len(image.in_axons) + len(image.out_axons)
     most = max(MOST_PARTS, MOST_SHARED * held)
     if found > most:

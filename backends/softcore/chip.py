@@ -8,6 +8,7 @@ from contextlib import ExitStack
 import numpy as np
 
 from spikeport.backends.board.board import say_nothing
+from spikeport.backends.chip import CLOSED
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore import port
 from spikeport.backends.softcore.line import Line
@@ -18,7 +19,6 @@ from spikeport.backends.softcore.verilated import Build
 from spikeport.backends.softcore.writer import MODEL, written
 from spikeport.backends.step_log import LogOptions, StepLog
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
@@ -90,7 +90,7 @@ class SoftChip(ABC):
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
         if self._closed:
-            raise BackendError("the chip is closed: it cannot step any more")
+            raise BackendError(CLOSED)
         expected = self._twin.step(spikes, errors)
         cycles, outputs = self._advance(self._memory.messages(np.asarray(spikes)), expected)
         self.n_steps += 1
@@ -216,6 +216,11 @@ class DeviceChip(SoftChip):
         self._line = line
         with ExitStack() as opened:
             opened.callback(line.close)
+            if image.n_cores > port.MOST_CORES:
+                raise BackendError(
+                    f"the image uses {image.n_cores:,} cores, limit {port.MOST_CORES} of a board's "
+                    "port; cure: --backend native, or compile it for a chip of soft cores"
+                )
             super().__init__(image, seed, written(image), say)
             outputs = outputs_of(image)
             flat = [one for ports in outputs for one in ports]
@@ -263,7 +268,7 @@ def outputs_of(image: ChipImage) -> list[list[Output]]:
     core, place = image.compartment_core, image.compartment_place
     result = []
     for number, output in enumerate(image.manifest.outputs):
-        read = image.reads.compartment[part(image.outputs.start, number)]
+        read = image.read_by(number)
         places = zip(core[read].tolist(), place[read].tolist(), strict=True)
         result.append([Output(HELD[output.key], *one) for one in places])
     return result

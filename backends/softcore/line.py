@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from spikeport.arrays import pointer
 from spikeport.backends.softcore.verilated import LOG_PATIENCE, BoardBuild, library
 from spikeport.errors import BackendError, UsageError
 
@@ -182,7 +183,7 @@ class VerilatedLine:
             self._board,
             sent,
             len(sent),
-            answer.ctypes.data_as(ctypes.c_void_p),
+            pointer(answer),
             n,
             ctypes.c_int64(self.most_cycles),
         )

@@ -15,6 +15,8 @@ from spikeport.errors import BackendError
 
 CRC_BYTES, CYCLES_BYTES, VALUE_BYTES = 2, 4, 3
 MOST_WORDS = (1 << 16) - 1
+MOST_CORES = 1 << 8
+"""Most cores of a board: a command names one by a byte."""
 BUFFER_BYTES = 512
 """Bytes that the board can hold while a message waits for the bus."""
 

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.backends.softcore.memory import MemoryImage
+from spikeport.arrays import pointer
+from spikeport.backends.softcore.memory import MemoryImage, Select
 from spikeport.backends.softcore.verilated import Build, library
 from spikeport.errors import BackendError
 
@@ -59,12 +60,14 @@ class Simulation:
         self._n_cores = n_cores
         first = np.zeros(build.cores, dtype=np.uint32)
         first[:n_cores] = memory.first
-        opened = self._library.softcore_open(_pointer(first), build.cores)
+        opened = self._library.softcore_open(pointer(first), build.cores)
         self._opened: ctypes.c_void_p | None = ctypes.c_void_p(opened)
         entries = np.ascontiguousarray(memory.entries())
-        self._library.softcore_write(self._opened, _pointer(entries), len(entries))
-        unused = np.array([[core, 5, 0, 0, 0] for core in range(n_cores, build.cores)], np.uint32)
-        self._library.softcore_write(self._opened, _pointer(unused), len(unused))
+        self._library.softcore_write(self._opened, pointer(entries), len(entries))
+        # Unused cores have no compartments, whatever their memory holds at first.
+        sizes = [[core, Select.SIZE, 0, 0, 0] for core in range(n_cores, build.cores)]
+        unused = np.array(sizes, np.uint32)
+        self._library.softcore_write(self._opened, pointer(unused), len(unused))
         for _ in range(2):  # clear both banks of sums
             self._step(np.zeros((0, 2), dtype=np.uint32), clear=True)
         self.state[:] = 0
@@ -88,10 +91,10 @@ class Simulation:
         cycles = self._library.softcore_step(
             self._opened,
             int(clear),
-            _pointer(messages),
+            pointer(messages),
             len(messages),
-            _pointer(self.state),
-            _pointer(self._counts),
+            pointer(self.state),
+            pointer(self._counts),
             MOST_CYCLES,
         )
         if cycles < 0:
@@ -101,7 +104,7 @@ class Simulation:
     def read(self, core: int, compartment: int) -> tuple[int, int, int]:
         """Return u, v and spike of a compartment of a core, through the chip's own port."""
         held = np.zeros(3, dtype=np.int32)
-        self._library.softcore_read(self._opened, core, compartment, _pointer(held))
+        self._library.softcore_read(self._opened, core, compartment, pointer(held))
         u, v, spike = held.tolist()
         return u, v, spike
 
@@ -110,7 +113,3 @@ class Simulation:
         if self._opened is not None:
             self._library.softcore_close(self._opened)
             self._opened = None
-
-
-def _pointer(array: np.ndarray) -> ctypes.c_void_p:
-    return array.ctypes.data_as(ctypes.c_void_p)

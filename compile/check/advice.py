@@ -55,21 +55,22 @@ def advice(
     # ensembles would leave nothing on the chip.
     moves = Offload(network, lambda: None).possible(error)
     movable = bool(moves) and len(moves[0]) < len(ensembles)
+    otherwise = OFFLOAD if movable else ""
     # If the network breaks a rule that no pass mends, other passes would not help.
     unmended = {one.id for one in problems(error)} & {LEARNING_ON_ONE_CORE, MEMORY}
     if passes is None or unmended or lint(network, names, rewritten=False):
-        return OFFLOAD * movable
+        return otherwise
     n_neurons = sum(ensemble.n_neurons for ensemble in ensembles)
     if n_neurons > room:  # no pass removes neurons
-        return OFFLOAD * movable
+        return otherwise
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
         # nengo-loihi's builder refuses most of these objects in a rewritten network, too.
         worth_it = passes == COMPACT and isinstance(error, DoesNotFitError)
-        return TRY_COMPACT if worth_it else OFFLOAD * movable
+        return TRY_COMPACT if worth_it else otherwise
     try:
         n_cores = cores_by(passes)
     except RefusedError:
         if passes == AS_WRITTEN:  # as expected
-            return OFFLOAD * movable
+            return otherwise
         return f"more: it does not compile with -p {passes} either" + "; try --offload" * movable
     return f"more: it compiles with -p {passes}, on {n_cores} core{'s' * (n_cores != 1)}"

@@ -187,8 +187,7 @@ def _connections_into(image: ChipImage, group: int) -> list[str]:
 
 def _blocks_of_zeros(image: ChipImage) -> list[int]:
     """Return the blocks that have synapses, but only synapses of weight 0 that do not learn."""
-    of_rows = np.repeat(image.groups.block, np.diff(image.groups.row_start))
-    block = np.repeat(of_rows, np.diff(image.rows.start))
+    block = np.repeat(image.groups.block[image.row_group], np.diff(image.rows.start))
     weighted = np.unique(block[image.synapses.weight != 0])
     used = np.union1d(weighted, image.groups.block[image.learns])
     zeros: list[int] = np.setdiff1d(np.unique(block), used).tolist()

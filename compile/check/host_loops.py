@@ -61,7 +61,8 @@ def _fastest(connections: Sequence[nengo.Connection], scope: Scope) -> tuple[flo
     """
     parts = list(dict.fromkeys(base(end) for c in connections for end in (c.pre_obj, c.post_obj)))
     chip = [i for i, part in enumerate(parts) if scope.on_chip(part)]
-    host = [i for i, part in enumerate(parts) if i not in set(chip) and not is_passthrough(part)]
+    on_chip = set(chip)
+    host = [i for i, part in enumerate(parts) if i not in on_chip and not is_passthrough(part)]
     if not chip or not host:
         return 0.0, []
     graph = _lengths(connections, {part: i for i, part in enumerate(parts)})

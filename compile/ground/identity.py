@@ -50,7 +50,6 @@ def identity(network: nengo.Network) -> bytes:
 
 class _Identity:
     def __init__(self, network: nengo.Network) -> None:
-        self._network = network
         self._objects = list(_members(network))
         self._number = {id(obj): number for number, obj in enumerate(self._objects)}
         self._owner: dict[int, int] = {}

@@ -57,13 +57,12 @@ class BlockError(NamedTuple):
 
 def block_values(block: LoihiBlock) -> BlockValues:
     """Return the values of a block."""
-    weights = [_joined(synapse.weights) for synapse in block.synapses]
     indices = [_joined(synapse.indices) for synapse in block.synapses]
     comp, n = block.compartment, block.n_neurons
     neurons = BlockNeurons(
         *(np.broadcast_to(getattr(comp, name), n) for name in BlockNeurons._fields)
     )
-    return BlockValues(comp.bias, weights, indices, neurons)
+    return BlockValues(comp.bias, _weights(block), indices, neurons)
 
 
 def restored_block(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
@@ -72,7 +71,7 @@ def restored_block(wanted: BlockValues, block: LoihiBlock) -> BlockValues:
     scale = np.broadcast_to(
         info["w_scale"] * SynapseConfig.get_scale(info["w_exp"]), block.n_neurons
     )
-    weights = [w / scale[i] for w, i in zip(_integers(block), wanted.indices, strict=True)]
+    weights = [w / scale[i] for w, i in zip(_weights(block), wanted.indices, strict=True)]
     neurons = wanted.neurons._replace(
         vth=comp.vth / info["v_scale"],
         decay_u=(comp.decay_u + 1) / DECAY_UNITS,  # the chip adds 1
@@ -86,7 +85,7 @@ def block_error(label: str, wanted: BlockValues, block: LoihiBlock) -> BlockErro
     found = restored_block(wanted, block)
     pairs = [(getattr(found.neurons, name), getattr(wanted.neurons, name)) for name in ROUNDED]
     nonzero = _flat(wanted.weights) != 0
-    lost = np.mean(_flat(_integers(block))[nonzero] == 0) if nonzero.any() else 0.0
+    lost = np.mean(_flat(_weights(block))[nonzero] == 0) if nonzero.any() else 0.0
     return BlockError(
         label,
         relative_rms(_flat(found.weights), _flat(wanted.weights)),
@@ -102,7 +101,8 @@ def relative_rms(found: np.ndarray, wanted: np.ndarray) -> float:
     return float(np.linalg.norm(found - wanted) / norm) if norm > 0 else 0.0
 
 
-def _integers(block: LoihiBlock) -> list[np.ndarray]:
+def _weights(block: LoihiBlock) -> list[np.ndarray]:
+    """Return the weights of each group of synapses, which are integers once discretised."""
     return [_joined(synapse.weights) for synapse in block.synapses]
 
 

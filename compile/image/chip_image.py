@@ -43,6 +43,9 @@ from spikeport.compile.image.tables import (
 from spikeport.compile.image.validation import check
 from spikeport.errors import ImageError
 
+MOST_NAMED = 3
+"""Most blocks that the name of a core lists."""
+
 
 @dataclass(frozen=True, eq=False)
 class ChipImage:
@@ -133,7 +136,7 @@ class ChipImage:
         result: np.ndarray = self.groups.learning[:, 0] != 0
         return result
 
-    @property
+    @functools.cached_property
     def cores(self) -> tuple[str, ...]:
         """Names of the cores: the labels of a core's first blocks, and the number of its others."""
         names: list[list[str]] = [[] for _ in range(self.n_cores)]
@@ -161,16 +164,36 @@ class ChipImage:
         return place
 
     @functools.cached_property
+    def row_group(self) -> np.ndarray:
+        """Group of synapses of each row, (n_rows,)."""
+        return np.repeat(np.arange(len(self.groups)), np.diff(self.groups.row_start))
+
+    @functools.cached_property
+    def axon_group(self) -> np.ndarray:
+        """Group of synapses of each input axon, (n_axons,)."""
+        return np.repeat(np.arange(len(self.groups)), np.diff(self.groups.axon_start))
+
+    @functools.cached_property
+    def axon_row(self) -> np.ndarray:
+        """Row that each input axon reads, (n_axons,), numbered through all groups."""
+        result: np.ndarray = self.groups.row_start[self.axon_group] + self.in_axons.row
+        return result
+
+    @functools.cached_property
     def group_core(self) -> np.ndarray:
         """Core of each group of synapses, (n_groups,)."""
         result: np.ndarray = self.blocks.core[self.groups.block]
         return result
 
+    def read_by(self, output: int) -> np.ndarray:
+        """Return the compartments that an output reads, (n,)."""
+        return self.reads.compartment[part(self.outputs.start, output)]
+
     @property
     def readouts(self) -> np.ndarray:
         """Compartments whose voltage is decoded: they must never reach their threshold."""
         reads = [
-            self.reads.compartment[part(self.outputs.start, i)]
+            self.read_by(i)
             for i, output in enumerate(self.manifest.outputs)
             if output.key == "voltage" and output.weights == "matrix"
         ]
@@ -260,6 +283,6 @@ class ChipImage:
         return image.checked
 
 
-def _core_name(blocks: list[str], most: int = 3) -> str:
-    more = len(blocks) - most
-    return " + ".join(blocks[:most] + ([f"{more} more"] if more > 0 else []))
+def _core_name(blocks: list[str]) -> str:
+    more = len(blocks) - MOST_NAMED
+    return " + ".join(blocks[:MOST_NAMED] + ([f"{more} more"] if more > 0 else []))

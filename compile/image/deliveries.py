@@ -53,16 +53,16 @@ def deliveries(image: "ChipImage") -> Deliveries:
     group = routes.group[route]
     axon = groups.axon_start[group] + image.out_axons.axon[used]
     return Deliveries(
-        source=_first_sources(image)[route] + used - routes.start[route],
+        source=first_sources(image)[route] + used - routes.start[route],
         route=route,
         group=group,
         axon=axon,
-        row=groups.row_start[group] + image.in_axons.row[axon],
+        row=image.axon_row[axon],
         atom=image.out_axons.atom[used],
     )
 
 
-def _first_sources(image: "ChipImage") -> np.ndarray:
+def first_sources(image: "ChipImage") -> np.ndarray:
     """Return the number of the first source of each route, (n_routes,)."""
     # Sources of inputs are numbered behind the compartments.
     inputs = image.n_compartments + np.cumsum(image.inputs.size) - image.inputs.size

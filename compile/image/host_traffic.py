@@ -60,7 +60,7 @@ def mean_rate_hz(encoding: Encoding, dt_s: float) -> float:
 def _segments(image: ChipImage) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the state and the compartments, (n,), that are read of each block."""
     for number, entry in enumerate(image.manifest.outputs):
-        mine = image.reads.compartment[part(image.outputs.start, number)]
+        mine = image.read_by(number)
         starts = offsets(entry.segments)
         for segment in range(len(entry.segments)):
             yield entry.key, mine[part(starts, segment)]

@@ -25,10 +25,9 @@ def soft_row_bits(image: ChipImage) -> np.ndarray:
     and base.
     """
     words = _row_words(image)
-    group = np.repeat(np.arange(len(image.groups)), np.diff(image.groups.axon_start))
-    row = image.groups.row_start[group] + image.in_axons.row
     used = image.in_axons.base >= 0
-    distinct = np.unique(np.stack([group, row, image.in_axons.base])[:, used], axis=1)
+    reads = np.stack([image.axon_group, image.axon_row, image.in_axons.base])
+    distinct = np.unique(reads[:, used], axis=1)
     bits = WORD_BITS * words[distinct[1]]
     return np.bincount(distinct[0], bits, minlength=len(image.groups)).astype(np.int64)
 

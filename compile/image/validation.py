@@ -255,6 +255,8 @@ def _check_learning(image: "ChipImage") -> None:
         sizes,
         f"not finite and at most {MOST_LEARNING}",
     )
+    n_rows = np.diff(image.groups.row_start)[image.learns]
+    _require(n_rows >= 1, "the learning groups' number of rows", n_rows, "at least 1")
     for name in ("train_epoch", "learn_epoch", "tracing_tau"):
         values = learning[:, LEARNING.index(name)]
         _require(values >= 1, f"the learning groups' {name}", values, "at least 1")

@@ -9,6 +9,7 @@ the first step; here they are left out, as in float Nengo.
 """
 
 import contextlib
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -77,8 +78,15 @@ def event_steps(process: DVSFileChipProcess, dt_s: float) -> EventSteps:
     t_us, source = read_sources(process)
     since_us = t_us - process.t_start * US_PER_S
     begun = since_us >= 0
-    step = np.floor(since_us[begun] / (dt_s * US_PER_S)).astype(np.int64) + 1
+    step = np.floor(since_us[begun] / _step_us(dt_s)).astype(np.int64) + 1
     return EventSteps(step, source[begun])
+
+
+def _step_us(dt_s: float) -> float:
+    """Return the length of a step in microseconds, as an exact integer where it is meant as one."""
+    step_us = dt_s * US_PER_S
+    whole = round(step_us)
+    return whole if math.isclose(step_us, whole, rel_tol=1e-12) else step_us
 
 
 def read_sources(process: DVSFileChipProcess) -> tuple[np.ndarray, np.ndarray]:

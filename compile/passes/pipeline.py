@@ -89,7 +89,7 @@ class PassRun:
         self._begin = begin
         self._pipeline = pipeline
         self._chip = chip
-        self.dt_s = dt_s
+        self._dt_s = dt_s
         self._observe = observer
         self.record: list[dict[str, object]] = []
 
@@ -115,7 +115,7 @@ class PassRun:
             self._begin(one.name)
             notes: dict[str, object] = {}
             after = self._pipeline.passes[self._pipeline.passes.index(one) + 1 :]
-            value = one.apply(value, Context(self._chip, self.dt_s, notes.__setitem__, after))
+            value = one.apply(value, Context(self._chip, self._dt_s, notes.__setitem__, after))
             self.record.append({"name": one.name, "options": asdict(one), "notes": notes})
             self._observe(one, value)
         return value

@@ -37,8 +37,7 @@ def can_cut(image: ChipImage) -> np.ndarray:
     # `_stretches` divides rows of one atom only, and the error that a group learns from has the
     # shape of the whole group.
     odd = (image.groups.pop_type != 0) | image.learns
-    group_of_row = np.repeat(np.arange(len(odd)), np.diff(image.groups.row_start))
-    odd[group_of_row[image.rows.atoms != 1]] = True
+    odd[image.row_group[image.rows.atoms != 1]] = True
     whole[image.groups.block[odd]] = True
     return ~whole
 

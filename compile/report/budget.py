@@ -36,8 +36,8 @@ class Budget:
 
     def __post_init__(self) -> None:
         for option, value in self._limits():
-            if not (math.isfinite(value) and value > 0):
-                raise UsageError(f"{option} {value:g}: a budget is a positive number")
+            if not 0 < value < math.inf:
+                raise UsageError(f"{option} {value}: a budget is a positive number")
 
     def _limits(self) -> Iterator[tuple[str, float]]:
         values = (self.cores, self.power_w, self.step_us)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from spikeport.constants import BITS_PER_KIB
-from spikeport.hardware_models.limits import Usage
+from spikeport.hardware_models.limits import Usage, limits_of_a_core
 from spikeport.hardware_models.topology import chips_used
 from spikeport.table import Table
 
@@ -27,7 +27,7 @@ def resources(report: "Report") -> Table:
             continue
         one = fullest.get(name)
         # Cores, chips and memory that cores share are used by the whole chip.
-        if one is None or one.object not in labels:
+        if one is None or name not in limits_of_a_core(report.chip):
             core = ("", "", "")
         else:
             core = (*_share(one), str(labels.index(one.object)))

@@ -15,7 +15,6 @@ from nengo.solvers import NoSolver, Solver, SolverParam
 
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
-from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
 from spikeport.compile.rewriting.colouring import alike, regroupable
@@ -104,13 +103,12 @@ def tied(rewrite: Rewrite, chosen: Iterable[Shared], solver: ParameterSolver) ->
     solver : ParameterSolver
         The solver of these decoders.
     """
-    settings = NetworkSettings(rewrite.network)
     new = {one.connection: _twin(one.connection, NoSolver(one.decoders), solver) for one in chosen}
 
     def connect(old: nengo.Connection, flat: FlatNetwork) -> None:
         flat.keep(new.get(old, old))
-        if old in new and (path := settings.get(old, "decode_path")) is not None:
-            flat.network.config[new[old]].decode_path = path
+        if old in new:
+            flat.configure(new[old], old)
 
     flat = FlatNetwork.rewired(rewrite.network, solver.seeds, connect)
     built = {old: solver.built(twin) for old, twin in new.items()}

@@ -1,5 +1,6 @@
-"""Types of arrays, by their elements, and numbers for equal parts of an array."""
+"""Types of arrays, by their elements, addresses, and numbers for equal parts of an array."""
 
+import ctypes
 import itertools
 
 import numpy as np
@@ -7,6 +8,11 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+
+
+def pointer(array: np.ndarray) -> ctypes.c_void_p:
+    """Return the address of an array, for a function in C; the address keeps the array alive."""
+    return array.ctypes.data_as(ctypes.c_void_p)
 
 
 def number_alike(values: np.ndarray, start: np.ndarray) -> np.ndarray:

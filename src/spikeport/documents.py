@@ -97,9 +97,8 @@ def _row(row: Any) -> str:
     default = f"`{row.default}`" if plain else ""
     if row.required and row.param_type_name == "option":  # its name cannot mark it with brackets
         default = "required"
-    text = " ".join((row.help or "").split())
-    # A bar would end the cell.
-    return f"| {names} | {text} | {default} |".replace("||", "\\|\\|")
+    text = " ".join((row.help or "").split()).replace("|", "\\|")  # a bar would end the cell
+    return f"| {names} | {text} | {default} |"
 
 
 DOCUMENTS: dict[str, Callable[[], str]] = {

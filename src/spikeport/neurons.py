@@ -131,7 +131,8 @@ class IntegrateAndFire(Integrator):
         fires = drive > decay * self.threshold
         share = np.where(fires, decay * self.threshold / np.where(fires, drive, 1), 0)
         with np.errstate(divide="ignore"):
-            n_steps = np.ceil(np.maximum(np.log1p(-share) / np.log1p(-decay), 1))
+            # A voltage that equals the threshold does not fire yet.
+            n_steps = np.floor(np.log1p(-share) / np.log1p(-decay)) + 1
         rates: np.ndarray = fires / (n_steps * DT_S)
         return rates
 

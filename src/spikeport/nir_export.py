@@ -22,7 +22,7 @@ import numpy as np
 from spikeport import __version__
 from spikeport.atomic import atomic_path
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.deliveries import synapses_of
+from spikeport.compile.image.deliveries import first_sources, synapses_of
 from spikeport.compile.image.tables import part
 from spikeport.constants import DECAY_UNITS
 from spikeport.errors import UsageError
@@ -158,16 +158,14 @@ class _Exporter:
     def _synapses(self) -> Iterator[tuple[str, int, np.ndarray, np.ndarray, np.ndarray]]:
         """Yield source, block, rows, columns and weights of each route."""
         image, routes = self._image, self._image.routes
-        inputs = image.n_compartments + np.cumsum(image.inputs.size) - image.inputs.size
+        first = first_sources(image)
         for number, synapses in enumerate(synapses_of(image)):
             of, block = int(routes.source[number]), int(image.groups.block[routes.group[number]])
-            from_input = routes.from_input[number] == 1
-            first = inputs[of] if from_input else image.blocks.start[of]
             yield (
-                f"input{of}" if from_input else f"block{of}",
+                f"input{of}" if routes.from_input[number] else f"block{of}",
                 block,
                 synapses.target - image.blocks.start[block],
-                synapses.source - first,
+                synapses.source - first[number],
                 image.synapses.weight[synapses.number],
             )
 
@@ -187,7 +185,7 @@ class _Exporter:
             self._nodes[name] = self._nir.Output(
                 output_type={"output": np.array([entry.size])}, metadata={"label": entry.name}
             )
-            read = image.reads.compartment[part(image.outputs.start, number)]
+            read = image.read_by(number)
             weights = self._decoders(number, len(read))
             for block in np.unique(image.compartment_block[read]).tolist():
                 here = image.compartment_block[read] == block

@@ -153,10 +153,10 @@ class Simulator:
         self.closed = False
 
     def _start(self, compilation: Compilation | None) -> None:
+        self._execution = self._open(self.seed, compilation)
         self._n_steps = 0
         # No thread waits for this lock: it marks a step that is under way, or was broken off.
         self._stepping = threading.Lock()
-        self._execution = self._open(self.seed, compilation)
         self.compilation = self._execution.compilation
         self.data = _Data(self._probes, self._execution)
 
@@ -323,9 +323,11 @@ class Simulator:
         if self.closed:
             raise SimulatorClosed("Cannot reset closed Simulator.")
         _check_seed(seed)
-        self._execution.close()
+        # If the chip cannot be opened again, the simulator stays closed, with its data.
+        self.close()
         self.seed = self.seed if seed is None else seed
         self._start(self.compilation)
+        self.closed = False
 
     def close(self) -> None:
         """Free the simulation's resources; recorded data stays readable."""
@@ -363,6 +365,7 @@ def interrupts_deferred() -> Iterator[Callable[[], None]]:
         yield check
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    check()  # one that came after the last check
 
 
 def _is_time(value: float) -> bool:

@@ -23,7 +23,7 @@ def test_a_kept_host_calls_the_functions_of_the_network_it_is_read_for():
     network, other = made(), made()
     program, users = host_program(compile_network(network)), UsersObjects(network)
     writer = HostWriter(users, program)
-    reader = Reader(writer.values.arrays(writer.program({}, users)))
+    reader = Reader(writer.values.arrays(writer.program({})))
     found = HostReader(reader, reader.tree, UsersObjects(other)).program()
     kinds, wanted = ([type(op) for op in one.model.operators] for one in (found, program))
     assert kinds == wanted
@@ -37,7 +37,7 @@ def test_a_host_with_functions_from_outside_the_network_is_not_kept():
     network = made()
     program = host_program(compile_network(network))
     with nengo.Network() as empty, pytest.raises(NotKeptError):
-        HostWriter(UsersObjects(empty), program).program({}, UsersObjects(empty))
+        HostWriter(UsersObjects(empty), program).program({})
 
 
 def test_an_edge_returns_nothing_or_zeros():

@@ -54,7 +54,9 @@ def test_a_reference_is_read_as_the_object_itself():
     assert back(SHARED) is SHARED
 
 
-@pytest.mark.parametrize("value", [object(), print, np.array([print]), nengo.PES(), {1, 2}])
+@pytest.mark.parametrize(
+    "value", [object(), print, np.array([print]), np.array(["a"]), nengo.PES(), {1, 2}]
+)
 def test_values_of_unknown_kinds_are_not_written(value):
     with pytest.raises(NotKeptError, match="cannot be kept in a cache"):
         back(value)

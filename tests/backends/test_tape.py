@@ -11,7 +11,7 @@ from nengo.exceptions import SimulationError
 
 from spikeport.backends import tape_kernel as kernel
 from spikeport.backends.python_steps import product_step
-from spikeport.backends.tape import Flattener, Operation, PooledSignals, Tape
+from spikeport.backends.tape import Code, Flattener, Operation, PooledSignals, Tape
 from spikeport.node_functions import Affine, Held, Skippable
 
 Step = Callable[[], None]
@@ -106,7 +106,7 @@ def test_a_product_is_computed_again_only_if_a_bit_of_its_vector_changes(changed
         add = product_step(matrix, memory[:2], memory[2:], kept[3:])
         return lambda: (products.append(1), add())[1]
 
-    tape.add(Operation(([kernel.PRODUCT, 1, 2, 1, 0, 1, 0, 2], [0.0, 0.0]), np.zeros(4), make))
+    tape.add(Operation(Code(kernel.PRODUCT, 1, 2, 1, 0, 1, state=2), table=np.zeros(4), stop=make))
     run = tape.finish()
     for _ in range(3):
         run()
@@ -136,7 +136,7 @@ def test_the_tape_stops_only_for_user_functions_and_a_few_operators() -> None:
     with theirs, ours:
         flattener = Flattener(ours, PooledSignals(ours.model), {})
         found = [flattener._compile(op) for op in ours._step_order]
-    kinds = [None if one is None else one.row[0][0] for one in found]
+    kinds = [None if one is None else one.code.what for one in found]
     assert kinds.count(kernel.CALL) == 1  # the user's function
     assert kinds.count(None) <= 2 < len(kinds) // 4  # the gains of a part
 

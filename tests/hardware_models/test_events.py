@@ -4,8 +4,8 @@ import numpy as np
 
 from spikeport.hardware_models import events
 from spikeport.hardware_models.events import (
-    HopsEastWest,
-    HopsNorthSouth,
+    HOPS_EAST_WEST,
+    HOPS_NORTH_SOUTH,
     Messages,
     MessagesBetweenChips,
 )
@@ -34,15 +34,15 @@ def test_hops_lead_from_tile_to_tile(chip, make_activity):
     messages[0, 6] = 5  # diagonally
     messages[4, 0] = 7  # from the tile beside it
     activity = make_activity(n_cores=8, messages=messages)
-    east_west = HopsEastWest().per_core(activity, chip)
-    north_south = HopsNorthSouth().per_core(activity, chip)
+    east_west = HOPS_EAST_WEST.per_core(activity, chip)
+    north_south = HOPS_NORTH_SOUTH.per_core(activity, chip)
     assert (east_west.sum(), north_south.sum()) == (5 + 7, 3 + 5)
     assert MessagesBetweenChips().per_core(activity, chip).sum() == 0
 
 
 def test_every_event_has_the_name_of_a_figure(chip):
     energies, times = chip.calibration("bench").energies, chip.calibration("bench").times
-    messages = Messages(), HopsEastWest(), HopsNorthSouth(), MessagesBetweenChips()
+    messages = Messages(), HOPS_EAST_WEST, HOPS_NORTH_SOUTH, MessagesBetweenChips()
     names = [one.name for one in messages]
     assert set(names) <= set(type(energies).model_fields)
     on_core = (events.SYNAPTIC_OPERATION, events.UPDATE_ACTIVE, events.UPDATE_INACTIVE)

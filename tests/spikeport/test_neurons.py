@@ -56,6 +56,20 @@ def test_rates_match_the_mean_output_for_constant_input(decays, charge):
     assert rate == pytest.approx(late.mean(), rel=0.02)
 
 
+@pytest.mark.parametrize(
+    ("threshold", "decay", "charge", "period"),
+    # Voltages reach the threshold in the first or second step, and exceed it in the next.
+    [(1, 0, 1, 2), (2, 0, 1, 3), (1.5, 0.5, 1, 3), (1, 1, 2, 1)],
+)
+def test_rates_count_the_step_after_a_voltage_that_equals_the_threshold(
+    threshold, decay, charge, period
+):
+    kind = IntegrateAndFire(threshold, voltage_decay=decay)
+    assert np.diff(np.flatnonzero(stepped(kind, [charge] * 20)[:, 0])).tolist()[0] == period
+    (rate,) = kind.rates(np.array([charge / DT_S]), np.ones(1), np.zeros(1))[0]
+    assert rate == pytest.approx(1 / (period * DT_S))
+
+
 def test_rates_of_leaky_integrators_are_their_final_voltages():
     kind = LeakyIntegrator(0.5, 0.25, leak=0.125)
     (voltage,) = kind.rates(np.array([0.1 / DT_S]), np.ones(1), np.zeros(1))[0]

@@ -110,6 +110,22 @@ def test_a_simulator_is_closed_even_if_closing_its_chip_fails(sim, monkeypatch):
     assert sim.closed
 
 
+def test_a_simulator_whose_chip_cannot_be_opened_again_is_closed_with_its_data(sim, monkeypatch):
+    sim.run_steps(3)
+
+    def fail(*_):
+        raise BackendError("the board is gone")
+
+    monkeypatch.setattr(sim, "_open", fail)
+    with pytest.raises(BackendError, match=r"^the board is gone$"):
+        sim.reset()
+    assert sim.closed
+    assert len(sim.trange()) == 3
+    assert all(len(rows) == 3 for rows in sim.data.values())
+    with pytest.raises(SimulatorClosed):
+        sim.step()
+
+
 STEPS = "an integer from 0 to 1,000,000,000"
 SECONDS = "a time in seconds from 0 to 1e+06"
 

@@ -4,6 +4,7 @@ import contextlib
 import multiprocessing
 import os
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from multiprocessing.connection import Connection
 
 import numpy as np
@@ -19,9 +20,9 @@ from spikeport.backends.board.nxsdk.voltage_register import refractory_left
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.step_log import StepLog
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import part
 from spikeport.errors import BackendError, SpikeportError
 from spikeport.hardware_models.activity import Activity
+from spikeport.interrupts import uninterruptible
 
 SPAWN = multiprocessing.get_context("spawn")
 END_S = 10.0
@@ -88,7 +89,7 @@ class NxsdkChip:
         self._twin, self._say = NativeChip(image, seed), say
         self._refract = image.compartments.refract_delay
         self._reads = [
-            (output.key, image.reads.compartment[part(image.outputs.start, number)])
+            (output.key, image.read_by(number))
             for number, output in enumerate(image.manifest.outputs)
         ]
         self.n_values = self.n_phantoms = self.n_counting = self.n_differing = 0
@@ -96,7 +97,9 @@ class NxsdkChip:
         self._process = SPAWN.Process(
             target=_serve, args=(theirs, image.to_bytes(), seed, hardware), daemon=True
         )
-        self._process.start()
+        # The server shuts the board down after Ctrl-C; its process must live to do so.
+        with uninterruptible():
+            self._process.start()
         theirs.close()
         self._answer()
 
@@ -166,14 +169,13 @@ def _serve(
     try:
         from spikeport.backends.board.nxsdk.device import Device
 
-        device = Device(ChipImage.from_bytes(content), hardware(), seed)
-        pipe.send([])
-        while (asked := pipe.recv()) is not None:
-            pipe.send(device.step(*asked))
-        device.close()
+        with closing(Device(ChipImage.from_bytes(content), hardware(), seed)) as device:
+            pipe.send([])
+            while (asked := pipe.recv()) is not None:
+                pipe.send(device.step(*asked))
     except SpikeportError as error:
         pipe.send(error)
-    except (EOFError, KeyboardInterrupt):
-        pass  # the server is gone: the board goes with it
+    except EOFError:
+        pass  # the server is gone
     except Exception as error:  # NxSDK's own errors, whose types are not known
         pipe.send(BackendError(f"the board failed: {type(error).__name__}: {error}"))

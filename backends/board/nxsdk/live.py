@@ -5,12 +5,12 @@ of the host and the chip, and gcc compiles them against spikeport's headers. So 
 Python over TCP to the host's snip, over a channel to the chip's snip, into registers, and back.
 """
 
-import ctypes
 import threading
 import time
 
 import numpy as np
 
+from spikeport.arrays import pointer
 from spikeport.backends.board.nxsdk.compiled import compiled
 from spikeport.backends.board.nxsdk.decompile import decompile
 from spikeport.backends.board.nxsdk.recording import Board
@@ -100,7 +100,6 @@ class Live:
         self._core = np.repeat([core.id for core in cores], sizes).astype(np.int32)
         self._compartment = np.concatenate([np.arange(n) for n in sizes]).astype(np.int32)
         self._library = compiled(board)
-        self._ended = threading.Event()
         host = threading.Thread(target=self._library.board_host, daemon=True)
         self._threads = [host, threading.Thread(target=self._run, daemon=True)]
         for thread in self._threads:
@@ -120,7 +119,7 @@ class Live:
         sent = np.zeros((max(room, 1), 3), dtype=np.int32)
         for number in range(1, 2**31 - 1):
             u, v = self._registers.step()
-            held = [_pointer(array) for array in (self._core, self._compartment, u, v, sent)]
+            held = [pointer(array) for array in (self._core, self._compartment, u, v, sent)]
             found = self._library.board_manage(number, n, *held, room)
             if found < 0:
                 return
@@ -130,7 +129,3 @@ class Live:
         """Wait for the snips, which the host has shut down."""
         for thread in self._threads:
             thread.join(ENDS_S)
-
-
-def _pointer(array: np.ndarray) -> ctypes.c_void_p:
-    return array.ctypes.data_as(ctypes.c_void_p)

@@ -105,7 +105,7 @@ def _nowhere(n_sources: int, synapse: Synapse) -> Axon:
 def _probe(image: ChipImage, number: int, blocks: list[LoihiBlock]) -> LoihiProbe:
     """Return the probe of an output: a slice of a block for each of the output's segments."""
     output, starts = image.manifest.outputs[number], image.blocks.start
-    reads = image.reads.compartment[part(image.outputs.start, number)]
+    reads = image.read_by(number)
     segments = [reads[part(offsets(output.segments), i)] for i in range(len(output.segments))]
     owners = [image.compartment_block[segment[0]] for segment in segments]
     slices = [(s - starts[b]).tolist() for s, b in zip(segments, owners, strict=True)]

@@ -60,3 +60,7 @@ def test_an_answer_that_is_lost_stays_lost(plan: tuple[str, str]) -> None:
 
 def test_consecutive_answers_that_are_put_off_all_arrive() -> None:
     assert answered("reorder@1", "reorder@2")[0].steps == [1, 3, 2, 4]
+
+
+def test_an_answer_that_is_put_off_twice_still_arrives() -> None:
+    assert answered("reorder@2", "reorder@2")[0].steps == [1, 3, 2, 4]

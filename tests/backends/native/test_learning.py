@@ -129,3 +129,17 @@ def test_learned_weights_reach_their_synapses_in_any_order(indices: list[int]) -
 def test_the_oracle_does_not_learn(pes: ChipImage) -> None:
     with pytest.raises(NotImplementedError, match="the oracle does not learn"):
         Oracle(pes, 0)
+
+
+@pytest.mark.parametrize("kind", [NativeChip, NengoLoihiChip])
+@pytest.mark.parametrize("error", [200.0, 1e9, -1e9])
+def test_an_error_beyond_the_chips_integers_is_warned_of(
+    kind: type[NativeChip | NengoLoihiChip], error: float
+) -> None:
+    chip = kind(Parts([Block(2)], [Group([[0] * 2], learning=RULE)]).image(), 0)
+    nothing, errors = np.zeros(0, dtype=int), {0: np.array([error])}
+    for _ in range(RULE[-1] - 1):
+        chip.step(nothing, errors)
+    with pytest.warns(UserWarning, match="Received PES error"):
+        chip.step(nothing, errors)
+    chip.close()

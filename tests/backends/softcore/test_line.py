@@ -5,6 +5,7 @@ import shutil
 import tty
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -87,6 +88,14 @@ class Disturbed:
         if self.flips:
             changed[-len(port.ASK) - self.flips] ^= 1
         return self._line.exchange(bytes(changed), n)
+
+
+def test_an_image_of_more_cores_than_a_command_can_name_is_refused() -> None:
+    image = Parts([Block(core=core) for core in range(257)]).image()
+    line = Mock()
+    with pytest.raises(BackendError, match="uses 257 cores, limit 256 of a board's port; cure: "):
+        DeviceChip(image, 0, line)
+    line.close.assert_called_once_with()
 
 
 def test_a_line_without_an_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> None:

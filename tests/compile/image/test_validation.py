@@ -17,7 +17,7 @@ from spikeport.compile.image.tables import LAYOUT
 from spikeport.compile.image.validation import FORMAT, INDEX_BITS, LEARNING, WEIGHT_BITS
 from spikeport.errors import ImageError
 from tests.helpers.forging import attack, good, learning, run
-from tests.helpers.images import Block, Output, Parts
+from tests.helpers.images import Block, Group, Output, Parts
 
 N_CHECKED = 1500
 """Forged images that run with numba's own checks of every index."""
@@ -156,6 +156,13 @@ def test_numbers_that_learning_cannot_compute_with_are_refused(
 def test_learning_rows_of_another_size_than_their_errors_are_refused() -> None:
     assert refusal(learning(n=3)) == (
         "the size of rows that learn[0] is 3, not 2; compile it again"
+    )
+
+
+def test_a_learning_group_without_a_row_is_refused() -> None:
+    group = Group([], learning=(1, 4, -7, 10, 8.5, 2, 4))
+    assert refusal(Parts([Block(2)], [group]).image()) == (
+        "the learning groups' number of rows[0] is 0, at least 1; compile it again"
     )
 
 

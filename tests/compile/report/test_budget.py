@@ -59,4 +59,10 @@ def test_a_chip_without_figures_cannot_be_held_to_a_budget(chain, activity) -> N
 def test_a_budget_that_is_not_a_positive_number_is_refused(value: float) -> None:
     with pytest.raises(UsageError) as raised:
         Budget(step_us=value)
-    assert str(raised.value) == f"--max-step-us {value:g}: a budget is a positive number"
+    assert str(raised.value) == f"--max-step-us {value}: a budget is a positive number"
+
+
+def test_a_budget_of_cores_may_be_larger_than_any_float() -> None:
+    Budget(cores=10**400)
+    with pytest.raises(UsageError, match="--max-cores -1000"):
+        Budget(cores=-(10**400))

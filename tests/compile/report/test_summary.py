@@ -39,6 +39,14 @@ def test_the_table_has_a_row_for_each_resource(report):
     assert table.rows[1] == ("compartments", "20 / 131,072", "0.0", "20 / 1,024", "2.0", "0")
 
 
+def test_cores_of_the_whole_chip_are_no_cores_resource_whatever_an_ensemble_is_called():
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(20, 1, label="loihi")
+    rows = {row[0]: row[3:] for row in resources(compile_network(network).report).rows}
+    assert rows["cores"] == ("", "", "")
+    assert rows["compartments"] == ("20 / 1,024", "2.0", "0")
+
+
 def test_a_report_without_cores_names_no_chips(report):
     table = resources(replace(report, cores=(), placed=(), digest=""))
     assert table.title == "Intel Loihi: 0 cores"

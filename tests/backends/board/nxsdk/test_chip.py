@@ -2,6 +2,10 @@
 
 import os
 import shutil
+import signal
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -49,3 +53,32 @@ def test_a_process_that_dies_is_reported_with_its_exit_code() -> None:
 def test_an_error_of_the_board_s_process_is_raised_in_the_caller() -> None:
     with pytest.raises(MissingExtraError, match="no NxSDK is installed here"):
         NxsdkChip(RAMP, 0)
+
+
+class Shut:
+    """A stand-in for nengo-loihi's interface to a board; it notes that it was shut down."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        self.connect = lambda: None
+        self.run_steps = lambda *_, **__: None
+
+    def close(self) -> None:
+        Path(os.environ["SHUT_DOWN"]).touch()
+
+
+def stand_in() -> HardwareModules:
+    interface: Any = SimpleNamespace(HardwareInterface=Shut, HostSnip=SimpleNamespace())
+    return HardwareModules(None, interface)
+
+
+@pytest.mark.slow
+def test_ctrl_c_lets_the_board_be_shut_down(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("SHUT_DOWN", str(tmp_path / "shut"))
+    chip = NxsdkChip(RAMP, 0, stand_in)
+    pid = chip._process.pid
+    assert pid is not None
+    os.kill(pid, signal.SIGINT)  # a terminal sends it to all of its processes
+    chip.close()
+    assert (tmp_path / "shut").exists()

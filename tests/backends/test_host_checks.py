@@ -1,11 +1,12 @@
-"""Refusals, on every chip, of learning errors that no synapse group of an image can take."""
+"""Refusals, on every chip, of spikes and learning errors that an image cannot take."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pytest
 
-from spikeport.backends.learning_errors import LearningErrors
+from spikeport.backends.host_checks import HostChecks
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.errors import BackendError
@@ -33,7 +34,28 @@ def test_errors_for_a_wrong_group_or_of_a_wrong_shape_are_refused(
 
 
 def test_an_image_that_does_not_learn_takes_no_errors() -> None:
-    errors = LearningErrors(Parts([Block()], [Group([[0]])]).image())
-    errors.check({})
+    checks = HostChecks(Parts([Block()], [Group([[0]])]).image())
+    checks.check_errors({})
     with pytest.raises(BackendError, match="group 0 does not learn; those that do: none"):
-        errors.check({0: np.zeros(1)})
+        checks.check_errors({0: np.zeros(1)})
+
+
+@pytest.mark.parametrize("listed", [[-1], [2], [0.0], [[0]]])
+def test_sources_that_the_image_does_not_have_are_refused(listed: list[Any]) -> None:
+    spikes = np.array(listed)
+    image = Parts([Block(n=4)], [Group([[0] * 4])], [2]).image()
+    refusals = []
+    for chip in (NativeChip(image, 0), NengoLoihiChip(image, 0)):
+        with pytest.raises(BackendError, match="the host") as refused:
+            chip.step(spikes, {})
+        refusals.append(str(refused.value))
+        chip.step(np.array([1]), {})
+        chip.close()
+    assert refusals[0] == refusals[1]
+
+
+def test_a_closed_chip_cannot_step() -> None:
+    for chip in (NativeChip(IMAGE, 0), NengoLoihiChip(IMAGE, 0)):
+        chip.close()
+        with pytest.raises(BackendError, match="the chip is closed"):
+            chip.step(np.zeros(0, dtype=int), {})

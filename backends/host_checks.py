@@ -1,0 +1,68 @@
+"""Checks of the spikes and learning errors that a host sends with a step."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.errors import BackendError
+
+
+class HostChecks:
+    """The sources of an image, the synapse groups that learn, and the sizes of their errors.
+
+    Each value is learned by two weights of an axon, one for either sign, and has one error: a group
+    takes half as many errors as an axon has weights.
+
+    Parameters
+    ----------
+    image : ChipImage
+        The image.
+    """
+
+    def __init__(self, image: ChipImage) -> None:
+        self._n_inputs = image.n_inputs
+        learning = np.flatnonzero(image.learns)
+        rows = image.groups.row_start[learning]
+        sizes = (image.rows.start[rows + 1] - image.rows.start[rows]) // 2
+        self._sizes = dict(zip(learning.tolist(), sizes.tolist(), strict=True))
+
+    def sources(self, spikes: np.ndarray) -> np.ndarray:
+        """Return the sources that spike as a 64-bit array, which may be out of range.
+
+        Raises
+        ------
+        BackendError
+            The spikes are not a one-dimensional array of integers.
+        """
+        sources = np.asarray(spikes)
+        if sources.size and (sources.ndim != 1 or sources.dtype.kind not in "iu"):
+            raise BackendError(
+                f"the host's spikes are {sources.dtype} of shape {sources.shape}; "
+                "give the numbers of the sources that spike, as a (n,) array of integers"
+            )
+        return np.ascontiguousarray(sources, dtype=np.int64).ravel()
+
+    def out_of_range(self, sources: np.ndarray) -> BackendError:
+        """Return the error for sources of which at least one is not in the image."""
+        return BackendError(
+            f"the host sent {len(sources)} spikes of sources {sources.min()} to {sources.max()}, "
+            f"but the image has only {self._n_inputs} sources, numbered from 0"
+        )
+
+    def check_range(self, sources: np.ndarray) -> None:
+        """Refuse sources that are not in the image, by BackendError."""
+        if ((sources < 0) | (sources >= self._n_inputs)).any():
+            raise self.out_of_range(sources)
+
+    def check_errors(self, errors: Mapping[int, np.ndarray]) -> None:
+        """Refuse errors of a group that does not learn, or of another shape, by BackendError."""
+        for group, error in errors.items():
+            if group not in self._sizes:
+                known = ", ".join(map(str, self._sizes)) or "none"
+                raise BackendError(f"synapse group {group} does not learn; those that do: {known}")
+            expected = (self._sizes[group],)
+            if np.shape(error) != expected:
+                raise BackendError(
+                    f"synapse group {group}: its error has shape {np.shape(error)}, not {expected}"
+                )
