@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Generic, NamedTuple, TypeVar
 
+import nengo
 import xarray as xr
 from nengo.exceptions import SimulationError
 
@@ -15,7 +16,7 @@ from spikeport.constants import DT_S
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError
 from spikeport.experiments import run_folder, watching
 from spikeport.experiments.costs import Amounts, by_unit
-from spikeport.experiments.options import Outcome, keeps_to_a_clock
+from spikeport.experiments.options import Options, Outcome, keeps_to_a_clock
 from spikeport.experiments.pictures import (
     Scenes,
     check_video,
@@ -42,6 +43,11 @@ class Ready(NamedTuple, Generic[K]):
 
     closed: Closed[K]
     sim: Simulator
+
+    def close(self) -> None:
+        """Close simulator and plant, even if one of them raises an error."""
+        with self.sim, contextlib.closing(self.closed.rig.plant):
+            pass
 
 
 def run(trial: Trial[K, R], folder: Path) -> Outcome:
@@ -109,23 +115,25 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
     UsageError
         If the trial asks for something that cannot be done.
     """
-    options = trial.options
     closed = trial.close(trial.plant())
-    analytic = options.backend == "analytic"
-    sim = Simulator(
-        closed.network,
+    return Ready(closed, simulator(closed.network, trial.options))
+
+
+def simulator(network: nengo.Network, options: Options) -> Simulator:
+    """Return a simulator of a controller's network, compiled as the options say."""
+    return Simulator(
+        network,
         chip=options.chip,
-        backend="reference" if analytic else options.backend,
+        backend=options.backend if options.has_neurons else "reference",
         dt=DT_S,
         seed=options.seed,
         # Without neurons on the chip there is nothing to rewrite.
-        pipeline="" if analytic else options.pipeline,
+        pipeline=options.pipeline if options.has_neurons else "",
         counts=options.counts,
         progress=options.progress,
         link=options.link,
         cache=options.cache,
     )
-    return Ready(closed, sim)
 
 
 def perform(trial: Trial[K, R], ready: Ready[K], folder: Path | None = None) -> R:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.cache import NOTHING, Cache, digest_of
 from spikeport.compile.report.report import Report
-from spikeport.errors import unknown
+from spikeport.errors import UsageError, unknown
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 WITHOUT_NEURONS = "analytic"
 """The backend on which experiments run the exact control laws."""
+REPLAY = "replay"
+"""The backend that plays back the record of one run."""
 BACKENDS = (
     WITHOUT_NEURONS,
     "reference",
@@ -28,7 +30,7 @@ BACKENDS = (
     "native-threads",
     "nengo-loihi",
     "board",
-    "replay",
+    REPLAY,
 )
 """Names of backends, and of controllers without neurons, that experiments run on."""
 
@@ -78,6 +80,11 @@ class Options:
     counts: Path | None = field(default=None, compare=False)
     progress: Progress = field(default=silent, compare=False)
     command: tuple[str, ...] = ()
+
+    @property
+    def has_neurons(self) -> bool:
+        """True unless the controllers are the exact laws."""
+        return self.backend != WITHOUT_NEURONS
 
     @property
     def substrate(self) -> dict[str, str]:
@@ -143,6 +150,14 @@ class Experiment:
         """Raise UsageError for a backend that it does not run on."""
         if name not in self.backends:
             raise unknown(f"backend of {self.name}", name, self.backends)
+
+    def check_backend_of_many(self, name: str, what: str) -> None:
+        """Raise UsageError for a backend that ``what``, which is many runs, cannot use."""
+        if name == REPLAY:
+            raise UsageError(f"backend {REPLAY}: a record is of one run, not of {what}")
+        if name not in self.backends:
+            backends = [one for one in self.backends if one != REPLAY]
+            raise unknown(f"backend of {self.name}", name, backends)
 
     def parse_settings(
         self, texts: Iterable[str], option: str = "--set"

@@ -182,7 +182,9 @@ def find_terrain(text: str) -> Floor:
     if kind == "slope" and len(values) in (1, 2):
         _check(text, abs(values[0]), STEEPEST_DEGREES, "degrees")
         return Slope(*np.radians(values).tolist())
-    if kind in ("boxes", "relief") and len(values) == 1 and values[0] > 0:
+    if kind in ("boxes", "relief") and len(values) == 1:
+        if values[0] <= 0:
+            raise UsageError(f"terrain={text}: {values[0]:g} m, must be above 0; cure: {FLAT}")
         _check(text, values[0], HIGHEST_M, "m")
         return Uneven(values[0], kind == "relief")
     raise _no_terrain(text)

@@ -7,16 +7,20 @@ threads within the calls of torch and MuJoCo.
 
 import multiprocessing
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from datetime import timedelta
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import NamedTuple, TypeVarTuple
 
 from torch import distributed
 
+from spikeport.errors import WorkerLostError
 from spikeport.interrupts import uninterruptible
 
+ENDS_S = 1.0
+"""Time in which a process that is gone has ended for good."""
 MEETING = timedelta(minutes=5)
 """Time in which all processes must meet, and in which each must answer another."""
 Arguments = TypeVarTuple("Arguments")
@@ -63,14 +67,29 @@ def others(
         with uninterruptible():
             for process in processes:
                 process.start()
-        workers[0].join(meeting)
         try:
+            workers[0].join(meeting)
             yield
+        except RuntimeError as error:  # torch's, if a process is gone
+            _refuse_dead(processes, error)
+            raise
         finally:
-            distributed.destroy_process_group()
+            if distributed.is_initialized():
+                distributed.destroy_process_group()
             for process in processes:
                 process.terminate()
                 process.join()
+
+
+def _refuse_dead(processes: Sequence[BaseProcess], error: RuntimeError) -> None:
+    """Raise a WorkerLostError if one of the processes has ended, as for lack of memory."""
+    for number, process in enumerate(processes, 2):
+        process.join(ENDS_S)
+        if process.exitcode is not None:
+            raise WorkerLostError(
+                f"process {number} of {len(processes) + 1} ended with exit code "
+                f"{process.exitcode}; finished segments are kept: give the same command again"
+            ) from error
 
 
 def _help(

@@ -29,14 +29,18 @@ def can_read() -> bool:
     return find_spec("sklearn") is not None
 
 
-def read_digit(trace: np.ndarray) -> int:
-    """Return the digit that a trace (n, 2) looks like; its first axis runs right, its second up.
+def read_digit(trace: np.ndarray) -> int | None:
+    """Return the digit that a trace (n, 2) looks like; None for a trace of a single place.
+
+    The first axis runs right, the second up.
 
     Raises
     ------
     MissingExtraError
         If scikit-learn is absent.
     """
+    if not np.ptp(trace, axis=0).any():
+        return None
     return int(_reader().predict(rasterise(trace).reshape(1, -1))[0])
 
 

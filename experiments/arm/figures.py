@@ -142,7 +142,7 @@ def _draw_spikes(axes: Axes, times: np.ndarray, spikes: np.ndarray, error: np.nd
 
 def _by_tuning(spikes: np.ndarray, error: np.ndarray) -> np.ndarray:
     """Return the spikes with neurons sorted by their covariance with the error along the axis."""
-    # A physics step is longer than a neuron's step: each error is repeated for several.
-    per_sample = np.repeat(error, -(-len(spikes) // len(error)))[: len(spikes)]
+    # A physics step is longer than a neuron's step: several steps have the same error.
+    per_sample = error[np.arange(len(spikes)) * len(error) // len(spikes)]
     covariance = (per_sample - per_sample.mean()) @ spikes
     return spikes[:, np.argsort(covariance)]

@@ -75,7 +75,7 @@ def find_box(text: str) -> TargetBox:
     low, high = edges.T
     if (np.abs(edges) > FARTHEST_M).any():
         raise UsageError(f"box {text}: each edge must be from -{FARTHEST_M:g} to {FARTHEST_M:g} m")
-    if (high < low).any() or np.linalg.norm(high - low) <= 2 * MIN_JUMP_M:
+    if (high <= low).any() or np.linalg.norm(high - low) <= 2 * MIN_JUMP_M:
         raise UsageError(
             f"box {text}: each edge must rise, and the diagonal exceed {2 * MIN_JUMP_M:g} m"
         )

@@ -98,7 +98,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
     @property
     def _exact(self) -> bool:
         """True if the law is computed without neurons."""
-        return self.options.backend == "analytic"
+        return not self.options.has_neurons
 
     def spiking_controller(self) -> ArmNetwork:
         """Rehearse the task, and build the controller for the states that the task needs.

@@ -85,10 +85,30 @@ class EvaluationData(BaseModel):
     seconds: FiniteFloat
     settings: dict[Line, bool | int | FiniteFloat | Line]
     rows: list[RowData]
+    chip: Line | None = None
+    pipeline: Line | None = None
+    seeds: list[int] = []
+    files: dict[Line, Line] = {}
+    versions: dict[Line, Line | None] = {}
+
+    @property
+    def conditions(self) -> dict[str, object]:
+        """Everything but the policy's conduct, by name."""
+        return {
+            "experiment": self.experiment,
+            "backend": self.backend,
+            "chip": self.chip,
+            "pipeline": self.pipeline,
+            "seconds": self.seconds,
+            **self.settings,
+            "seeds": f"{min(self.seeds)} to {max(self.seeds)}" if self.seeds else None,
+            **{f"digest of {name}": digest for name, digest in self.files.items()},
+            **{f"version of {name}": version for name, version in self.versions.items()},
+        }
 
 
 class Difference(NamedTuple):
-    """A figure of a row, or a setting, that differs, in words."""
+    """A figure of a row, or a condition, that differs, in words."""
 
     figure: str
     a: str
@@ -116,7 +136,7 @@ def is_evaluation(path: Path) -> bool:
 
 
 def compare(a: Path, b: Path) -> Comparison:
-    """Return the settings, rows and figures in which the results of two evaluations differ.
+    """Return the conditions, rows and figures in which the results of two evaluations differ.
 
     Raises
     ------
@@ -128,7 +148,7 @@ def compare(a: Path, b: Path) -> Comparison:
     shared = [(row, others[name]) for name, row in rows.items() if name in others]
     tested = [figure for pair in shared for figure in _figures(*pair)]
     differences = [
-        *_settings(one, other),
+        *_conditions(one, other),
         *(Difference(name, f"{row.fallen} fell", "-") for name, row in _only_in(rows, others)),
         *(Difference(name, "-", f"{row.fallen} fell") for name, row in _only_in(others, rows)),
         *(figure for figure, differs in tested if differs),
@@ -140,16 +160,12 @@ def _only_in(rows: dict[str, RowData], others: dict[str, RowData]) -> list[tuple
     return [(name, row) for name, row in rows.items() if name not in others]
 
 
-def _settings(a: EvaluationData, b: EvaluationData) -> Iterator[Difference]:
-    left, right = (
-        {"experiment": each.experiment, "backend": each.backend, "seconds": each.seconds}
-        | each.settings
-        for each in (a, b)
-    )
+def _conditions(a: EvaluationData, b: EvaluationData) -> Iterator[Difference]:
+    left, right = a.conditions, b.conditions
     for name in {**left, **right}:
-        values = left.get(name, "-"), right.get(name, "-")
+        values = [each.get(name) for each in (left, right)]
         if values[0] != values[1]:
-            yield Difference(name, *map(str, values))
+            yield Difference(name, *("-" if value is None else str(value) for value in values))
 
 
 def _figures(a: RowData, b: RowData) -> Iterator[tuple[Difference, bool]]:

@@ -1,16 +1,17 @@
 """Policies that walk episodes: the exact one in its own loop, or a spiking one in a simulator."""
 
 import dataclasses
-import functools
 from typing import Protocol
 
 import nengo
 import numpy as np
 
 from spikeport.constants import DT_S
+from spikeport.experiments.driver import simulator
 from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.options import Options
 from spikeport.experiments.sweep.inputs import digests
+from spikeport.experiments.sweep.keeper import Keeper
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
@@ -18,7 +19,6 @@ from spikeport.hardware_models import chip as chips
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot.perturbation import PHYSICS_DT_S, Perturbation
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, OBSERVATION_SIZE
-from spikeport.simulator import Simulator
 
 
 class Walker(Protocol):
@@ -26,6 +26,9 @@ class Walker(Protocol):
 
     def walk(self, perturbation: Perturbation, seconds: float, seed: int) -> Stage:
         """Walk an episode, up to a fall, and return its stage."""
+
+    def close(self) -> None:
+        """Free the walker's resources."""
 
 
 class ExactWalker:
@@ -46,6 +49,9 @@ class ExactWalker:
                 action = self._policy(observed)
         return stage
 
+    def close(self) -> None:
+        """Do nothing: an exact policy has no resources."""
+
 
 class SpikingWalker:
     """A policy of neurons, compiled once; each episode puts a new robot into its loop.
@@ -57,7 +63,6 @@ class SpikingWalker:
     """
 
     def __init__(self, trial: WalkTrial) -> None:
-        options = trial.options
         walker, self._encoding = trial.spiking_policy()
         self._stage: Stage | None = None
         with nengo.Network(label="policy", seed=trial.settings.network_seed) as network:
@@ -65,14 +70,7 @@ class SpikingWalker:
             robot = nengo.Node(self._advance, size_in=ACTION_SIZE, size_out=OBSERVATION_SIZE)
             nengo.Connection(robot, walker.observation, synapse=None)
             nengo.Connection(walker.action, robot, synapse=None)
-        self._sim = Simulator(
-            network,
-            chip=options.chip,
-            backend=options.backend,
-            dt=DT_S,
-            seed=options.seed,
-            pipeline=options.pipeline,
-        )
+        self._sim = simulator(network, trial.options)
 
     def walk(self, perturbation: Perturbation, seconds: float, seed: int) -> Stage:
         """Walk an episode; see `Walker.walk`."""
@@ -86,6 +84,11 @@ class SpikingWalker:
             self._sim.step()
         return stage
 
+    def close(self) -> None:
+        """End the simulation, and let go of it; see `SpikingHalves.close`."""
+        self._sim.close()
+        del self._sim
+
     def _advance(self, _t: float, action: np.ndarray) -> np.ndarray:
         assert self._stage is not None
         return self._stage.advance(action)
@@ -97,11 +100,15 @@ def find_walker(settings: WalkSettings, options: Options) -> Walker:
     unperturbed = dataclasses.replace(settings, **dataclasses.asdict(Perturbation()))
     # A worker of a cluster outlives an evaluation; the next one may change files of these names.
     contents = digests([*settings.files, *chips.files_of(options.chip)]).values()
-    return _made(unperturbed, dataclasses.replace(options, seed=0, seconds=0.0), tuple(contents))
+    alike = dataclasses.replace(options, seed=0, seconds=0.0)
+    key = unperturbed, alike, tuple(contents)
+    return _KEEPER.get(key, lambda: _made(unperturbed, alike))
 
 
-@functools.lru_cache(maxsize=1)
-def _made(settings: WalkSettings, options: Options, _contents: tuple[str, ...]) -> Walker:
+_KEEPER: Keeper[Walker] = Keeper()
+
+
+def _made(settings: WalkSettings, options: Options) -> Walker:
     trial = WalkTrial(settings, options)
     if trial.exact_policy:
         return ExactWalker(settings.walking_policy())

@@ -5,7 +5,7 @@ compared with exact ones: of every layer in float spikes, where all layers can b
 action on the chip, too.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -150,11 +150,12 @@ def _run(sim: Simulator, n_shown: int, what: str, progress: Progress) -> None:
         sim.run_steps(round(HOLD_S / DT_S))
 
 
-def _error(data: np.ndarray, wanted: np.ndarray) -> float:
-    """Return the relative rms error at the end of every observation."""
+def _error(data: np.ndarray, wanted: np.ndarray) -> float | None:
+    """Return the relative rms error at the end of every observation; None if all wanted are 0."""
     steps = round(HOLD_S / DT_S)
     # The last step of each observation, when filters have settled.
-    return float(_rms(data[steps - 1 :: steps] - wanted) / _rms(wanted))
+    error, size = _rms(data[steps - 1 :: steps] - wanted), _rms(wanted)
+    return float(error / size) if size else None
 
 
 def _rms(x: np.ndarray, axis: int | None = None) -> np.ndarray:
@@ -176,12 +177,19 @@ def _layers(conversion: Conversion, net: ProbedPolicy, sim: Simulator) -> Iterat
             n_units=n_units,
             below=float(np.max(reach.get(-1, 0.0))),
             above=float(reach[+1].max()),
-            spread=float(np.median([r / _rms(recorded[number], axis=0) for r in reach.values()])),
+            spread=_spread([*reach.values()], _rms(recorded[number], axis=0)),
             rate_hz=rate_hz,
             spikes=rate_hz * tau_s * n_neurons / n_units,
             tau_s=tau_s,
             error=_error(sim.data[net.layers[number]], function.function(played[number])),
         )
+
+
+def _spread(reach: Sequence[np.ndarray], size: np.ndarray) -> float | None:
+    """Return the median range over rms pre-activation, of halves that have one other than 0."""
+    alive = size > 0
+    ratios = np.concatenate([one[alive] / size[alive] for one in reach])
+    return float(np.median(ratios)) if len(ratios) else None
 
 
 def _rates_hz(activity: Activity) -> np.ndarray:

@@ -24,27 +24,27 @@ class LayerLint:
         The number of its units.
     below, above : float
         The largest pre-activations, below and above 0, that a unit represents.
-    spread : float
-        Range over rms pre-activation, median of the units' halves.
+    spread : float or None
+        Range over rms pre-activation, median of the units' halves; None if all of these are 0.
     rate_hz : float
         Mean firing rate of its neurons.
     spikes : float
         Spikes of a unit in the time constant that filters its value.
     tau_s : float
         The time constant that filters a unit's value.
-    error : float
-        Rms difference of spiking from exact values, over the rms exact value.
+    error : float or None
+        Rms difference of spiking from exact values, over the rms exact value; None if that is 0.
     """
 
     name: str
     n_units: int
     below: float
     above: float
-    spread: float
+    spread: float | None
     rate_hz: float
     spikes: float
     tau_s: float
-    error: float
+    error: float | None
 
 
 @dataclass(frozen=True)
@@ -55,22 +55,24 @@ class ConversionLint:
     ----------
     layers : tuple of LayerLint
         Hidden layers, in float spikes.
-    action_error, chip_error : float
-        Relative rms error of the action, in float spikes and on the chip.
+    action_error, chip_error : float or None
+        Relative rms error of the action, in float spikes and on the chip; None if all actions
+        are 0.
     delay_s : float
         Sum of the time constants from observation to action.
     """
 
     layers: tuple[LayerLint, ...]
-    action_error: float
-    chip_error: float
+    action_error: float | None
+    chip_error: float | None
     delay_s: float
 
     def hints(self) -> Iterator[str]:
         """Yield a hint for each fault, with its cure."""
+        wide = [one for one in self.layers if one.spread is not None and one.spread > WIDE]
         yield from _each(
             "range too wide",
-            [(one.name, f"{one.spread:.1f} x rms") for one in self.layers if one.spread > WIDE],
+            [(one.name, f"{one.spread:.1f} x rms") for one in wide],
             "record observations of the policy's own task (--observations); the error grows with "
             "the range",
         )

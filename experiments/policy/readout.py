@@ -43,7 +43,7 @@ def check_neurons(trial: PolicyTrial) -> None:
     wanted = trial.settings.calibrated
     if wanted in (False, AUTO):
         return
-    if trial.options.backend == "analytic":
+    if not trial.options.has_neurons:
         raise no_neurons(wanted, "backend 'analytic'", "give --backend native")
     if trial.settings.policy == EXACT:
         raise no_neurons(wanted, f"policy={EXACT}", "give --set policy=spiking")

@@ -27,8 +27,9 @@ GAITS = {"calm": (NONE,), "rough": (_PUSHED, replace(_PUSHED, terrain="slope:6")
 """The perturbations of the walks that neurons are made and calibrated for, by value of ``gait``. A
 robot regains its balance, or falls, within the second between two pushes."""
 
-EXACT = "mlp"
-"""A value of ``policy`` in some experiments: the shipped policy, computed without neurons."""
+SPIKING, EXACT = "spiking", "mlp"
+"""Values of ``policy`` that are not files: the shipped policy in neurons, and, in some experiments,
+without."""
 
 AUTO = "auto"
 """A value of ``calibrated``: true or false, depending on the backend."""

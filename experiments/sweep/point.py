@@ -2,10 +2,8 @@
 
 import contextlib
 import tempfile
-import threading
 import warnings
 from collections.abc import Iterator
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ from spikeport.errors import DivergedError
 from spikeport.experiments import driver, registry, run_folder
 from spikeport.experiments.driver import Ready
 from spikeport.experiments.sweep.folder import PointFiles
+from spikeport.experiments.sweep.keeper import Keeper
 from spikeport.experiments.sweep.plan import Point
 from spikeport.experiments.sweep.store import Sharing
 from spikeport.experiments.trial import Trial
@@ -32,18 +31,13 @@ class PointRun(Sharing):
         experiment = registry.get(point.sweep.experiment)
         trial = experiment.trial(experiment.settings(**point.settings), options)
         with warnings.catch_warnings(action="ignore"), kept_if_whole():
-            ready = _ready((self.sweep, point.network), trial)
+            key = self.sweep, point.network
+            ready = KEEPER.get(key, lambda: driver.prepare(trial))
             return _files(trial, ready, point.sweep.probes, scratch)
 
 
-class _Kept(threading.local):
-    """The network that this thread made last, with its key; each worker has a thread."""
-
-    key: tuple[str, str] | None = None
-    ready: Ready[Any] | None = None
-
-
-_KEPT = _Kept()
+KEEPER: Keeper[Ready[Any]] = Keeper()
+"""Keeps the loop of the last point for points with the same network."""
 
 
 @contextlib.contextmanager
@@ -52,28 +46,11 @@ def kept_if_whole() -> Iterator[None]:
     try:
         yield
     except BaseException:
-        drop()
+        KEEPER.drop()
         raise
     # A board serves one session: the next point must be free to open its own.
-    if _KEPT.ready is not None and _KEPT.ready.sim.link is not None:
-        drop()
-
-
-def _ready(key: tuple[str, str], trial: Trial[Any, Any]) -> Ready[Any]:
-    """Return the loop prepared for a trial with the same network, or else prepare one."""
-    if _KEPT.ready is None or _KEPT.key != key:
-        drop()
-        _KEPT.key, _KEPT.ready = key, driver.prepare(trial)
-    return _KEPT.ready
-
-
-def drop() -> None:
-    """Close the network that is kept, if there is one."""
-    ready, _KEPT.ready = _KEPT.ready, None
-    if ready is not None:
-        # Leaving the block closes both, even if one of them raises.
-        with ready.sim, closing(ready.closed.rig.plant):
-            pass
+    if KEEPER.kept is not None and KEEPER.kept.sim.link is not None:
+        KEEPER.drop()
 
 
 def _files(

@@ -175,7 +175,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         settings, box, every_s = self.settings, None, CONTROL_DT_S
         self.check()
         exact = self.exact()
-        if self.options.backend == "analytic":
+        if not self.options.has_neurons:
             controller = analytic_humanoid(exact, balances=not settings.anchor)
         else:
             controller, box = self._spiking(exact)

@@ -111,9 +111,13 @@ def _send(
         request.wfile.write(body)
 
 
-def watch(folder: Path, title: str, announce: Callable[[str], None]) -> None:
-    """Serve the page of the run in a folder until it ends; ``announce`` takes the address."""
-    live = Live(title)
+def watch(folder: Path, title: str, announce: Callable[[str], None]) -> bool:
+    """Serve the page of the run in a folder until it ends; ``announce`` takes the address.
+
+    Return whether the run has written a result: an earlier run's may be left in the folder.
+    """
+    live, result = Live(title), folder / "result.json"
+    before = _written_at(result)
     with live.served():
         announce(live.url)
         while watching.is_running(folder):
@@ -126,5 +130,14 @@ def watch(folder: Path, title: str, announce: Callable[[str], None]) -> None:
             time.sleep(IDLE_S)
         # A run that ended meanwhile has not removed the last request.
         (folder / REQUEST).unlink(missing_ok=True)
-        if (folder / "probes.nc").is_file():
+        is_whole = _written_at(result) not in (before, None)
+        if is_whole:
             live.end(content(read_dataset(folder / "probes.nc")))
+        return is_whole
+
+
+def _written_at(path: Path) -> int | None:
+    """Return the time at which a file was written, in ns; None if there is no file."""
+    with suppress(OSError):
+        return path.stat().st_mtime_ns
+    return None

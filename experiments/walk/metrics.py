@@ -53,7 +53,7 @@ def to_the_end(run: WalkRun) -> tuple[np.ndarray, np.ndarray]:
     position_m = run.recording.position_m
     reference_m = run.recording.reference[:, :2]
     n, n_asked = len(position_m), round(run.seconds / PHYSICS_DT_S)
-    missing = max(n_asked - n, 0)
+    missing = 0 if run.fallen_at_s is None else max(n_asked - n, 0)
     later_s = LEAD_S + PHYSICS_DT_S * np.arange(n, n + missing)
     ahead_m = np.array([run.path.at(t)[:2] for t in later_s]).reshape(-1, 2)
     # The robot lies where it fell until the end of the time, while the reference goes on.

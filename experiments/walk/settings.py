@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from spikeport.errors import UsageError, unknown
-from spikeport.experiments.policy.settings import EXACT, PolicySettings
+from spikeport.experiments.policy.settings import EXACT, SPIKING, PolicySettings
 from spikeport.experiments.walk.approach import LAWS, TURN_FIRST
 from spikeport.experiments.walk.path_file import FASTEST_M_S, path_files
 
@@ -25,7 +25,7 @@ class WalkSettings(PolicySettings):
     inhibited from ``silence_at`` s on.
     """
 
-    policies: ClassVar[tuple[str, ...]] = ("spiking", EXACT)
+    policies: ClassVar[tuple[str, ...]] = (SPIKING, EXACT)
 
     path: str = "figure-eight"
     speed: float = 0.5

@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spikeport.errors import UsageError
+from spikeport.experiments.policy.settings import EXACT, SPIKING
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.walk.paths import find_path
@@ -15,8 +16,8 @@ from spikeport.reading.hdf5 import read_dataset
 from spikeport.reading.mismatch import MismatchError, shown
 
 IDEAL = "black"
-COLORS = {"mlp": "#1f9aa0", "spiking": "#e8871e"}
-LABELS = {"mlp": "reference policy", "spiking": "spiking policy"}
+COLORS = {EXACT: "#1f9aa0", SPIKING: "#e8871e"}
+LABELS = {EXACT: "reference policy", SPIKING: "spiking policy"}
 FELL = "#c62828"
 PATH_DT_S = 0.05
 

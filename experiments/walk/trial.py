@@ -68,12 +68,12 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     @property
     def exact_policy(self) -> bool:
         """True if the policy is computed without neurons."""
-        return self.options.backend == "analytic" or self.settings.policy == EXACT
+        return not self.options.has_neurons or self.settings.policy == EXACT
 
     @property
     def exact_follower(self) -> bool:
         """True if the path follower is computed without neurons."""
-        return self.options.backend == "analytic" or self.settings.follower == "exact"
+        return not self.options.has_neurons or self.settings.follower == "exact"
 
     def path(self) -> WalkPath:
         """Return the path, for as long as the run takes.

@@ -130,6 +130,8 @@ class SimulatedRobot:
             if settings.odometer
             else None
         )
+        self._odometry: bytes | None = None
+        self._read_at: int | None = None
         self._writer: int | None = None
         self._obeyed_at: int | None = None
         self._damped = False
@@ -264,7 +266,10 @@ class SimulatedRobot:
 
     def odometry(self) -> bytes | None:
         """Return the message of its odometer, which is read once a step; None without one."""
-        return None if self._odometer is None else encode_base(self._odometer.read(self._base()))
+        if self._odometer is not None and self._read_at != self.steps:
+            self._odometry = encode_base(self._odometer.read(self._base()))
+            self._read_at = self.steps
+        return self._odometry
 
     def _base(self) -> Base:
         data = self._plant.data

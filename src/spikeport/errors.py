@@ -144,6 +144,10 @@ class RobotLostError(BackendError):
     """A robot at the end of a link does not answer in time, or restarted."""
 
 
+class WorkerLostError(SpikeportError, RuntimeError):
+    """A process that takes part in a computation ended before its work was done."""
+
+
 class RenderError(SpikeportError, RuntimeError):
     """No picture can be made on this machine."""
 

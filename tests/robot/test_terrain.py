@@ -19,7 +19,8 @@ EXPECTED = (
     [
         ("hills", EXPECTED),
         ("boxes", EXPECTED),
-        ("boxes:-1", EXPECTED),
+        ("boxes:-1", "-1 m, must be above 0; cure: flat"),
+        ("relief:0", "0 m, must be above 0; cure: flat"),
         ("slope:nan", EXPECTED),
         ("relief:a", EXPECTED),
         ("flat:1", EXPECTED),

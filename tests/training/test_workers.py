@@ -1,3 +1,4 @@
+import os
 import signal
 
 import pytest
@@ -8,6 +9,7 @@ pytest.importorskip("rsl_rl")
 import torch
 from torch import distributed
 
+from spikeport.errors import WorkerLostError
 from spikeport.training.learner import Learner, LearnerOptions
 from spikeport.training.workers import ALONE, Worker, others
 
@@ -38,6 +40,21 @@ def test_only_the_first_worker_can_be_interrupted(tmp_path):
     with others(1, note_mask, tmp_path):
         note_mask(Worker(0, 2), tmp_path)
     assert [(tmp_path / str(rank)).read_text() for rank in range(2)] == ["False", "True"]
+
+
+def die(_worker):
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+@pytest.mark.slow
+def test_a_worker_that_died_is_named_with_a_cure():
+    with pytest.raises(WorkerLostError) as lost, others(1, die):
+        add(Worker(0, 2), [1.0, 10.0])
+    assert str(lost.value) == (
+        "process 2 of 2 ended with exit code -9; finished segments are kept: give the same command "
+        "again"
+    )
+    assert not distributed.is_initialized()
 
 
 def test_a_single_worker_starts_no_process_group():

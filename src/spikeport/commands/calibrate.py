@@ -12,7 +12,7 @@ from spikeport.commands.run import check_target, seconds_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.calibration import is_calibration
-from spikeport.experiments.options import WITHOUT_NEURONS, Experiment, Options
+from spikeport.experiments.options import REPLAY, WITHOUT_NEURONS, Experiment, Options
 
 CALIBRATED = "calibrated"
 
@@ -58,7 +58,7 @@ def run(request: CalibrateRequest) -> None:
 
 
 def _check(request: CalibrateRequest, experiment: Experiment) -> None:
-    backends = [name for name in experiment.backends if name not in (WITHOUT_NEURONS, "replay")]
+    backends = [name for name in experiment.backends if name not in (WITHOUT_NEURONS, REPLAY)]
     backend = request.target.backend
     if backend not in backends:
         raise unknown(f"backend with neurons of {experiment.name}", backend, backends)

@@ -136,18 +136,22 @@ def lint_table(lint: ConversionLint) -> Table:
             one.name,
             f"{one.n_units}",
             f"{-one.below:.2g} .. {one.above:.2g}",
-            f"{one.spread:.1f}",
+            "-" if one.spread is None else f"{one.spread:.1f}",
             f"{one.rate_hz:.0f}",
             f"{1000 * one.tau_s:g}",
             f"{one.spikes:.2g}",
-            f"{100 * one.error:.1f} %",
+            _percent(one.error),
         )
     return table
 
 
+def _percent(error: float | None) -> str:
+    return "-" if error is None else f"{100 * error:.1f} %"
+
+
 def lint_lines(lint: ConversionLint) -> Iterator[str]:
     """Yield the errors of the action, and hints on changes that may help."""
-    errors = (f"{100 * error:.1f} %" for error in (lint.action_error, lint.chip_error))
-    yield "action: {} off in float spikes, {} on the chip".format(*errors)
+    in_float, on_chip = map(_percent, (lint.action_error, lint.chip_error))
+    yield f"action: {in_float} off in float spikes, {on_chip} on the chip"
     for hint in lint.hints():
         yield f"hint: {hint}"

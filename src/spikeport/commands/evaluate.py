@@ -1,5 +1,6 @@
 """``spikeport evaluate``: a robustness table of a policy."""
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -19,11 +20,12 @@ from spikeport.commands.sweep import check_workers
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
-from spikeport.experiments.run_folder import write_figure
+from spikeport.experiments.evaluate.comparison import KIND
+from spikeport.experiments.options import WITHOUT_NEURONS
+from spikeport.experiments.run_folder import write_figure, write_result
 from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import SweepFolder, opened
 from spikeport.experiments.sweep.inputs import with_inputs
-from spikeport.files import write_json
 from spikeport.key_values import SettingValue
 from spikeport.plots import rendered
 
@@ -33,8 +35,6 @@ if TYPE_CHECKING:
 
 EXPERIMENT = "walk"
 EPISODE_S = 20.0
-SPIKING, MLP = "spiking", "mlp"
-"""Values of the setting ``policy`` that are not files: the shipped policy in neurons, or exact."""
 SHOWN = ("speed_error_m_s", "yaw_rate_error_rad_s", "speed_use", "impact_bw")
 """Figures on the screen, as many as fit into 80 columns; the files in the folder have all."""
 
@@ -93,7 +93,7 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
     from spikeport.experiments.evaluate.rows import find_rows
 
     experiment, target = registry.get(EXPERIMENT), request.target
-    experiment.check_backend(target.backend)
+    experiment.check_backend_of_many(target.backend, "an evaluation")
     check_target(target)
     settings = experiment.parse_settings(request.settings)
     _refuse_others(settings)
@@ -161,26 +161,22 @@ def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:
         return
     title = _title(evaluation)
     write_text(folder.path / "table.md", markdown(rows))
-    write_json(
-        folder.path / "result.json",
-        {
-            "experiment": f"evaluate {evaluation.experiment}",
-            "backend": evaluation.backend,
-            "seconds": evaluation.seconds,
-            "settings": dict(evaluation.settings),
-            "rows": as_json(rows),
-        },
-    )
+    plan = dataclasses.asdict(evaluation)
+    del plan["varied"], plan["probes"], plan["spikeport"]
+    result = {**plan, "experiment": f"{KIND}{evaluation.experiment}", "rows": as_json(rows)}
+    write_result(folder.path, result)
     write_figure(folder.path, rendered(figure(rows, f"{title}, intervals of 95 %")))
     _show(rows, title, folder.path)
 
 
 def _title(evaluation: "EvaluationSweep") -> str:
     """Return the title of the table: the policy, the backend, and number and length of episodes."""
+    from spikeport.experiments.policy.settings import EXACT, SPIKING
+
     policy, n = evaluation.settings.get("policy", SPIKING), len(evaluation.seeds)
-    file = "" if policy in (SPIKING, MLP) else f" of {policy}"
+    file = "" if policy in (SPIKING, EXACT) else f" of {policy}"
     # The analytic backend has no neurons, whatever the policy.
-    if evaluation.backend == "analytic" or policy == MLP:
+    if evaluation.backend == WITHOUT_NEURONS or policy == EXACT:
         whose = f"the exact policy{file}"
     else:
         whose = f"the spiking policy{file} on {evaluation.backend}"

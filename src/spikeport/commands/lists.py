@@ -11,7 +11,7 @@ from rich.table import Column, Table
 from spikeport.backends.registry import BACKENDS
 from spikeport.errors import MissingExtraError
 from spikeport.experiments import registry
-from spikeport.experiments.options import Experiment
+from spikeport.experiments.options import WITHOUT_NEURONS, Experiment
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.figure import Figure
@@ -73,8 +73,9 @@ def print_backends() -> None:
     console = Console()
     experiments = list(_experiments(console))
     summaries = {name: backend.summary for name, backend in BACKENDS.items()}
+    summaries[WITHOUT_NEURONS] = "no neurons: the exact control law"
     table = Table("backend", "what it is", "experiments", box=SIMPLE_HEAD)
-    for name, summary in {**summaries, "analytic": "no neurons: the exact control law"}.items():
+    for name, summary in summaries.items():
         table.add_row(name, summary, ", ".join(e.name for e in experiments if name in e.backends))
     console.print(table)
 

@@ -23,14 +23,20 @@ from spikeport.compile.report.drawing import estimate
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder
-from spikeport.experiments.options import Experiment, Options, Outcome, keeps_to_a_clock
+from spikeport.experiments.options import (
+    WITHOUT_NEURONS,
+    Experiment,
+    Options,
+    Outcome,
+    keeps_to_a_clock,
+)
 from spikeport.hardware_models import chip as chips
 
 if TYPE_CHECKING:
     from spikeport.robot.link.connection import RobotOptions
 
 
-NO_CORES = ("analytic", "reference")
+NO_CORES = (WITHOUT_NEURONS, "reference")
 """Backends without a chip."""
 
 

@@ -147,7 +147,7 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
         if key in sweep.settings:
             raise UsageError(f"--vary {key}: also given with --set; choose one")
     for backend in sweep.varied.get(BACKEND, (sweep.backend,)):
-        experiment.check_backend(backend)
+        experiment.check_backend_of_many(backend, "a sweep")
     if BACKEND in sweep.varied and sweep.backend != Target.backend:
         raise UsageError(f"--vary {BACKEND}: also given with --{BACKEND}; choose one")
     # Counted before points are made: there may be too many to hold.
@@ -157,7 +157,7 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
             f"a sweep of {n_points:,} points, limit {MOST_POINTS:,}; cure: fewer values of --vary, "
             "or fewer --seeds"
         )
-    for point in sweep.points():
+    for point in sweep.of_a_seed():
         chosen = experiment.settings(**point.settings)
         experiment.trial(chosen, point.options).check()
 

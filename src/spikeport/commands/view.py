@@ -58,7 +58,12 @@ def _watch(folder: Path) -> None:
         raise UsageError(f"{folder}: no run goes on in it; cure: leave out --live")
     live = imported("view", "spikeport.experiments.viewer.live", "runs")
     with _readable(folder):
-        live.watch(folder, f"live: {folder}", _announce)
+        is_whole = live.watch(folder, f"live: {folder}", _announce)
+    if not is_whole and (folder / "result.json").is_file():
+        raise UsageError(
+            f"{folder}: the run ended without a result, and an earlier run's is left; cure: leave "
+            "out --live to see that one"
+        )
 
 
 def _announce(url: str) -> None:

@@ -43,6 +43,10 @@ def test_the_strokes_are_as_thick_as_those_of_the_data_set():
     assert ours == pytest.approx(theirs, rel=0.2)
 
 
+def test_a_hand_that_did_not_move_drew_no_digit():
+    assert read_digit(np.full((20, 2), 0.3)) is None
+
+
 def test_a_missing_package_is_named_with_its_extra(monkeypatch):
     monkeypatch.setattr(digit_reader, "find_spec", lambda name: None)
     digit_reader._reader.cache_clear()

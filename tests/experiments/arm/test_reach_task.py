@@ -141,7 +141,7 @@ def test_a_box_that_no_arm_reaches_is_refused():
         find_box("0.3:1e160,-0.3:0,1:1.2")
 
 
-@pytest.mark.parametrize("text", ["0:0.1,0:0.1,0:0.1", "1:0,0:1,0:1"])
+@pytest.mark.parametrize("text", ["0:0.1,0:0.1,0:0.1", "1:0,0:1,0:1", "0.3:0.3,0:1,0:1"])
 def test_a_box_without_room_for_targets_is_refused(text):
     with pytest.raises(UsageError) as caught:
         find_box(text)

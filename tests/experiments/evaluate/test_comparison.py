@@ -1,5 +1,7 @@
 """The comparison of two robustness tables."""
 
+import json
+
 import pytest
 
 from spikeport.errors import UsageError
@@ -79,6 +81,18 @@ def test_settings_and_rows_of_one_evaluation_are_listed(kept):
         ("n_neurons", "4", "20"),
         ("mass=1.1", "0 of 20 fell", "-"),
         ("push=0.8", "-", "3 of 20 fell"),
+    ]
+
+
+def test_files_seeds_and_versions_that_differ_are_listed(kept):
+    paths = [kept(name, row({})) for name in "ab"]
+    for path, digest, seeds in zip(paths, ("12ab", "34cd"), ([0, 1, 2], [5]), strict=True):
+        held = {"files": {"p.npz": digest}, "seeds": seeds, "versions": {"numpy": digest[:2]}}
+        write_json(path, {**json.loads(path.read_text()), **held, "chip": "loihi"})
+    assert [one[:3] for one in compare(*paths).differences] == [
+        ("seeds", "0 to 2", "5 to 5"),
+        ("digest of p.npz", "12ab", "34cd"),
+        ("version of numpy", "12", "34"),
     ]
 
 

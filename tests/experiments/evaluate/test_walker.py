@@ -1,7 +1,9 @@
 """Policies that walk episodes, exact and in spikes."""
 
 import dataclasses
+import gc
 import pickle
+import weakref
 from types import SimpleNamespace
 
 import numpy as np
@@ -67,6 +69,17 @@ def test_a_spiking_walker_repeats_an_episode_bit_for_bit_after_another(monkeypat
     again = walker.walk(NONE, 0.5, 3).plant.data.qpos
     np.testing.assert_array_equal(again, first)
     assert not np.array_equal(other, first)
+
+
+@pytest.mark.slow
+def test_a_walker_that_is_replaced_is_closed_and_freed(monkeypatch):
+    monkeypatch.setattr(walk_trial, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
+    options = dataclasses.replace(OPTIONS, backend="native")
+    settings = WalkSettings(n_neurons=2, calibrated=False)
+    first = weakref.ref(find_walker(settings, options))
+    find_walker(WalkSettings(), OPTIONS)
+    gc.collect()
+    assert first() is None
 
 
 @pytest.fixture

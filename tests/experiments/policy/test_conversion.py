@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from spikeport.commands.convert import lint_lines
 from spikeport.experiments.policy.conversion import Conversion, convert
 from spikeport.experiments.policy.lint import ConversionLint, LayerLint
 from spikeport.networks.loading.mlp import Mlp
@@ -39,6 +40,15 @@ def test_a_perceptron_is_measured_layer_by_layer(observations):
     assert 0.02 < converted.lint.chip_error < 0.4
     assert converted.activity.n_steps == 20 * 50
     assert converted.compilation.report.digest == converted.compilation.image.digest
+
+
+def test_a_layer_that_is_always_silent_has_no_relative_error(observations):
+    layers = (Layer(np.zeros((3, 4)), -np.ones(3)), Layer(np.ones((2, 3)), np.zeros(2)))
+    conversion = Conversion(Mlp(layers, "relu"), PolicyOptions(activation="relu"), observations)
+    lint = convert(conversion, "loihi", "compact", silent).lint
+    (layer,) = lint.layers
+    assert (layer.error, lint.action_error, lint.chip_error) == (None, None, None)
+    assert next(lint_lines(lint)) == "action: - off in float spikes, - on the chip"
 
 
 def test_a_unit_at_the_end_of_its_range_is_measured_at_its_largest_rate():

@@ -8,6 +8,7 @@ import pytest
 from spikeport.cache import NOTHING, Cache
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import Refitted
+from spikeport.experiments.options import Options
 from spikeport.experiments.policy import readout as module
 from spikeport.experiments.policy.calibration import METHOD, Walks
 from spikeport.experiments.policy.readout import calibrated, check_neurons, refitted
@@ -30,7 +31,7 @@ def trial(given, backend="native", cache=NOTHING, policy="spiking"):
     settings = SimpleNamespace(
         calibrated=given, conversion={}, network_seed=0, policy_options=None, policy=policy
     )
-    options = SimpleNamespace(backend=backend, substrate={}, chip="loihi", cache=cache)
+    options = Options(1.0, backend=backend, cache=cache)
     return SimpleNamespace(settings=settings, options=options, recorded={})
 
 

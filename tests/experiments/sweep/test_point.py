@@ -18,7 +18,7 @@ def run(tmp_path, monkeypatch):
     monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))
     worker = PointRun.new()
     yield lambda point: worker(point, str(tmp_path))
-    sweep_point.drop()
+    sweep_point.KEEPER.drop()
 
 
 @pytest.fixture

@@ -20,22 +20,24 @@ class Watched:
 
     def __init__(self, folder, series):
         self.folder, self.series = folder, series
-        self.url = ""
+        self.url, self.ends_whole, self.is_whole = "", True, None
         self._locked, self._announced, self._over = (threading.Event() for _ in range(3))
         self._threads = [threading.Thread(target=one) for one in (self._run, self._view)]
 
     def _run(self):
-        with run_folder.opened(self.folder, "walk") as folder:
+        with run_folder.opened(self.folder, "walk", overwrite=True) as folder:
             self._locked.set()
             self._announced.wait(60)
             while not self._over.wait(0.05):
                 watching.answer(folder, lambda: self.series.isel(time=slice(20)))
-            run_folder.write_probes(folder, self.series)
+            if self.ends_whole:
+                run_folder.write_probes(folder, self.series)
+                run_folder.write_result(folder, {})
 
     def _view(self):
         # The viewer takes the lock to look at it: if it did so first, the run would be refused.
         self._locked.wait(60)
-        live.watch(self.folder, "a <b>run</b> in d\udcff", self._announce)
+        self.is_whole = live.watch(self.folder, "a <b>run</b> in d\udcff", self._announce)
 
     def _announce(self, url):
         self.url = url
@@ -84,6 +86,16 @@ def test_a_page_serves_the_series_so_far_and_the_whole_series_at_the_end(watched
         assert until(watched.url, "on")["end_s"] == pytest.approx(0.095)
         watched.end()
         assert until(watched.url, "over")["end_s"] == pytest.approx(0.995)
+
+
+@pytest.mark.parametrize("ends_whole", [True, False])
+def test_a_run_that_wrote_nothing_is_told_from_an_earlier_one(watched, ends_whole):
+    watched.ends_whole = ends_whole
+    with run_folder.opened(watched.folder, "walk") as folder:
+        run_folder.write_result(folder, {})
+    with watched.begun():
+        pass
+    assert watched.is_whole == ends_whole
 
 
 def test_a_browser_that_disconnects_causes_no_error(watched, capsys):

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from spikeport.experiments.walk.metrics import metrics
+from spikeport.experiments.walk.metrics import metrics, to_the_end
 from spikeport.experiments.walk.paths import find_path
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
@@ -69,6 +69,11 @@ def test_the_path_error_grows_after_a_fall_while_the_reference_moves_on():
     assert (figures["falls"], figures["fallen_at_s"]) == (1, 2.0)
     assert figures["path_mse_m2"] == pytest.approx(np.mean(ahead_m**2) + 0.01)
     assert figures["cross_track_rms_m"] == pytest.approx(0.1, abs=1e-4)
+
+
+def test_a_run_that_is_no_multiple_of_the_physics_step_has_no_rows_of_a_fall():
+    run = walked(4.0, None)._replace(seconds=4.003)
+    assert len(to_the_end(run)[0]) == len(run.recording.position_m)
 
 
 def test_an_earlier_fall_has_a_larger_path_error():

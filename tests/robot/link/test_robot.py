@@ -8,6 +8,7 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 from spikeport.robot.link.codec import Command, decode_base, decode_state, encode_command
 from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
+from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands, Sensors
@@ -48,6 +49,15 @@ def test_ticks_count_milliseconds_and_begin_one_step_after_0() -> None:
         one.step()
         assert (one.tick, one.steps) == (2 * ticks, 1)
         assert decode_state(one.state())[0] == decode_base(one.truth()).tick == 2 * ticks
+
+
+def test_the_odometer_is_read_once_a_step() -> None:
+    one = robot(odometer=OdometerErrors())
+    first = one.odometry()
+    assert first is not None
+    assert one.odometry() == first
+    one.step()
+    assert one.odometry() != first
 
 
 def test_a_posture_beyond_a_joints_stops_is_refused() -> None:

@@ -108,7 +108,11 @@ def test_the_title_of_the_table_names_the_policy(
         (
             (*WALK, "--backend", "gpu"),
             "unknown backend of walk 'gpu'; choose from: analytic, board, "
-            "native, native-threads, nengo-loihi, reference, replay",
+            "native, native-threads, nengo-loihi, reference",
+        ),
+        (
+            (*WALK, "--backend", "replay"),
+            "backend replay: a record is of one run, not of an evaluation",
         ),
         (
             (*WALK, "--set", "push=0.8"),

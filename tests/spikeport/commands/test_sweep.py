@@ -149,7 +149,7 @@ def test_a_note_warns_of_a_cluster_without_certificates(spikeport, counted, tmp_
 
 
 KEYS = "appearance, box, calibrated, cb, efference_copy, m1, network_seed, preset, s1"
-BACKENDS = "analytic, board, native, native-threads, nengo-loihi, reference, replay"
+BACKENDS = "analytic, board, native, native-threads, nengo-loihi, reference"
 
 
 @pytest.mark.parametrize(
@@ -165,6 +165,11 @@ BACKENDS = "analytic, board, native, native-threads, nengo-loihi, reference, rep
         (
             ("--vary", "backend=native,brd"),
             f"unknown backend of reach 'brd'; choose from: {BACKENDS}",
+        ),
+        (("--backend", "replay"), "backend replay: a record is of one run, not of a sweep"),
+        (
+            ("--vary", "backend=native,replay"),
+            "backend replay: a record is of one run, not of a sweep",
         ),
         (("--backend", "brd"), f"unknown backend of reach 'brd'; choose from: {BACKENDS}"),
         (

@@ -1,0 +1,36 @@
+"""The network that a worker made last, kept for the next points that need it."""
+
+import threading
+from collections.abc import Callable
+from typing import Generic, Protocol, TypeVar
+
+
+class Closable(Protocol):
+    """An object with resources."""
+
+    def close(self) -> None:
+        """Free the resources."""
+
+
+C = TypeVar("C", bound=Closable)
+
+
+class Keeper(threading.local, Generic[C]):
+    """A place for one object with a key; each thread, and so each worker, has its own."""
+
+    def __init__(self) -> None:
+        self._key: object = None
+        self.kept: C | None = None
+
+    def get(self, key: object, make: Callable[[], C]) -> C:
+        """Return the object of that key; if another one is kept, close it and make this one."""
+        if self.kept is None or self._key != key:
+            self.drop()
+            self._key, self.kept = key, make()
+        return self.kept
+
+    def drop(self) -> None:
+        """Close the object that is kept, if there is one."""
+        kept, self.kept = self.kept, None
+        if kept is not None:
+            kept.close()
