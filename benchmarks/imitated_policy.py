@@ -49,8 +49,8 @@ def imitate(shipped: WalkingPolicy, seed: int) -> WalkingPolicy:
     try:
         for i in range(ROUNDS):
             observed.append(_walk(env, acting))
-            rate = _fit(network, shipped, np.concatenate(observed), EPOCHS)
-            print(f"round {i + 1} of {ROUNDS}: rms error {rate:.4f}", flush=True)
+            error = _fit(network, shipped, np.concatenate(observed), EPOCHS)
+            print(f"round {i + 1} of {ROUNDS}: rms error {error:.4f}", flush=True)
             acting = policy_of(network)
     finally:
         env.close()

@@ -22,15 +22,15 @@ import markdown_table
 from spikeport import cache
 from spikeport.experiments import registry
 from spikeport.experiments.sweep.plan import Point, Sweep
-from spikeport.experiments.sweep.point import PointRun, drop
+from spikeport.experiments.sweep.point import KEEPER, PointRun
 
 HEADS = ("points", "n", "single runs, CPU s", "a worker of a sweep, CPU s", "ratio")
 SEEDS = (0, 1, 2)
 
 
 def sweep(n_neurons: int, seconds: float, calibrated: bool, **settings: object) -> Sweep:
-    """Return a sweep of walks on the paper's path, with some seeds."""
-    fixed = {"path": "paper", "calibrated": calibrated, "n_neurons": n_neurons, **settings}
+    """Return a sweep of walks on the loop, with some seeds."""
+    fixed = {"path": "loop", "calibrated": calibrated, "n_neurons": n_neurons, **settings}
     return Sweep("walk", "native", "loihi", "compact", seconds, fixed, {}, SEEDS)
 
 
@@ -57,7 +57,7 @@ def compare(points: list[Point], folder: Path) -> tuple[float, float]:
     for point in points:
         together += seconds_of(lambda point=point: run(point, str(folder)))  # type: ignore[misc]
         singly += seconds_of(lambda point=point: single(point, folder))  # type: ignore[misc]
-    drop()
+    KEEPER.drop()
     return singly, together
 
 

@@ -135,7 +135,7 @@ def _share(x: float, y: float, limit: float) -> tuple[float, float]:
 
 
 def _yaw_rate(
-    turned: nengo.Node,
+    vector_and_angle: nengo.Node,
     command: nengo.Node,
     gains: FollowerGains,
     options: FollowerOptions,
@@ -143,7 +143,7 @@ def _yaw_rate(
     """Turn the error into the body frame, and decode the yaw rate from its bearing."""
     ahead_rad = AHEAD * gains.max_yaw_rate_rad_s / gains.kp_heading
     body = bearing_ensemble("body", options.n_bearing, options.bearing_rates, ahead_rad)
-    rotate(turned, body, Squares(options.n_square, options.rates, options.tau_fwd))
+    rotate(vector_and_angle, body, Squares(options.n_square, options.rates, options.tau_fwd))
     nengo.Connection(
         body,
         command,

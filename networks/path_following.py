@@ -24,6 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spikeport.angles import wrap
+
 REFERENCE_SIZE = 4
 STATE_SIZE = 5
 COMMAND_SIZE = 2
@@ -82,11 +84,6 @@ def _clipped(values: np.ndarray, low: float, high: float) -> np.ndarray:
     """Return values within limits; for single numbers, `numpy.clip` takes twice as long."""
     clipped: np.ndarray = np.minimum(np.maximum(values, low), high)
     return clipped
-
-
-def wrap(angle: ArrayLike) -> np.ndarray:
-    """Return the equivalent angle in [-pi, pi); both in rad."""
-    return (np.asarray(angle) + np.pi) % (2 * np.pi) - np.pi
 
 
 def exact_command(gains: FollowerGains, reference: ArrayLike, state: ArrayLike) -> np.ndarray:

@@ -47,12 +47,12 @@ class Squares:
     tau: float
 
 
-def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
+def rotate(vector_and_angle: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
     """Connect a vector and an angle to the ensemble of the vector turned back by that angle.
 
     Parameters
     ----------
-    turned : nengo.Node or view of one, 4 dimensions
+    vector_and_angle : nengo.Node or view of one, 4 dimensions
         The vector, no longer than 1, and cosine and sine of the angle.
     body : nengo.Ensemble, 2 dimensions
         Receives the vector turned backwards.
@@ -61,7 +61,7 @@ def rotate(turned: nengo.Node, body: nengo.Ensemble, squares: Squares) -> None:
     """
     for number, (half, share) in enumerate(zip(HALVES, ROTATION.T, strict=True)):
         square = _half(f"square {number + 1}", squares)
-        nengo.Connection(turned, square, transform=half[np.newaxis], synapse=None)
+        nengo.Connection(vector_and_angle, square, transform=half[np.newaxis], synapse=None)
         nengo.Connection(
             square, body, function=np.square, transform=share[:, np.newaxis], synapse=squares.tau
         )

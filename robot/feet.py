@@ -4,8 +4,9 @@ import numpy as np
 
 from spikeport.robot.engine import mujoco
 
-SIDES = ("left", "right")
-_PARTS = ("heel", "toe")
+SIDES, PARTS = ("left", "right"), ("heel", "toe")
+POINTS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
+"""Contact shapes of the feet, by their names in h1.xml: a sphere and a capsule across the foot."""
 
 
 class Feet:
@@ -18,7 +19,7 @@ class Feet:
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        parts = [[model.geom(f"{side}_{part}").id for part in _PARTS] for side in SIDES]
+        parts = [[model.geom(f"{side}_{part}").id for part in PARTS] for side in SIDES]
         self._foot = {geom: foot for foot, geoms in enumerate(parts) for geom in geoms}
 
     def on_floor(self, data: mujoco.MjData) -> np.ndarray:

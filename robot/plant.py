@@ -11,12 +11,12 @@ from spikeport.robot import actuators
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS, load
 from spikeport.robot.divergence import Watch
 from spikeport.robot.engine import mujoco
+from spikeport.robot.feet import POINTS
 from spikeport.robot.history import History
 from spikeport.robot.state import PELVIS, RobotState, read
 
 DAMPING_KD = 8.0
 """In N m s/rad. Source: unitree_rl_gym, the damping command of its deployment."""
-_FEET = ("left_heel", "left_toe", "right_heel", "right_toe")
 
 
 class Plant:
@@ -277,7 +277,7 @@ class Plant:
         """Return the height of the feet's lowest point; contact shapes are capsules."""
         mujoco.mj_kinematics(self.model, self.data)
         heights = []
-        for name in _FEET:
+        for name in POINTS:
             size, placed = self.model.geom(name).size, self.data.geom(name)
             floor_m = self._floor_m(placed.xpos)
             heights.append(placed.xpos[2] - floor_m - size[0] - size[1] * abs(placed.xmat[8]))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spikeport.angles import wrap
 from spikeport.arrays import Flags, Floats
 from spikeport.robot.walk_interface import COMMAND_CHANGE_PER_S, CONTROL_DT_S
 
@@ -87,7 +88,7 @@ class Commands:
         self.draw(self._left_s <= 0)
         r, turning = self._ranges, self._follows_heading
         # The error along the shorter way round.
-        error = (self._direction_rad - heading_rad + np.pi) % (2 * np.pi) - np.pi
+        error = wrap(self._direction_rad - heading_rad)
         wz = np.clip(r.heading_gain * error, -r.wz_rad_s, r.wz_rad_s)
         self.wanted[turning, 2] = wz[turning]
         per_s = np.where(self._jumps[:, None], np.inf, COMMAND_CHANGE_PER_S)

@@ -26,7 +26,9 @@ class Evaluation:
     ``fallen`` of ``episodes`` robots fell; the errors are means of |vx* - vx| and |wz* - wz|,
     smoothed over 0.2 s, 1 s after each change of command left out; ``clearance_m`` is the mean
     height of a foot's highest point in a step, ``steps_per_s`` the rate of touch-downs, both while
-    asked to walk; ``standing_steps_per_s`` is that rate while asked to stand.
+    commanded to walk ahead at more than 0.2 m/s; ``standing_steps_per_s`` is that rate while
+    commanded to stand. The measures of `spikeport.experiments.evaluate` have other rules: they do
+    not compare with these.
     """
 
     episodes: int

@@ -5,7 +5,7 @@ import numpy as np
 from spikeport.robot import actuators
 from spikeport.robot.description import GAINS, JOINTS, MODEL_PATH
 from spikeport.robot.engine import mujoco
-from spikeport.robot.feet import SIDES
+from spikeport.robot.feet import PARTS, SIDES
 from spikeport.robot.foot_sensors import add_foot_sensors
 
 HEEL_RADIUS_M, TOE_RADIUS_M = 0.02, 0.015
@@ -54,5 +54,5 @@ def _add_ground(spec: mujoco.MjSpec, foot: str, plane: str, bit: int) -> None:
         conaffinity=0,
         priority=1,
     )
-    for part in ("heel", "toe"):
+    for part in PARTS:
         spec.geom(f"{foot}_{part}").conaffinity = bit

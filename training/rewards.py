@@ -188,7 +188,7 @@ def late_lift(s: Step) -> Floats:
 
 
 def long_air(s: Step) -> Floats:
-    """Return whether a foot is up longer than ``longest_step_s``."""
+    """Return 1 with a foot up longer than ``longest_step_s``."""
     return (s.gait.air_s > s.settings.longest_step_s).any(axis=1).astype(float)
 
 
@@ -220,7 +220,7 @@ def clearance(s: Step) -> Floats:
 
 
 def high_foot(s: Step) -> Floats:
-    """Return the height of each foot beyond ``high_m``."""
+    """Return the heights of the feet beyond ``high_m``, added up."""
     return _sum(np.clip(s.feet.height_m - s.settings.high_m, 0.0, None))
 
 
@@ -245,7 +245,7 @@ def stand(s: Step) -> Floats:
 
 
 def restless(s: Step) -> Floats:
-    """Return the heights of the feet, if asked to stand on even ground.
+    """Return the heights of the feet, added up, if asked to stand on even ground.
 
     Ankles of 40 N m hardly balance a robot on a slope, so steps cost nothing there.
     """

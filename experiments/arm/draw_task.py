@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.experiments.arm.strokes import arc_length, unit_stroke
+from spikeport.robot.perturbation import PHYSICS_DT_S
 
 APPROACH_S = 1.5
 REST_S = 0.5
@@ -50,7 +51,26 @@ class Sheet:
         return self.place(unit_stroke(digit))
 
 
-class DrawTask:
+class Way:
+    """A target that moves along a way, and then rests at its end.
+
+    Parameters
+    ----------
+    places : (n, 3) array
+        The place at each physics step, in m.
+    """
+
+    def __init__(self, places: np.ndarray) -> None:
+        self._places = places
+        self.target = places[0]
+
+    def update(self, time_s: float, _hand: np.ndarray) -> None:
+        """Move the target on."""
+        step = min(round(time_s / PHYSICS_DT_S), len(self._places) - 1)
+        self.target = self._places[step]
+
+
+class DrawTask(Way):
     """A stroke, approached and drawn in a set time.
 
     Parameters
@@ -61,41 +81,29 @@ class DrawTask:
         The hand's place at the start, in m.
     seconds : float
         Time of the whole run.
-    dt_s : float
-        Time step of the pen.
     """
 
     begin_s = APPROACH_S + REST_S
     """The time at which the pen begins to draw."""
 
-    def __init__(
-        self, stroke: np.ndarray, hand: np.ndarray, seconds: float, dt_s: float = 0.005
-    ) -> None:
+    def __init__(self, stroke: np.ndarray, hand: np.ndarray, seconds: float) -> None:
         self.stroke = stroke
         draw_s = seconds - self.begin_s - REST_S
-        approach = hand + np.outer(minimum_jerk(APPROACH_S, dt_s), stroke[0] - hand)
-        rest = np.repeat(stroke[:1], round(REST_S / dt_s), axis=0)
-        self._way = np.vstack([approach, rest, _along(stroke, draw_s, dt_s)])
-        self._dt_s = dt_s
-        self.target = self._way[0]
-
-    def update(self, time_s: float, _hand: np.ndarray) -> None:
-        """Move the pen on."""
-        # The pen rests at the end of the stroke for as long as the run goes on.
-        step = min(round(time_s / self._dt_s), len(self._way) - 1)
-        self.target = self._way[step]
+        approach = hand + np.outer(minimum_jerk(APPROACH_S), stroke[0] - hand)
+        rest = np.repeat(stroke[:1], round(REST_S / PHYSICS_DT_S), axis=0)
+        super().__init__(np.vstack([approach, rest, _along(stroke, draw_s)]))
 
 
-def minimum_jerk(seconds: float, dt_s: float) -> np.ndarray:
+def minimum_jerk(seconds: float, dt_s: float = PHYSICS_DT_S) -> np.ndarray:
     """Return the share of the way at every step, (n,)."""
     tau = np.arange(0.0, seconds, dt_s) / seconds
     # Flash and Hogan 1985: speed and acceleration are zero at both ends.
     return tau**3 * (10 - 15 * tau + 6 * tau**2)
 
 
-def _along(stroke: np.ndarray, seconds: float, dt_s: float) -> np.ndarray:
-    """Return the pen's place on a stroke at every step, (m, 3)."""
-    times = np.arange(0.0, seconds + dt_s, dt_s)
+def _along(stroke: np.ndarray, seconds: float) -> np.ndarray:
+    """Return the pen's place on a stroke at every physics step, (m, 3)."""
+    times = np.arange(0.0, seconds + PHYSICS_DT_S, PHYSICS_DT_S)
     speed = np.clip(np.minimum(times, seconds - times) / RAMP_S, 0.0, 1.0)
     # Divided by the sum, so that the pen reaches the end with any time step.
     done = np.cumsum(speed) / speed.sum()

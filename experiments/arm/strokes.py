@@ -1,11 +1,8 @@
-"""The reference strokes of the ten digits: smooth curves of unit speed in a unit box.
+"""The reference strokes of the ten digits: smooth curves in a unit box.
 
-A stroke's points are joined by a cubic spline, then measured along its length,
-
-    s(u) = integral_0^u |c'(v)| dv,    c(s / s_end) for s in [0, s_end]
-
-so that a pen which moves evenly along ``s`` draws it at an even speed. The points are data
-(``strokes.toml``); x runs from left to right and y from bottom to top.
+A stroke's points are joined by a cubic spline over the square roots of their distances (centripetal
+parameters), which makes no loops between near points. The points are data (``strokes.toml``); x
+runs from left to right and y from bottom to top.
 """
 
 from functools import cache

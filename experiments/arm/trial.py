@@ -218,7 +218,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         return Scenes(self._marks(run.recording))
 
     def _marks(self, recording: ArmRecording) -> Marks:
-        """Mark the target and the recent trace of the hand, thinned if it is long."""
+        """Mark the target, and at most every second place of the hand's recent trace."""
 
         def marks(end: int) -> list[Mark]:
             now_s = recording.time_s[end - 1]

@@ -6,6 +6,7 @@ import numpy as np
 
 from spikeport.experiments.evaluate.stage import EpisodeRecording, Stage
 from spikeport.experiments.walk.metrics import smoothed
+from spikeport.robot.feet import POINTS, SIDES
 from spikeport.robot.foot_sensors import FootReadings, readings
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
 from spikeport.robot.perturbed_plant import PerturbedPlant
@@ -140,11 +141,8 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
 def _soles(plant: PerturbedPlant, feet: FootReadings) -> tuple[np.ndarray, np.ndarray]:
     """Return heights (n, 2) above the floor, and speeds, of the lower of heel and toe."""
     places = feet.points
-    radii = [
-        [plant.model.geom(f"{side}_{part}").size[0] for part in ("heel", "toe")]
-        for side in ("left", "right")
-    ]
-    heights = places[..., 2] - np.array(radii) - plant.floor_m(places[..., 0], places[..., 1])
+    radii = np.reshape([plant.model.geom(name).size[0] for name in POINTS], (len(SIDES), -1))
+    heights = places[..., 2] - radii - plant.floor_m(places[..., 0], places[..., 1])
     speeds = np.linalg.norm(feet.velocities[..., :2], axis=-1)
     # The lower one bears the load: its height is the clearance, its speed the slip.
     lower = heights.argmin(axis=2)[..., None]

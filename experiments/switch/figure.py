@@ -28,6 +28,7 @@ from spikeport.experiments.switch.nuclei_figure import (
 from spikeport.experiments.switch.picture import COLOURS, middles
 from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.experiments.switch.work_figure import TEMPLATE, draw_work
+from spikeport.plots import legend_once
 
 MOMENT = "0.35"
 COLUMNS, OVER_TIME = 16, slice(0, 12)
@@ -163,6 +164,4 @@ def _draw_way(axes: Axes, run: SwitchRun) -> None:
     axes.plot(*run.recording.position_m.T, color=COLOURS["walk"], lw=2, label="pelvis")
     axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     axes.set_adjustable("datalim")
-    handles, labels = axes.get_legend_handles_labels()
-    once = dict(zip(labels, handles, strict=True))
-    axes.legend(once.values(), once.keys(), loc="upper left", ncols=2, frameon=False)
+    legend_once(axes, loc="upper left", ncols=2)

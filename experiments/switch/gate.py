@@ -63,12 +63,15 @@ class Workplace:
     def begin(self, goal: Goal) -> None:
         """Begin a phase now."""
         self._draws, self._begin_s = goal.phase.arm == "digit", goal.phase.begin_s
-        frame = self._frame(self._torso_frame())
+        torso = self._torso_frame()
+        self._move_sheet(torso)
+        frame = self._frame(torso)
         self.task = goal.task(frame.local(self._plant.hand_position()))
 
     def places(self) -> tuple[np.ndarray, np.ndarray]:
         """Return hand and target (3,) in the torso's frame; both are the hand in walking phases."""
         torso = self._torso_frame()
+        self._move_sheet(torso)
         frame = self._frame(torso)
         self.hand = self._plant.hand_position()
         self.local_hand = frame.local(self.hand)
@@ -84,15 +87,18 @@ class Workplace:
     def _torso_frame(self) -> Frame:
         return Frame.of_torso(self._plant.data, self._torso)
 
+    def _move_sheet(self, torso: Frame) -> None:
+        """Move the sheet with the torso until the pen is down, and slowly behind it from then on.
+
+        So strides do not shake the drawing.
+        """
+        if self._draws:
+            now, pen_down = torso.upright(), self._since_s > DrawTask.begin_s
+            self.sheet = self.sheet.following(now, self._plant.dt_s) if pen_down else now
+
     def _frame(self, torso: Frame) -> Frame:
         """Return the frame of the task: the sheet while drawing, else the torso."""
-        if not self._draws:
-            return torso
-        # The sheet moves with the torso until the pen is down; then it follows slowly, so that
-        # strides do not shake the drawing.
-        now, pen_down = torso.upright(), self._since_s > DrawTask.begin_s
-        self.sheet = self.sheet.following(now, self._plant.dt_s) if pen_down else now
-        return self.sheet
+        return self.sheet if self._draws else torso
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from spikeport.errors import UsageError
-from spikeport.experiments.arm.draw_task import DrawTask, Sheet, minimum_jerk
+from spikeport.experiments.arm.draw_task import DrawTask, Sheet, Way, minimum_jerk
 from spikeport.experiments.arm.reach_task import BOXES, ReachTask
 from spikeport.experiments.arm.recording import ArmTask
 from spikeport.experiments.switch.schedule import Phase, Schedule
@@ -99,7 +99,7 @@ def hanging_hand() -> np.ndarray:
     return ArmDynamics().at([DEFAULT_POSE[joint] for joint in ARM_JOINTS]).position
 
 
-class RetractTask:
+class RetractTask(Way):
     """A smooth move of the hand back to its place while walking.
 
     Parameters
@@ -108,17 +108,9 @@ class RetractTask:
         The hand's place at the start, in m.
     seconds : float
         Time of the whole phase.
-    dt_s : float
-        Time step of the target.
     """
 
-    def __init__(self, hand: np.ndarray, seconds: float, dt_s: float = 0.005) -> None:
+    def __init__(self, hand: np.ndarray, seconds: float) -> None:
         self.end = hanging_hand()
-        share = minimum_jerk(seconds - RETRACT_REST_S, dt_s)
-        self._way = np.vstack([hand + np.outer(share, self.end - hand), self.end])
-        self._dt_s = dt_s
-        self.target = self._way[0]
-
-    def update(self, time_s: float, _hand: np.ndarray) -> None:
-        """Move the target on."""
-        self.target = self._way[min(round(time_s / self._dt_s), len(self._way) - 1)]
+        share = minimum_jerk(seconds - RETRACT_REST_S)
+        super().__init__(np.vstack([hand + np.outer(share, self.end - hand), self.end]))

@@ -12,6 +12,7 @@ from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.walk.paths import find_path
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.experiments.walk.settings import WalkSettings
+from spikeport.plots import legend_once
 from spikeport.reading.hdf5 import read_dataset
 from spikeport.reading.mismatch import MismatchError, shown
 
@@ -32,10 +33,7 @@ def figure(sweep: Sweep, folder: SweepFolder, table: xr.Dataset) -> Figure:
             _draw_trace(axes, folder, point)
     axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
     axes.set_adjustable("datalim")
-    handles, labels = axes.get_legend_handles_labels()
-    # One entry in the legend for the traces of all seeds.
-    once = dict(zip(labels, handles, strict=True))
-    axes.legend(once.values(), once.keys(), frameon=False)
+    legend_once(axes)
     figure.suptitle(_title(sweep, table))
     return figure
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from spikeport.robot.estimator import group
 from spikeport.robot.estimator.group import Pose
-from spikeport.robot.estimator.legs import POINTS
+from spikeport.robot.feet import POINTS
 
 VELOCITY, PLACE, FIRST_CONTACT = 0, 1, 2
 """Rows of the vectors of a pose."""

@@ -25,10 +25,11 @@ from spikeport.robot.estimator.contacts import ContactDetector, ContactLimits
 from spikeport.robot.estimator.external_fix import FixNoise, displaced, fixed
 from spikeport.robot.estimator.footholds import Points
 from spikeport.robot.estimator.group import Pose, hat
-from spikeport.robot.estimator.legs import POINTS, WAIST, Legs, Soles
+from spikeport.robot.estimator.legs import WAIST, Legs, Soles
 from spikeport.robot.estimator.propagation import ImuNoise, propagated
 from spikeport.robot.estimator.start import start
 from spikeport.robot.estimator.torso import IMU_OFFSET_M, waist_rotation
+from spikeport.robot.feet import POINTS
 from spikeport.robot.link.signals import Sensors
 from spikeport.robot.state import RobotState
 
@@ -83,7 +84,7 @@ class ContactAidedEkf:
     belief : Belief
         State of the IMU with its uncertainty.
     standing : ndarray, (4,) of bool
-        The points of ``legs.POINTS`` that stand.
+        The points of ``feet.POINTS`` that stand.
     """
 
     belief: Belief

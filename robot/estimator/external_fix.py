@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spikeport.angles import wrap
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.belief import (
     N_ERRORS,
@@ -53,9 +54,7 @@ def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Observ
         turned = rotation @ waist_rotation(waist_rad).T
         x, y, _ = ahead = turned[:, 0]
         sensitivity[3, ROTATION] = (np.array([-y, x, 0.0]) @ -hat(ahead)) / (x * x + y * y)
-        error_rad = fix.yaw_rad - heading_rad(turned)
-        # The short way round, from -pi to pi.
-        innovation[3] = (error_rad + np.pi) % (2 * np.pi) - np.pi
+        innovation[3] = wrap(fix.yaw_rad - heading_rad(turned))
         size = 4
     deviations = np.array([*3 * (noise.position_m,), noise.yaw_rad])[:size]
     return Observation(innovation[:size], sensitivity[:size], np.diag(deviations**2))

@@ -11,10 +11,7 @@ import numpy as np
 
 from spikeport.robot.description import JOINTS, MODEL_PATH
 from spikeport.robot.engine import mujoco
-from spikeport.robot.feet import SIDES
-
-POINTS = tuple(f"{side}_{part}" for side in SIDES for part in ("heel", "toe"))
-"""Contact shapes of the feet, by their names in h1.xml: a sphere and a capsule across the foot."""
+from spikeport.robot.feet import POINTS
 
 LEG_JOINTS = 10
 WAIST = JOINTS.index("torso")

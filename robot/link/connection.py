@@ -130,13 +130,13 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
         If a stub does not start, or DDS cannot begin.
     """
     options.check()
-    if needed(options.estimates) is ODOMETRY:
+    needs = needed(options.estimates)
+    if needs is ODOMETRY:
         settings = dataclasses.replace(settings, odometer=OdometerErrors())
     if options.robot == INLINE:
         faults = [FAULTS.parse(text) for text in options.faults]
         return InlineRobot(LockStep(SimulatedRobot(settings), faults))
     pace = Pace(1 / settings.rate_hz, priority=options.priority) if options.real_time else None
-    needs = needed(options.estimates)
     if options.robot == STUB:
         # The stub always publishes its truth, by which a run is judged: wait for it, unless the
         # estimator needs odometry.

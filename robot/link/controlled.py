@@ -117,7 +117,7 @@ class ControlledRobot(RealTimeRobot):
     def _answer(self, last: Observed) -> MotorCommands:
         """Return the controller's command; a held observation keeps its age."""
         for event in self._terminal.events():
-            self._controller.press(event)
+            self._controller.happen(event)
         held, self._answered_tick = last.tick == self._answered_tick, last.tick
         # A new state is judged at the time it came, a held one at the present time.
         now_s = self._clock.now() if held else self._seen_s

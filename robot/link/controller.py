@@ -61,10 +61,6 @@ class Controller:
         self._last_time_s, self._last_s = -math.inf, 0.0
         self._keys: frozenset[str] | None = None
 
-    def press(self, event: Event) -> None:
-        """Handle an event of the user."""
-        self._happen(event)
-
     def answer(self, sensors: Sensors, remote: bytes, now_s: float) -> MotorCommands:
         """Return the command that answers an observation.
 
@@ -82,7 +78,7 @@ class Controller:
         self.watch(now_s)
         if sensors.time_s > self._last_time_s:
             self._last_time_s, self._last_s = sensors.time_s, now_s
-            self._happen(Event.OBSERVED)
+            self.happen(Event.OBSERVED)
             self._take_remote(remote)
             self._sent = self._command(sensors, now_s)
         return self._sent
@@ -101,9 +97,10 @@ class Controller:
     def refuse(self, reason: str) -> None:
         """Count a refusal, and damp a moving robot."""
         self.refused, self.refusals = reason, self.refusals + 1
-        self._happen(Event.REFUSED, reason)
+        self.happen(Event.REFUSED, reason)
 
-    def _happen(self, event: Event, reason: str = "") -> None:
+    def happen(self, event: Event, reason: str = "") -> None:
+        """Handle an event, of the user or of the observations; ``reason`` explains a refusal."""
         before, self.state = self.state, after(self.state, event)
         if self.state is before:
             return
@@ -123,7 +120,7 @@ class Controller:
         # Keys that are down in the first message were not pressed for this controller.
         before, self._keys = now if self._keys is None else self._keys, now
         for event in pressed(before, now):
-            self._happen(event)
+            self.happen(event)
 
     def _at_rest(self) -> MotorCommands:
         """Return the command of a state that needs no observation."""
@@ -145,7 +142,7 @@ class Controller:
         """Return the way to the default pose: q = q_0 + s (pose - q_0), s from 0 to 1."""
         share = min((now_s - self._ramp_since_s) / RAMP_S, 1.0)
         if share == 1.0:
-            self._happen(Event.RAMPED)
+            self.happen(Event.RAMPED)
         begun = self._ramp_from_rad
         return HOLD._replace(q=begun + share * (_POSE_RAD - begun))
 

@@ -5,6 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
+from spikeport.angles import wrap
 from spikeport.errors import RobotLostError, unknown
 from spikeport.robot.estimator.base import Fix, StateEstimator
 from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf
@@ -179,8 +180,7 @@ def apart(found: RobotState, true: RobotState) -> tuple[float, float]:
     turn_rad = in_plane(found)[0] - in_plane(true)[0]
     return (
         float(np.linalg.norm(found.base_position - true.base_position)),
-        # The short way round, from 0 to pi.
-        float(abs((turn_rad + np.pi) % (2 * np.pi) - np.pi)),
+        float(abs(wrap(turn_rad))),
     )
 
 

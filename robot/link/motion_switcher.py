@@ -74,14 +74,13 @@ class MotionSwitcher:
             time.sleep(PAUSE_S)
 
     def _is_there(self) -> bool:
+        """Return whether a motion switcher is there, within `FOUND_S`."""
         until = time.monotonic() + FOUND_S
-        # Both: DDS finds ends one by one, and a request is lost until its reader is found.
-        while not (self._requests.n_readers and self._responses.writers):
-            if time.monotonic() > until:
-                break
+        while time.monotonic() < until:
+            # Both: DDS finds ends one by one, and a request is lost until its reader is found.
+            if self._requests.n_readers and self._responses.writers:
+                return True
             time.sleep(SLICE_S)
-        else:
-            return True
         if self._required:
             raise BackendError(
                 f"no motion switcher within {FOUND_S:g} s: a robot in sport mode would be "

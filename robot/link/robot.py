@@ -266,7 +266,9 @@ class SimulatedRobot:
 
     def odometry(self) -> bytes | None:
         """Return the message of its odometer, which is read once a step; None without one."""
-        if self._odometer is not None and self._read_at != self.steps:
+        if self._odometer is None:
+            return None
+        if self._read_at != self.steps:
             self._odometry = encode_base(self._odometer.read(self._base()))
             self._read_at = self.steps
         return self._odometry

@@ -86,8 +86,8 @@ class Interface:
             self._odometry.write(messages.odometry)
         self._states.write(messages.state)
 
-    def is_over(self, writers: list[int]) -> bool:
-        """Return whether the controller is gone for good, or never came, by the present writers."""
+    def note(self, writers: list[int]) -> bool:
+        """Note who writes now; return whether the controller is gone for good, or never came."""
         now = time.monotonic()
         if writers:
             self._met, self._alone_since = True, now
@@ -197,7 +197,7 @@ def serve_lock_step(
             continue
         attendant.look()
         writers = interface.commands.writers  # read once: a controller may leave between two reads
-        if interface.is_over(writers):
+        if interface.note(writers):
             return
         if robot.robot.is_left(writers):
             report()
@@ -234,5 +234,5 @@ def serve_real_time(
             writers = interface.commands.writers
             if robot.is_left(writers):
                 robot.forget_writer()
-            if interface.is_over(writers):
+            if interface.note(writers):
                 return

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from spikeport.networks.path_following import FollowerGains, exact_command, gains_for, wrap
+from spikeport.networks.path_following import FollowerGains, exact_command, gains_for
 
 GAINS = FollowerGains(kp_speed=1.25, kd_speed=0.1, kp_heading=2.5)
 
@@ -42,12 +42,6 @@ def test_the_speed_has_limits():
     assert command(here, [0, 0, 0, 0, 0])[0] == 0.01
     assert command(far, [0, 0, 0, 0, 0])[0] == 1
     assert GAINS.reach_m == 0.8
-
-
-def test_wrap_returns_angles_from_minus_pi_to_below_pi():
-    assert wrap([np.pi, -np.pi, 3 * np.pi / 2, 0.5]).tolist() == pytest.approx(
-        [-np.pi, -np.pi, -np.pi / 2, 0.5]
-    )
 
 
 def test_commands_for_many_states_equal_those_for_each_state():

@@ -11,6 +11,7 @@ EVERYONE = {
         "errors",
         "extras",
         "atomic",
+        "angles",
         "arrays",
         "cache",
         "child",

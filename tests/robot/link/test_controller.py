@@ -174,7 +174,7 @@ def test_a_stop_does_not_take_its_reason_from_an_earlier_refusal(robot):
     assert robot.controller.damped_for == "its checksum is wrong"
     robot.send("L1", "R1")
     robot.to(State.RUN)
-    robot.controller.press(Event.STOP)
+    robot.controller.happen(Event.STOP)
     assert robot.controller.state is State.DAMPING
     assert robot.controller.damped_for == ""
     assert robot.controller.refused == "its checksum is wrong"
@@ -182,7 +182,7 @@ def test_a_stop_does_not_take_its_reason_from_an_earlier_refusal(robot):
 
 def test_the_stop_key_of_a_terminal_counts_even_if_no_newer_state_comes(robot):
     robot.to(State.RUN)
-    robot.controller.press(Event.STOP)
+    robot.controller.happen(Event.STOP)
     assert same(robot.again(STANDING._replace(time_s=robot.time_s)), DAMPING)
 
 
@@ -201,7 +201,7 @@ def test_damping_lasts_until_arming_again_restarts_the_controller(robot):
 
 def test_a_robot_that_reboots_while_damped_can_be_armed_again(robot):
     robot.to(State.DAMPING)
-    robot.controller.press(Event.REARM)
+    robot.controller.happen(Event.REARM)
     robot.time_s = 0.0
     assert same(robot.send(), ZERO_TORQUE)
     assert robot.controller.state is State.ZERO_TORQUE
