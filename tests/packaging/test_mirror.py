@@ -34,12 +34,10 @@ IN_RUNS = {
     "experiments/evaluate/stage.py",
     "experiments/switch/controller.py",
     "experiments/switch/figure.py",
-    "experiments/switch/nuclei_figure.py",
     "experiments/switch/picture.py",
     "experiments/switch/recording.py",
     "experiments/switch/settings.py",
     "experiments/walk/controller.py",
-    "experiments/walk/figure.py",
     "experiments/walk/settings.py",
 }
 """Modules of experiments that have no test but runs of the experiment: `test_trial`, `test_reach`,

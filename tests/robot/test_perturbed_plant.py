@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from spikeport.robot.description import JOINTS
+from spikeport.robot.engine import mujoco
 from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
+from spikeport.robot.pushes import Pushes
 from spikeport.robot.state import in_plane
 
 
@@ -95,6 +97,17 @@ def test_a_push_changes_the_horizontal_velocity():
         plant.step()
         speeds.append(np.linalg.norm(plant.data.qvel[:2]))
     assert max(np.diff(speeds)) > 0.2
+
+
+def test_the_floor_brakes_a_pushed_robot_by_its_velocity_after_the_push(monkeypatch):
+    pushed, moving = moved(PerturbedPlant(NONE)), moved(Plant())
+    push_m_s = np.array([0.5, 0.2])
+    monkeypatch.setattr(Pushes, "due", lambda *_: push_m_s)
+    moving.data.qvel[:2] += push_m_s
+    mujoco.mj_forward(moving.model, moving.data)
+    for each in (pushed, moving):
+        each.step()
+    np.testing.assert_allclose(pushed.data.qvel, moving.data.qvel, atol=1e-6)
 
 
 def test_bodies_and_motors_are_altered(plain):

@@ -55,6 +55,13 @@ def test_steps_are_counted_and_their_clearance_is_the_highest_lift():
     assert result.steps_per_s == pytest.approx(1 / 0.08)
 
 
+def test_each_step_counts_with_its_own_highest_lift():
+    down = robots(0.5, 0.2, 2.0, touched=True)
+    high, low = (robots(0.5, 0.2, 2.0, lifted_m=height) for height in (0.11, 0.05))
+    result = tallied(high, down, low, down)
+    assert result.clearance_m == pytest.approx(0.08)  # the mean of 11 cm and 5 cm
+
+
 def test_a_walk_without_a_step_has_no_clearance():
     assert tallied(robots(0.5, 0.2, 2.0)).clearance_m == 0
 

@@ -49,9 +49,10 @@ def test_draws_are_within_their_ranges_and_lengths_stay(nominal):
         scale = other.dof_armature[6:] / nominal.dof_armature[6:]
         assert np.ptp(scale) < 1e-9
         assert 0.3 <= scale[0] <= 1.1
-        gain = other.actuator_gainprm[:, 0] / model.KP
-        assert 0.9 <= gain.min() < gain.max() <= 1.1
-        assert np.array_equal(other.actuator_biasprm[:, 1], -other.actuator_gainprm[:, 0])
+        kp, kd = other.actuator_gainprm[:, 0], -other.actuator_biasprm[:, 2]
+        for gain in (kp / model.KP, kd / model.KD):
+            assert 0.9 <= gain.min() < gain.max() <= 1.1
+        assert np.array_equal(other.actuator_biasprm[:, 1], -kp)
         assert abs(other.body_mass[torso] - nominal.body_mass[torso]) <= 2.0
         assert np.abs(other.body_ipos[torso] - nominal.body_ipos[torso]).max() <= 0.02
         assert np.array_equal(other.body_pos, nominal.body_pos)

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from operator import attrgetter
 from types import SimpleNamespace
 
 import numpy as np
@@ -38,7 +39,7 @@ def standing():
         lifted=np.zeros((1, 2), bool),
         both_s=np.zeros(1),
     )
-    still = np.zeros((1, 19))
+    newest, last, oldest, acceleration, torque = np.zeros((5, 1, 19))
     return Step(
         motion=motion,
         feet=feet,
@@ -52,9 +53,9 @@ def standing():
         velocity=np.zeros((1, 2)),
         yaw_rate=np.zeros(1),
         drift=np.array([[0.06, 0.08, 0.0]]),
-        actions=(still, still, still),
-        joint_acceleration=still,
-        torque_nm=still,
+        actions=(newest, last, oldest),
+        joint_acceleration=acceleration,
+        torque_nm=torque,
         fallen=np.array([False]),
         settings=SETTINGS,
     )
@@ -122,9 +123,36 @@ def test_a_low_foot_that_moves_costs(standing):
     assert value("slide", standing) == 2
 
 
-def test_a_flight_with_both_feet_in_the_air_costs(standing):
-    standing.feet.contact[0] = False
-    assert value("flight", standing) == 1
+FLIGHT = {"feet.contact": [False, False], "feet.height_m": [0.05, 0.05]}
+
+
+@pytest.mark.parametrize(
+    ("term", "changes", "expected"),
+    [
+        ("fall", {"fallen": [True]}, 1),
+        ("alive", {"fallen": [True]}, 0),
+        ("long_air", {"gait.air_s": [0.5, 0.6]}, 1),  # longer than 0.55 s
+        ("long_air", {"gait.air_s": [0.5, 0.5]}, 0),
+        ("high_foot", {"feet.height_m": [0.10, 0.20]}, 0.04),  # 4 cm beyond 16 cm
+        ("flight", {"feet.contact": [False, True]}, 0),
+        ("flight", FLIGHT, 1),
+        # Only a robot on one foot gains by a step.
+        ("lift", FLIGHT, 0),
+        ("air_time", {"feet.contact": [False, False], "gait.air_s": [0.3, 0.2]}, 0),
+        ("impact", {"feet.force_n": [800.0, 500.0]}, 100),  # beyond 700 N
+        ("impact", {"feet.force_n": [9000.0, 800.0]}, 1100),  # up to 1,000 N, and 100 N
+        ("low_pelvis", {"pelvis_m": [0.9]}, 0.05),  # below 0.95 m
+        ("tilt", {"motion.gravity": [0.1, 0.2, -0.9]}, 0.05),  # 0.01 + 0.04
+        ("sway", {"motion.turn_rate": [0.1, 0.2, 0.7]}, 0.05),  # a turn about z is no sway
+        ("bounce", {"motion.level_velocity": [0.5, 0.4, -0.3]}, 0.09),
+        ("acceleration", {"joint_acceleration": [3.0, -4.0]}, 25),  # 9 + 16
+        ("torque", {"torque_nm": [3.0, -4.0]}, 25),
+    ],
+)
+def test_a_changed_step_has_the_value_worked_out_by_hand(standing, term, changes, expected):
+    for part, values in changes.items():
+        np.atleast_2d(attrgetter(part)(standing))[0, : len(values)] = values
+    assert value(term, standing) == pytest.approx(expected)
 
 
 def test_a_robot_asked_to_stand_gains_by_keeping_both_feet_on_the_floor(standing):
@@ -142,12 +170,26 @@ def test_a_robot_asked_to_stand_on_uneven_ground_may_step(standing):
     assert value("restless", swinging(rough)) == 0
 
 
-def test_turned_hips_swinging_arms_and_bent_ankles_cost_their_excess(standing):
-    standing.motion.q[0, JOINTS.index("left_hip_yaw")] += 0.2
-    standing.motion.q[0, JOINTS.index("right_elbow")] -= 0.3
-    standing.motion.q[0, JOINTS.index("left_ankle")] = -0.85
-    assert value("hips", standing) == pytest.approx(0.2)
-    assert value("swinging_arms", standing) == pytest.approx(0.3)
+@pytest.mark.parametrize(
+    ("term", "joint"),
+    [
+        ("hips", "left_hip_yaw"),
+        ("torso", "torso"),
+        ("swinging_arms", "right_elbow"),
+        ("spread_arms", "left_shoulder_roll"),
+    ],
+)
+@pytest.mark.parametrize("turn_rad", [0.2, -0.3])
+def test_a_joint_that_is_turned_from_the_default_pose_costs_the_angle(
+    standing, term, joint, turn_rad
+):
+    standing.motion.q[0, JOINTS.index(joint)] += turn_rad
+    assert value(term, standing) == pytest.approx(abs(turn_rad))
+
+
+@pytest.mark.parametrize("ankle_rad", [-0.85, 0.5])
+def test_an_ankle_near_its_stops_costs_its_excess(standing, ankle_rad):
+    standing.motion.q[0, JOINTS.index("left_ankle")] = ankle_rad  # from -0.8 to 0.45 is free
     assert value("ankle_limits", standing) == pytest.approx(0.05)
 
 

@@ -52,9 +52,11 @@ class MadeUp:
         return self._recording
 
 
-@pytest.mark.parametrize("terrain", ["flat", "slope:6"])
-def test_a_known_gait_has_the_expected_figures(terrain):
-    """A robot that glides at 0.5 m/s and lifts each foot by 8 cm for 0.4 s of every second."""
+def gliding(terrain="flat"):
+    """Return a stage and the gait of a robot on it.
+
+    The robot glides at 0.5 m/s and lifts each foot by 8 cm for 0.4 s of every second.
+    """
     stage = Stage(Perturbation(terrain=terrain), 6.0, 0, None, OBSERVATION_DT_S, DT_S)
     n = 1200
     time_s = DT_S * (1 + np.arange(n))
@@ -76,10 +78,18 @@ def test_a_known_gait_has_the_expected_figures(terrain):
     feet[:, :, 15] = np.where(up, 0.0, np.where(phase < 0.452, 500.0, 800.0))
     feet[:, :, 6] = 0.1  # the heels slide
     command = np.tile([0.6, 0.0, 0.0], (n, 1))
-    stage.witness = MadeUp(
-        EpisodeRecording(time_s, qpos, qvel, torque, feet.reshape(n, -1), command)
-    )
-    figures = measure(stage)
+    return stage, EpisodeRecording(time_s, qpos, qvel, torque, feet.reshape(n, -1), command)
+
+
+def figures_of(stage, gait):
+    stage.witness = MadeUp(gait)
+    return measure(stage)
+
+
+@pytest.mark.parametrize("terrain", ["flat", "slope:6"])
+def test_a_known_gait_has_the_expected_figures(terrain):
+    stage, gait = gliding(terrain)
+    figures = figures_of(stage, gait)
     weight_n = stage.plant.model.body_mass.sum() * 9.81
     assert figures["speed_error_m_s"] == pytest.approx(0.1)
     assert figures["yaw_rate_error_rad_s"] == pytest.approx(0)
@@ -91,3 +101,54 @@ def test_a_known_gait_has_the_expected_figures(terrain):
     assert figures["slip_m_s"] == pytest.approx(0.1, abs=1e-6)
     assert figures["impact_bw"] == pytest.approx(500 / weight_n)
     assert figures["cost_of_transport"] == pytest.approx(30 * 3.5 / (weight_n * 0.5))
+
+
+def test_the_time_in_which_a_robot_is_asked_to_stand_does_not_count_as_gait():
+    stage, gait = gliding()
+    gait.command[:200] = 0.0
+    gait.feet[:200] = gait.feet[89]  # at 0.45 s, both feet are down
+    figures = figures_of(stage, gait)
+    # Over all 6 s, the share of double support would be (1 + 5 x 0.2) / 6, and the rate 10 / 6.
+    assert figures["double_support"] == pytest.approx(0.2, abs=0.01)
+    assert figures["steps_per_s"] == pytest.approx(2, abs=0.01)
+
+
+def test_the_last_second_before_a_fall_does_not_count():
+    stage, gait = gliding()
+    stage.walk.fallen_at_s = 6.0
+    limit = SPEED_LIMITS_RAD_S[5]
+    gait.qvel[998, 6 + 5], gait.qvel[999:, 6 + 5] = 0.5 * limit, 0.9 * limit  # 4.995 s, then 5 s
+    figures = figures_of(stage, gait)
+    assert (figures["falls"], figures["fallen_at_s"]) == (1, 6.0)
+    assert figures["speed_use"] == pytest.approx(0.5)
+
+
+def test_a_joint_that_brakes_returns_no_energy():
+    stage, gait = gliding()
+    without = figures_of(stage, gait)["cost_of_transport"]
+    gait.torque_nm[:, 4], gait.qvel[:, 6 + 4] = -20.0, 1.0
+    assert figures_of(stage, gait)["cost_of_transport"] == pytest.approx(without)
+
+
+@pytest.mark.parametrize(("n_steps", "use"), [(10, 0.1), (14, 0.2)])
+def test_a_peak_of_torque_counts_from_a_hundredth_of_the_time_on(n_steps, use):
+    stage, gait = gliding()
+    gait.torque_nm[:n_steps] *= 2  # a hundredth of the time is 12 steps
+    assert figures_of(stage, gait)["torque_use"] == pytest.approx(use)
+
+
+@pytest.mark.parametrize(("stop", "inwards"), [(0, 1), (1, -1)])
+@pytest.mark.parametrize("margin_rad", [0.03, -0.02])
+def test_a_joints_margin_is_its_distance_from_either_stop_and_negative_beyond(
+    stop, inwards, margin_rad
+):
+    stage, gait = gliding()
+    # Joint 0 of the model is the free one of the pelvis.
+    gait.qpos[600, 7 + 5] = stage.plant.model.jnt_range[1 + 5, stop] + inwards * margin_rad
+    assert figures_of(stage, gait)["joint_margin_rad"] == pytest.approx(margin_rad)
+
+
+def test_a_joint_that_moves_backwards_uses_as_much_of_its_speed():
+    stage, gait = gliding()
+    gait.qvel[:, 6 + 5] = -0.4 * SPEED_LIMITS_RAD_S[5]
+    assert figures_of(stage, gait)["speed_use"] == pytest.approx(0.4)

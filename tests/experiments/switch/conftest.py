@@ -69,7 +69,8 @@ def worked(monkeypatch: pytest.MonkeyPatch) -> Callable[..., SimpleNamespace]:
         on_sheet = goal.stroke[(share * (len(goal.stroke) - 1)).astype(int)]
         late = np.arange(round(SECONDS * 1000)) >= round(1000 * switch_s)
         off = np.array([off_m, 0, 0])
-        hand = np.tile(hanging_hand() + off, (len(time_s), 1))
+        # For a second, the hand is still 1 m away.
+        hand = hanging_hand() + np.outer(np.where(time_s < 1, 1.0, off_m), [1, 0, 0])
         target = np.outer(np.arange(len(time_s)) * (1 + jumps) // len(time_s), [0.1, 0, 0])
         return SimpleNamespace(
             goals=[goal],

@@ -44,7 +44,7 @@ def test_a_drawing_succeeds_if_near_its_shape_and_not_read_as_another_digit(
 
 
 @pytest.mark.parametrize(("off_m", "success"), [(0.03, True), (0.05, False)])
-def test_a_retraction_succeeds_if_the_hand_is_near_where_it_hangs(worked, off_m, success):
+def test_a_retraction_succeeds_if_the_hand_ends_near_where_it_hangs(worked, off_m, success):
     (figures,) = phase_metrics(worked("retract", off_m))
     assert (figures["success"], figures["hand_error_m"]) == (success, pytest.approx(off_m))
 

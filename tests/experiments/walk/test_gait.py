@@ -5,6 +5,8 @@ import pytest
 
 from spikeport.experiments.policy.settings import GAITS
 from spikeport.experiments.walk.gait import (
+    COMMANDS,
+    NARROWEST,
     SIDEWAYS,
     clipped_shares,
     drift_trim,
@@ -14,6 +16,7 @@ from spikeport.experiments.walk.gait import (
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.networks.region import Box
 from spikeport.robot.walk_interface import PARTS
+from spikeport.training.commands import CommandRange
 
 PUSHED_M_S = 0.05
 
@@ -50,8 +53,29 @@ def test_a_gait_is_recorded_under_each_perturbation_in_turn():
     assert not np.array_equal(both[200:400], sloping)  # its commands are drawn after the others
 
 
+def test_a_robot_that_fell_stands_up_again_each_time_in_another_pose():
+    hips_back = 1.0 * np.isin(np.arange(19), [2, 7])
+    observed = record_gait(lambda _observation: hips_back, seconds=4.0)[:800]
+    upright = -observed[:, PARTS["gravity"]][:, 2]
+    # No robot turns its pelvis by so much within 5 ms.
+    stood_up = 1 + np.flatnonzero(np.diff(upright) > 0.2)
+    assert len(stood_up) > 1
+    np.testing.assert_allclose(upright[stood_up], 1, atol=0.01)
+    angles = observed[stood_up, PARTS["joint angles"]]
+    assert len(np.unique(angles, axis=0)) == len(stood_up)
+
+
+def test_commands_have_the_range_of_training_whatever_was_recorded():
+    trained = CommandRange()
+    assert (trained.vx_m_s, (-trained.wz_rad_s, trained.wz_rad_s)) == COMMANDS
+    box, command = encoding(np.full((2, 69), 7.0)), PARTS["command"]
+    # Forward speeds from 0 to 1 m/s, no sideways speed, and yaw rates from -1 to 1 rad/s.
+    assert box.centre[command].tolist() == [0.5, 0.0, 0.0]
+    assert box.half[command].tolist() == [0.5, NARROWEST, 1.0]
+
+
 def test_values_beyond_either_end_of_the_range_count_as_clipped():
-    observations = np.zeros((4, 69))
-    observations[:2, PARTS["gravity"]] = [[1.1], [-1.1]]
-    shares = clipped_shares(observations, Box(np.zeros(69), np.ones(69)))
+    observations = np.full((4, 69), 2.0)
+    observations[:2, PARTS["gravity"]] = [[3.1], [0.9]]
+    shares = clipped_shares(observations, Box(np.full(69, 2.0), np.ones(69)))
     assert shares == {name: 0.5 if name == "gravity" else 0.0 for name in PARTS}

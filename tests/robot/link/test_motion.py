@@ -58,6 +58,7 @@ def test_an_estimator_follows_a_standing_robot_and_reports_its_error_to_the_trut
     np.testing.assert_allclose(figures["velocity_error_m_s"], rms)
     apart_m = np.linalg.norm(found.base_position - true.base_position)
     assert figures["place_error_m"] == pytest.approx(apart_m)
+    assert figures["heading_error_rad"] == apart(found, true)[1]
     assert figures["recorded"] == "truth"
     np.testing.assert_array_equal(motion.true.base_position, true.base_position)
     assert 0 < rms.max() < 0.3
@@ -97,7 +98,8 @@ def test_headings_differ_by_the_short_way_round() -> None:
         )
         for yaw_rad, offset in ((3.1, 0.0), (-3.1, [0.0, 3.0, 4.0]))
     )
-    assert apart(east, west) == pytest.approx((5.0, 2 * np.pi - 6.2))
+    for one, other in ((east, west), (west, east)):
+        assert apart(one, other) == pytest.approx((5.0, 2 * np.pi - 6.2))
 
 
 @pytest.mark.parametrize("name", BY_SENSORS)

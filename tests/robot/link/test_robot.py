@@ -157,6 +157,16 @@ def test_the_writer_of_a_damaged_message_does_not_claim_the_robot() -> None:
     assert one.read(encode_command(Command(one.tick, HOLD)), 8) is not None
 
 
+def test_a_command_is_refused_and_counted_until_sport_mode_is_released() -> None:
+    one = robot(sport_mode="ai")
+    message = encode_command(Command(one.tick, HOLD))
+    assert one.read(message, 7) is None
+    assert one.refusals.sport_mode == 1
+    assert one.last_refusal == "the robot is in mode 'ai'; release it first"
+    one.sport_mode = ""
+    assert one.read(message, 8) is not None  # the refused message claimed the robot for nobody
+
+
 def test_a_restart_repeats_the_first_state_and_the_motion() -> None:
     one = robot(seed=3)
     first = one.state()
