@@ -150,7 +150,8 @@ class OrderedModel(Model):
     def _is_sparse_input(self, connection: nengo.Connection) -> bool:
         """Return whether host neurons that are silent at zero send a connection's values."""
         sparse = isinstance(self.node_neurons, SparseInputNeurons)
-        return sparse and not self.split.on_chip(base(connection.pre_obj))
+        from_host = not self.split.on_chip(base(connection.pre_obj))
+        return sparse and from_host and self._ends_on_chip(connection)
 
     def _order_passthrough(self) -> None:
         passthrough = self.split.passthrough

@@ -103,7 +103,7 @@ class Chain:
         return replace(self, constant=constant)
 
     def __mul__(self, other: ArrayLike) -> "Chain":
-        if isinstance(other, Chain):
+        if isinstance(other, Chain | Sigmoid):
             return NotImplemented
         factor = _vector(other)
         rows = factor.reshape(-1, 1) if self._is_matrix else factor
@@ -122,6 +122,18 @@ class Chain:
         return NotImplemented if isinstance(other, Chain) else self.dense(other.T)
 
     __radd__ = __add__
+    __rmul__ = __mul__
+
+
+@dataclass(frozen=True, eq=False)
+class Sigmoid:
+    """The logistic function of a chain: SiLU once it is multiplied by the same chain."""
+
+    chain: Chain
+
+    def __mul__(self, other: object) -> Chain:
+        return self.chain.activated("silu") if other is self.chain else NotImplemented
+
     __rmul__ = __mul__
 
 
@@ -158,7 +170,9 @@ class BoundedEvaluation:
             with np.errstate(all="ignore"):  # numbers that are not finite are refused in the end
                 made = self._operations[kind](*inputs, **options)
         except (TypeError, ValueError, AttributeError, OverflowError):
-            raise MismatchError(CHAIN, f"operation {kind} with operands it does not take") from None
+            alone = any(isinstance(x, Sigmoid) for x in values)
+            found = "Sigmoid" if alone else f"{kind} with operands it does not take"
+            raise MismatchError(CHAIN, f"operation {found}") from None
         return self.keep(made)
 
     def keep(self, made: object) -> object:
@@ -210,6 +224,8 @@ def only(outputs: list[object]) -> Chain:
     match outputs:
         case [Chain() as chain]:
             return chain
+        case [Sigmoid()]:
+            raise MismatchError(CHAIN, "operation Sigmoid")
     raise MismatchError("one output that depends on the observation", f"{len(outputs)} outputs")
 
 

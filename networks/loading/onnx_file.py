@@ -17,6 +17,7 @@ from spikeport.networks.loading.chain import (
     BoundedEvaluation,
     Chain,
     Operations,
+    Sigmoid,
     batch_normalised,
     gelu,
     only,
@@ -97,6 +98,7 @@ OPERATIONS: Operations = {
     "Gelu": lambda x, approximate=b"none": gelu(x, approximate.decode()),
     "BatchNormalization": _batch_norm,
     "Swish": lambda x: x.activated("silu"),
+    "Sigmoid": Sigmoid,  # torch writes SiLU as its product with its own input
 }
 
 

@@ -17,6 +17,7 @@ from spikeport.networks.loading.chain import (
     BoundedEvaluation,
     Chain,
     Operations,
+    Sigmoid,
     batch_normalised,
     gelu,
     only,
@@ -37,9 +38,9 @@ TAGGED = "torch.jit._pickle.restore_type_tag"
 
 
 def _number(value: object) -> Any:
-    """Return an operand as a chain or an array; refuse texts, and integers beyond a float."""
+    """Return an operand of a chain, or an array; refuse texts, and integers beyond a float."""
     match value:
-        case Chain():
+        case Chain() | Sigmoid():
             return value
         case float() | int() | np.ndarray():
             return np.asarray(value, dtype=float)
@@ -135,6 +136,7 @@ OPERATIONS: Operations = {
     "aten::relu": lambda x: x.activated("relu"),
     "aten::tanh": lambda x: x.activated("tanh"),
     "aten::silu": lambda x: x.activated("silu"),
+    "aten::sigmoid": Sigmoid,
     "aten::gelu": lambda x, approximate="none": gelu(x, approximate),
     "aten::t": lambda W: _array(W).T,
     "aten::sqrt": lambda x: np.sqrt(_array(x)),

@@ -1,6 +1,6 @@
 """Differences between the chip and NIR's equations, population by population, in words."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -14,9 +14,12 @@ LOWEST = 2**23
 """The lower end of the chip's voltage, in units below zero."""
 
 
-def differences(network: NirNetwork) -> Iterator[tuple[str, str]]:
-    """Yield each difference, after the name of its population."""
+def differences(network: NirNetwork, moved: Collection[str] = ()) -> Iterator[tuple[str, str]]:
+    """Yield each difference, after the name of its population; ``moved`` ones are on the host."""
     for name, one in network.folded.populations.items():
+        if name in moved:
+            yield name, "moved to the host, where Nengo computes it in floating point"
+            continue
         texts = _on_chip(network, one) if one.spikes else _on_host(one)
         yield from ((name, text) for text in (*texts, *_path_lengths(network.folded, one)))
 

@@ -13,6 +13,7 @@ from spikeport.compile.ground.names import Names
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.compile.pipeline import Compilation
+from spikeport.compile.report.report import Report
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.equations import run
 from spikeport.networks.loading.nir.network import NirNetwork
@@ -43,14 +44,20 @@ class Played(NamedTuple):
     origin: str
 
 
+def moved(network: NirNetwork, report: Report) -> set[str]:
+    """Return the populations that ``--offload`` moved to the host."""
+    names, offloaded = Names(network), {one.object for one in report.offloaded}
+    return {name for name, one in network.populations.items() if names[one] in offloaded}
+
+
 def measured(network: NirNetwork, compilation: Compilation, played: Played) -> Iterator[Agreement]:
     """Yield the agreement of each population on the chip, whose spikes are late by its depth."""
     wanted = run(network.folded, played.rows)
     n_steps = len(next(iter(played.rows.values())))
     chip = _spikes(network, compilation, played.rows, n_steps)
-    names = Names(network)
+    names, on_host = Names(network), moved(network, compilation.report)
     for name, one in network.folded.populations.items():
-        if one.spikes:
+        if one.spikes and name not in on_host:
             mine = compartments(compilation.image, names[network.populations[name]])
             found = chip[one.depth : one.depth + n_steps, mine]
             equal = float((found == wanted[name]).mean())

@@ -1,14 +1,15 @@
 """NIR graphs on the command line: time step, input, differences on the chip, and agreement."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 import nengo
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.table import Table
 
-from spikeport.commands.agreement import Agreement, Played, measured, spikes_of
+from spikeport.commands.agreement import Agreement, Played, measured, moved, spikes_of
 from spikeport.compile.pipeline import Compilation
+from spikeport.compile.report.report import Report
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.differences import differences
@@ -62,24 +63,27 @@ def play(network: nengo.Network, spikes: str | None) -> str | None:
 
 def show(network: nengo.Network, compilation: Compilation, played: Played | None) -> None:
     """Print a graph's differences on the chip, and its agreement if there are spikes."""
-    show_differences(network)
+    show_differences(network, compilation.report)
     if isinstance(network, NirNetwork) and played is not None:
         console = Console(highlight=False)
         console.print(_table(list(measured(network, compilation, played))))
         console.print(f"input: {played.origin}", markup=False, soft_wrap=True)
 
 
-def show_differences(network: nengo.Network) -> None:
+def show_differences(network: nengo.Network, report: Report) -> None:
     """Print how the chip differs from NIR's equations, if the network is a graph."""
     if isinstance(network, NirNetwork):
-        console = Console(highlight=False)
-        for line in ("differences between the chip and NIR's equations:", *_lines(network)):
+        console, on_host = Console(highlight=False), moved(network, report)
+        for line in (
+            "differences between the chip and NIR's equations:",
+            *_lines(network, on_host),
+        ):
             console.print(line, markup=False, soft_wrap=True)
 
 
-def _lines(network: NirNetwork) -> Iterator[str]:
+def _lines(network: NirNetwork, on_host: Collection[str]) -> Iterator[str]:
     last = None
-    for name, text in differences(network):
+    for name, text in differences(network, on_host):
         if name != last:
             yield f"  {name}"
         yield f"    {text}"

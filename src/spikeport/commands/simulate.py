@@ -187,7 +187,7 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
         print_on_host(console, ran.report)
         print_hints(console, ran.report)
         console.print(verdict(ran.report), markup=False)
-        nir.show_differences(network)
+        nir.show_differences(network, ran.report)
     if played is not None:
         console.print(played, markup=False, soft_wrap=True)
     print_written(console, folder)

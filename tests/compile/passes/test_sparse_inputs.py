@@ -6,6 +6,7 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport import add_params
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.passes.parse import parse
@@ -60,6 +61,19 @@ def test_the_same_values_arrive_with_fewer_spikes(weight, to_neurons):
     sent = RADIUS if to_neurons else 1.0  # neurons have no radius: values are sent as they are
     wanted = sent * np.abs(VALUES).sum() / weight
     assert sparse.activity.from_host.mean == pytest.approx(wanted, abs=0.02)
+
+
+def test_neurons_that_stay_on_the_host_get_their_values_as_before():
+    with nengo.Network(seed=1) as net:
+        add_params(net)
+        relay = nengo.Ensemble(5, 1, neuron_type=nengo.SpikingRectifiedLinear())
+        net.config[relay].on_chip = False
+        nengo.Connection(nengo.Node([0.5] * 5), relay.neurons, synapse=None)
+        nengo.Connection(relay.neurons, nengo.Ensemble(5, 1).neurons)
+        net.sent = nengo.Probe(relay.neurons)
+    sent = [ran(net, passes).data[net.sent] for passes in ("", "sparse_inputs")]
+    assert sent[0].any()
+    np.testing.assert_array_equal(*sent)
 
 
 def test_the_pass_does_not_change_a_run_in_float():

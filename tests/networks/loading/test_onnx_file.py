@@ -67,6 +67,13 @@ def test_normalisation_gemm_and_activation_are_read(write, path, operation, name
     np.testing.assert_allclose(mlp.layers[1].bias, np.zeros(3))
 
 
+@pytest.mark.parametrize("factors", [("x", "y0"), ("y0", "x")])
+def test_silu_may_be_the_product_of_a_value_and_its_sigmoid(write, path, factors):
+    write(HIDDEN, ("Sigmoid", ("x",), {}), ("Mul", factors, {}), LAST)
+    mlp = load_mlp(path)
+    assert (mlp.sizes, mlp.activation) == ((2, 4, 3), "silu")
+
+
 def test_constants_may_be_nodes_and_first_operands(path):
     def node(kind, names, name, **options):
         return helper.make_node(kind, names, [name], **options)
@@ -145,6 +152,8 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
     ("nodes", "complaint"),
     [
         ([HIDDEN, ("Sigmoid", ("x",), {}), LAST], f"{CHAIN} Sigmoid"),
+        ([HIDDEN, ("Sigmoid", ("x",), {})], f"{CHAIN} Sigmoid"),
+        ([HIDDEN, ("Sigmoid", ("x",), {}), ("Mul", ("x", "x"), {}), LAST], f"{CHAIN} Sigmoid"),
         ([("Add", ("x", "x"), {})], f"{CHAIN} Add with operands it does not take"),
         ([HIDDEN, ("Elu", ("x",), {"alpha": 2.0}), LAST], "expected ELU with alpha 1, found 2"),
         (

@@ -1,11 +1,15 @@
 """Agreement with NIR's equations, and the spikes it is measured on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import spikeport.nir
-from spikeport.commands.agreement import compartments, measured, spikes_of
+from spikeport.commands.agreement import compartments, measured, moved, spikes_of
+from spikeport.compile.check.violation import Offloaded
 from spikeport.errors import UsageError
+from spikeport.networks.loading.nir.differences import differences
 from spikeport.networks.loading.nir.populations import PopulationGraph
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, spikes, written
@@ -33,6 +37,19 @@ def test_compartments_of_both_populations_are_distinct_and_complete(network):
     image = spikeport.compile_network(network).image
     found = [compartments(image, name) for name in ("hidden", "read")]
     assert sorted(np.concatenate(found).tolist()) == list(range(16))
+
+
+def test_a_population_that_was_moved_to_the_host_is_left_out_and_described(network):
+    compilation = spikeport.compile_network(network)
+    hidden = Offloaded("hidden", 12, "SP102", "in-axons", "hidden", 6)
+    report = replace(compilation.report, offloaded=(hidden,))
+    away = moved(network, report)
+    assert away == {"hidden"}
+    played = spikes_of(network.folded, "random")
+    (read,) = measured(network, replace(compilation, report=report), played)
+    assert read.name == "read"
+    texts = [text for name, text in differences(network, away) if name == "hidden"]
+    assert texts == ["moved to the host, where Nengo computes it in floating point"]
 
 
 def test_spikes_of_a_file_are_taken_as_they_are(network, tmp_path):
