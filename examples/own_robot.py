@@ -21,6 +21,8 @@ RADII = np.array([0.4, 0.8, 0.2, 1.0])
 """The ranges of place (m), speed (m/s), tilt (rad) and its speed (rad/s) that neurons represent."""
 GAINS = np.array([2.2, 4.2, 30.0, 9.0])
 """The force in N per unit of each: force = GAINS . state, near the linear-quadratic optimum."""
+MOST_N = 10.0
+"""The motor's largest force. Neurons represent shares of it: larger values are lost on the chip."""
 
 
 class CartPole:
@@ -52,7 +54,7 @@ class CartPole:
 
 
 class BalancePort(Port):
-    """The cart's motor and sensors: a force (1,) in N in; place, speed, tilt and its speed out."""
+    """The cart's motor and sensors: a share of the largest force in (1,), the state out (4,)."""
 
     size_in = 1
     size_out = 4
@@ -71,9 +73,9 @@ class BalancePort(Port):
         self.tilts_rad.append(hinge.qpos.item())
         return np.concatenate((slide.qpos, slide.qvel, hinge.qpos, hinge.qvel))
 
-    def drive(self, force: np.ndarray) -> None:
+    def drive(self, share: np.ndarray) -> None:
         """Push the cart until the next step; the motor clips at 10 N."""
-        self.plant.data.actuator("push").ctrl = force
+        self.plant.data.actuator("push").ctrl = MOST_N * share
 
     @property
     def over(self) -> bool:
@@ -82,7 +84,7 @@ class BalancePort(Port):
 
 
 class Balancer(nengo.Network):
-    """A controller with input ``state`` (4,) and output ``force`` (1,) in N."""
+    """A controller with input ``state`` (4,) and output ``force`` (1,), a share of the largest."""
 
     def __init__(self, seed: int = 0) -> None:
         super().__init__(label="balancer", seed=seed)
@@ -93,7 +95,7 @@ class Balancer(nengo.Network):
             at_rest = nengo.LIF(initial_state={"voltage": nengo.dists.Choice([0])})
             neurons = nengo.Ensemble(400, 4, neuron_type=at_rest, label="neurons")
             nengo.Connection(self.state, neurons, transform=np.diag(1 / RADII), synapse=0.005)
-            gains = (GAINS * RADII)[np.newaxis]
+            gains = (GAINS * RADII / MOST_N)[np.newaxis]
             nengo.Connection(neurons, self.force, transform=gains, synapse=0.005)
 
 

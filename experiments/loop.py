@@ -11,8 +11,9 @@ seeds alone. Any robot can be put in a loop, see ``docs/own-robot.md``.
 import dataclasses
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from numbers import Integral, Real
 from typing import Any, Generic, Protocol, Self, TypeVar
 
 import nengo
@@ -119,29 +120,30 @@ class Loop(Generic[P]):
     Raises
     ------
     UsageError
-        If the plant's time step is no multiple of the controller's, or ``ports`` is no sequence.
+        If the plant's time step is no multiple of the controller's, if ``ports`` is no sequence of
+        different ports with sizes, or if ``plant`` is no plant.
     """
 
     def __init__(
         self, plant: P, ports: Sequence[Port], dt_s: float = DT_S, gate: Port | None = None
     ) -> None:
-        if not isinstance(ports, Iterable):
-            raise UsageError(
-                f"Loop(plant, ports): ports is one {type(ports).__name__}, expected a sequence of "
-                "ports; cure: Loop(plant, [port])"
-            )
-        gates = () if gate is None else (gate,)
+        _check_plant(plant)
+        gates = [] if gate is None else [gate]
         self.plant = plant
-        self._ports = (*ports, *gates)
-        self._served = (*gates, *ports)
+        self._ports = [*_listed(ports), *gates]
         self._ticks = _ratio(plant.dt_s, dt_s)
+        _check_ports(self._ports)
+        places = [*_placed(self._ports, [port.size_in for port in self._ports])]
+        # The gate is served first, but its values come last.
+        self._n_gates = len(gates)
+        self._served = places[len(places) - len(gates) :] + places[: len(places) - len(gates)]
         self._dt_s = dt_s
         self._tick, self._last_s = 0, -math.inf
         self._pace: _Pace | None = _Pace(dt_s)
+        self._plant_clock = _PlantClock(plant)
         self._stepped = _Stepped(self)
         self.size_in = sum(port.size_in for port in self._ports)
         self.size_out = sum(port.size_out for port in self._ports)
-        self._places = dict(_placed(self._ports, [port.size_in for port in self._ports]))
         self._observation = np.zeros(self.size_out)
         self._is_begun = False
         self._is_connected = False
@@ -159,9 +161,10 @@ class Loop(Generic[P]):
         """
         self._tick, self._last_s = 0, -math.inf
         self._pace = _Pace(self._dt_s)
+        self._plant_clock.begin()
         # A backend may still be holding an observation of the last run.
         self._stepped.end_skip()
-        for port in self._served:
+        for port, _ in self._served:
             port.begin()
         self._observe()
         self._is_begun = True
@@ -184,7 +187,8 @@ class Loop(Generic[P]):
         Raises
         ------
         UsageError, DivergedError
-            As `begin`, or if no run was begun.
+            As `begin`, or if no run was begun; also if the plant's own time does not advance by its
+            ``dt_s``, or goes back.
         """
         if not self._is_begun:
             raise UsageError(NOT_BEGUN)
@@ -206,7 +210,10 @@ class Loop(Generic[P]):
             As `step`.
         """
         if not self._is_begun:
-            raise UsageError(f"{NOT_BEGUN}, and reset() the simulator, whose step was broken off")
+            raise UsageError(
+                f"{NOT_BEGUN}, and reset() the simulator, whose step was broken off; a function "
+                "that makes a network for a command calls begin() itself"
+            )
         if time_s <= self._last_s:
             raise UsageError(
                 f"the simulator's time went from {self._last_s:g} s to {time_s:g} s within a run: "
@@ -225,15 +232,15 @@ class Loop(Generic[P]):
         return skipped
 
     def _advance(self, values: np.ndarray) -> None:
-        for port in self._served:
-            port.drive(values[self._places[port]])
+        for port, place in self._served:
+            port.drive(values[place])
         self.plant.step()
+        self._plant_clock.check()
         self._observe()
 
     def _observe(self) -> None:
-        # The gate is served first, but its values come last.
-        found = {port: port.observe() for port in self._served}
-        observed = [found[port] for port in self._ports]
+        found = [port.observe() for port, _ in self._served]
+        observed = found[self._n_gates :] + found[: self._n_gates]
         observation = _joined(observed, self.size_out)
         if observation is None:
             # There may be no fault: squares of large numbers overflow, and a list is no array.
@@ -331,6 +338,87 @@ class _Pace:
         return True
 
 
+class _PlantClock:
+    """A check that a plant's time advances as its ``dt_s`` says."""
+
+    def __init__(self, plant: SteppedPlant) -> None:
+        self._plant = plant
+        # A robot at the end of a link has a clock of its own: it may be held, or miss a step.
+        self._has_own = getattr(plant, "link", None) is not None
+        self._is_known = self._has_own
+        self._last_s = -math.inf
+
+    def begin(self) -> None:
+        """Begin a run at the plant's present time."""
+        self._last_s, self._is_known = self._plant.time_s, self._has_own
+
+    def check(self) -> None:
+        """Check the time after a step; its length is compared in the first step of a run alone.
+
+        Raises
+        ------
+        UsageError
+            If the step took another time than ``dt_s``.
+        DivergedError
+            If time went back.
+        """
+        before_s, self._last_s = self._last_s, self._plant.time_s
+        found_s, dt_s = self._last_s - before_s, self._plant.dt_s
+        if found_s < 0:
+            raise DivergedError(
+                f"the plant's time went from {before_s:g} s to {self._last_s:g} s within a run: it "
+                "was reset, as MuJoCo does if a simulation diverges; cure: a shorter time step or "
+                "weaker commands, or begin() after a reset() of yours"
+            )
+        if not self._is_known and abs(found_s - dt_s) > ROUNDING * dt_s:
+            raise UsageError(
+                f"a step of the plant took {1000 * found_s:g} ms by its time_s, but its dt_s is "
+                f"{1000 * dt_s:g} ms; cure: let both agree, with all of MuJoCo's steps in a step"
+            )
+        self._is_known = True
+
+
+def _check_plant(plant: object) -> None:
+    missing = [name for name in ("dt_s", "time_s", "step") if not hasattr(plant, name)]
+    if missing:
+        raise UsageError(
+            f"Loop(plant, ports): {type(plant).__name__} has no {' and no '.join(missing)}; cure: "
+            "a plant as SteppedPlant describes it"
+        )
+
+
+def _listed(ports: object) -> list[Port]:
+    """Return ports as a list; refuse a single port, and a mapping, which has no order of values."""
+    if not isinstance(ports, Iterable) or isinstance(ports, Mapping):
+        raise UsageError(
+            f"Loop(plant, ports): ports is one {type(ports).__name__}, expected a sequence of "
+            "ports; cure: Loop(plant, [port])"
+        )
+    return [*ports]
+
+
+def _check_ports(ports: Sequence[Port]) -> None:
+    if not ports:
+        raise UsageError("Loop(plant, ports): no port, at least 1; cure: Loop(plant, [port])")
+    for number, port in enumerate(ports):
+        if not isinstance(port, Port):
+            raise UsageError(
+                f"Loop(plant, ports): {shown(port)} is no port; cure: an object of a subclass of "
+                "spikeport.experiments.loop.Port"
+            )
+        if any(port is other for other in ports[:number]):
+            raise UsageError(
+                f"Loop(plant, ports): a {type(port).__name__} is listed twice; cure: an object for "
+                "each place"
+            )
+        for name in ("size_in", "size_out"):
+            size = getattr(port, name)
+            if not isinstance(size, Integral) or size < 0:
+                raise UsageError(
+                    f"{type(port).__name__}.{name} is {shown(size)}, limit whole numbers from 0 on"
+                )
+
+
 def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
     """Return the concatenated observations; None if one of them seems to be wrong."""
     # A masked array is refused, too: NumPy would read its masked values as numbers.
@@ -397,10 +485,10 @@ def _named(value: object) -> str:
 def _ratio(plant_s: float, controller_s: float) -> int:
     """Return the number of the controller's steps in a step of the plant."""
     for whose, step_s in (("the plant's dt_s", plant_s), ("dt_s", controller_s)):
-        if not 0 < step_s < math.inf:
+        if not isinstance(step_s, Real) or not 0 < step_s < math.inf:
             raise UsageError(
-                f"{whose} is {step_s:g} s, limit above 0 and finite; cure: the length of a step "
-                "in s"
+                f"{whose} is {shown(step_s)} s, limit above 0 and finite; cure: the length of a "
+                "step in s"
             )
     ratio = plant_s / controller_s
     if round(ratio) < 1 or abs(ratio - round(ratio)) > ROUNDING * ratio:

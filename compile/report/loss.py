@@ -12,6 +12,7 @@ and relays is measured against the network as it was written, in float Nengo, by
 from dataclasses import asdict, dataclass
 
 from spikeport.compile.check import rules
+from spikeport.compile.check.readouts import readout_hints
 from spikeport.compile.check.violation import Violation
 
 ALIASED = 0.25
@@ -76,10 +77,7 @@ class Loss:
     @property
     def hints(self) -> tuple[Violation, ...]:
         """The hints on causes of loss that have a cure."""
-        found = []
-        if self.readout_spikes:
-            spikes = f"{self.readout_spikes:,} spikes in {self.n_steps:,} steps"
-            found.append(rules.get("SP406").broken("read-outs", spikes, "0"))
+        found = [*readout_hints(self.readout_spikes, self.n_steps)]
         found += [
             rules.get("SP407").broken(name, f"{100 * error:.0f} % off")
             for name, error in self.aliasing.items()

@@ -1,11 +1,12 @@
 """The report on a compiled network: resources, energy, time, and the cost of rounding."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from spikeport.compile.check.readouts import readout_hints
 from spikeport.compile.check.violation import Offloaded, OnHost, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.expected import Rates
@@ -148,7 +149,7 @@ class Report:
             "passes": [dict(one) for one in self.passes],
             "quantisation": [error._asdict() for error in self.errors],
             "neurobench": self._neurobench(activity),
-            "hints": [hint._asdict() for hint in self.hints],
+            "hints": [hint._asdict() for hint in (*self.hints, *_hints_of(activity))],
             "offloaded": [one._asdict() for one in self.offloaded],
             "on_host": [one._asdict() for one in self.on_host],
             "warnings": list(self.warnings),
@@ -173,6 +174,12 @@ class Report:
         if self.neurobench is None:
             return None
         return asdict(self.neurobench) | ({} if activity is None else workload(activity))
+
+
+def _hints_of(activity: Activity | None) -> Iterator[Violation]:
+    """Yield the hints that counts of a run give."""
+    if activity is not None:
+        yield from readout_hints(activity.readout_spikes, activity.n_steps)
 
 
 def places(n_cores: int, chip: ChipModel) -> Json:

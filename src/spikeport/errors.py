@@ -16,6 +16,7 @@
     ├── BackendError (RuntimeError)        a backend cannot run an image or input
     │   ├── BoardLostError                 ... a board does not answer, or ended the session
     │   └── RobotLostError                 ... a robot does not, restarted, or fell silent
+    ├── WorkerLostError (RuntimeError)     a process that takes part in a computation ended
     ├── RenderError (RuntimeError)         no picture can be made on this machine
     └── DivergedError (ArithmeticError)    a simulation left the numbers it can work with
 
@@ -60,6 +61,7 @@ __all__ = [
     "RobotLostError",
     "SpikeportError",
     "UsageError",
+    "WorkerLostError",
 ]
 
 LONGEST = 2000

@@ -27,6 +27,8 @@ from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
 from spikeport.cache import NOTHING, Cache
+from spikeport.compile.check.readouts import readout_hints
+from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.refusal import ArgumentError, without_addresses
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
@@ -333,10 +335,20 @@ class Simulator:
         """Free the simulation's resources; recorded data stays readable."""
         if not self.closed:
             self.data.freeze()
+            lost = self._lost_values()
             try:
                 self._execution.close()
             finally:
                 self.closed = True
+            for hint in lost:
+                warnings.warn(str(hint), stacklevel=2)
+
+    def _lost_values(self) -> list[Violation]:
+        """Return the hint on values that were lost because their read-outs spiked, if any."""
+        # A board would be asked for its counts, and may be gone.
+        if self.compilation is None or self.link is not None or not self.n_steps:
+            return []
+        return [*readout_hints(self.activity.readout_spikes, self.n_steps)]
 
 
 @contextlib.contextmanager

@@ -1,5 +1,7 @@
 """Ports in closed loop with a plant that only counts."""
 
+import dataclasses
+
 import nengo
 import numpy as np
 import pytest
@@ -284,8 +286,8 @@ def test_a_run_can_begin_at_any_time_of_a_simulator_and_after_its_reset(backend,
             sim.run_steps(steps)
             assert loop.plant.time_s == pytest.approx(steps * dt_s // plant_s * plant_s)
         sim.reset()
-        loop.begin()
         loop.plant.time_s = 0.0
+        loop.begin()
         sim.run_steps(40)
         assert loop.plant.time_s == pytest.approx(sim.time)
 
@@ -343,6 +345,98 @@ def test_a_port_in_place_of_a_sequence_of_ports_is_refused():
     )
 
 
+def unlike(**members):
+    """Return a port whose members are replaced."""
+    port = Pusher("odd", Counter(), [])
+    for name, value in members.items():
+        setattr(port, name, value)
+    return port
+
+
+@pytest.mark.parametrize(
+    ("ports", "message"),
+    [
+        ([], "no port, at least 1; cure: Loop(plant, [port])"),
+        ({"arm": unlike()}, "ports is one dict, expected a sequence of ports; cure: Loop(plant"),
+        ([3.5], "3.5 is no port; cure: an object of a subclass of spikeport.experiments.loop.Port"),
+        ([Pusher], "is no port; cure: an object of a subclass of spikeport.experiments.loop.Port"),
+        ([unlike()] * 2, "a Pusher is listed twice; cure: an object for each place"),
+        ([unlike(size_in=None)], "Pusher.size_in is None, limit whole numbers from 0 on"),
+        ([unlike(size_out=1.0)], "Pusher.size_out is 1.0, limit whole numbers from 0 on"),
+        ([unlike(size_in=-1)], "Pusher.size_in is -1, limit whole numbers from 0 on"),
+    ],
+)
+def test_ports_that_cannot_be_served_are_refused(ports, message):
+    assert message in refusal(Loop, Counter(), ports)
+
+
+def test_a_plant_without_time_or_steps_is_refused():
+    message = refusal(Loop, object(), [unlike()])
+    assert "object has no dt_s and no time_s and no step; cure: a plant as" in message
+
+
+def test_ports_may_come_from_a_generator():
+    loop = Loop(plant := Counter(), (Pusher(name, plant, []) for name in "ab"), 0.004)
+    loop.begin()
+    assert loop.step(np.zeros(4)).tolist() == [0, 0]
+
+
+@dataclasses.dataclass
+class Equal(Port):
+    """A port that is equal to every other one, and has no hash."""
+
+    size_in, size_out = 1, 1
+    driven: list = dataclasses.field(default_factory=list, compare=False)
+
+    def observe(self):
+        return np.zeros(1)
+
+    def drive(self, values):
+        self.driven.append(values.item())
+
+
+def test_ports_that_are_equal_get_their_own_values():
+    ports = [Equal(), Equal()]
+    loop = Loop(Counter(), ports, 0.004)
+    loop.begin()
+    loop.step(np.array([1.0, 2.0]))
+    assert [port.driven for port in ports] == [[1.0], [2.0]]
+
+
+def test_a_plant_whose_steps_take_another_time_is_refused_in_the_first_one():
+    loop = counting(0.004)
+    loop.begin()
+    advance = loop.plant.step
+    loop.plant.step = lambda: [advance() for _ in range(4)]
+    assert refusal(loop.step, np.zeros(2)).startswith(
+        "a step of the plant took 16 ms by its time_s, but its dt_s is 4 ms; cure: let both agree"
+    )
+
+
+def test_a_plant_whose_time_goes_back_within_a_run_has_diverged():
+    loop = counting(0.004)
+    loop.begin()
+    for _ in range(3):
+        loop.step(np.zeros(2))
+    loop.plant.time_s = 0.0
+    with pytest.raises(DivergedError, match=r"went from 0\.012 s to 0\.004 s within a run: it was"):
+        loop.step(np.zeros(2))
+    loop.begin()
+    loop.step(np.zeros(2))
+
+
+@pytest.mark.parametrize("time_s", [[0.0, 0.0, 0.02], [0.02, 0.02, 0.06]])
+def test_a_robot_at_the_end_of_a_link_may_be_held_or_miss_steps(time_s):
+    loop, times = counting(0.004), iter(time_s)
+    plant = loop.plant
+    plant.link = {"states": 0}
+    plant.step = lambda: setattr(plant, "time_s", next(times))
+    loop = Loop(plant, [Pusher("one", plant, [])], 0.004)
+    loop.begin()
+    for _ in time_s:
+        loop.step(np.zeros(2))
+
+
 def test_a_second_controller_is_refused(made):
     loop, *_ = made
     with nengo.Network():
@@ -363,7 +457,10 @@ def test_a_step_before_begin_is_refused(backend):
         "cure: call begin() when the plant is where the run starts, before the first step"
     )
     with Simulator(connected(loop), backend=backend) as sim:
-        broken_off = "reset() the simulator, whose step was broken off"
+        broken_off = (
+            "reset() the simulator, whose step was broken off; a function that makes a network for "
+            "a command calls begin() itself"
+        )
         assert refusal(sim.step) == f"{message}, and {broken_off}"
         loop.begin()
         sim.reset()

@@ -63,7 +63,7 @@ def show_findings(findings: Findings, cores: bool) -> None:
     for line in pass_lines(report):
         console.print(line, style="dim", markup=False)
     print_on_host(console, report)
-    print_hints(console, report, findings.loss)
+    print_hints(console, report, () if findings.loss is None else findings.loss.hints)
     console.print(verdict(report), markup=False)
 
 
@@ -95,10 +95,9 @@ def print_on_host(console: Console, report: Report) -> None:
         console.print(f"on the host: {line}", markup=False)
 
 
-def print_hints(console: Console, report: Report, loss: Loss | None = None) -> None:
-    """Print the hints, a line for each rule, and the warnings of nengo-loihi."""
-    hints = [*report.hints, *(() if loss is None else loss.hints)]
-    for (rule_id, rule), found in _by_rule(hints).items():
+def print_hints(console: Console, report: Report, of_run: Iterable[Violation] = ()) -> None:
+    """Print the hints of the compile and of a run, by rule, and the warnings of nengo-loihi."""
+    for (rule_id, rule), found in _by_rule([*report.hints, *of_run]).items():
         named = [f"{hint.object} ({hint.used})" for hint in found[:MOST_NAMED]]
         more = [f"{len(found) - MOST_NAMED} more"] if len(found) > MOST_NAMED else []
         where = ", ".join([*named, *more])
