@@ -18,6 +18,7 @@ TREE = {
     "CompileError": ValueError,
     "ImageError": ValueError,
     "BackendError": RuntimeError,
+    "WorkerLostError": RuntimeError,
     "RenderError": RuntimeError,
     "DivergedError": ArithmeticError,
 }
