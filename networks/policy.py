@@ -82,9 +82,14 @@ def policy(
     Raises
     ------
     UsageError
-        If layers are to be solved without observations.
+        If layers are to be solved without observations, or a hidden layer has no ranges.
     """
     options = options or PolicyOptions()
+    if len(ranges) != len(layers) - 1:
+        raise UsageError(
+            f"{len(ranges)} ranges for {len(layers) - 1} hidden layers; cure: "
+            "record_ranges(layers, observations)"
+        )
     solved = solved_layers(layers, ranges, options, seed, observations)
     return _network(calibrated.of(solved) if calibrated else solved, ranges, options, seed)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.errors import unknown
+from spikeport.errors import UsageError, unknown
 from spikeport.networks.activations import Activation, activation
 from spikeport.networks.option_checks import check_filters, check_pairs, check_rates
 
@@ -133,7 +133,13 @@ def record_ranges(
 
     The error grows with the range, so the range is a quantile of the values, not their maximum;
     ``floor`` is the least range, for a unit that hardly ever has that sign.
+
+    Raises
+    ------
+    UsageError
+        If the observations are not finite numbers, or not as many a row as the network has inputs.
     """
+    _check_observations(observations, layers[0].weights.shape[1])
     hidden = exact(layers, observations, activation_name)[:-1]
     return [
         Ranges(
@@ -142,3 +148,14 @@ def record_ranges(
         )
         for z in hidden
     ]
+
+
+def _check_observations(observations: np.ndarray, n_inputs: int) -> None:
+    found = np.asarray(observations)
+    if found.ndim != 2 or found.shape[1] != n_inputs or not len(found):
+        raise UsageError(
+            f"observations of shape {found.shape}, expected (m, {n_inputs}): a row for each, of as "
+            "many values as the network has inputs"
+        )
+    if found.dtype.kind not in "fiu" or not np.isfinite(found).all():
+        raise UsageError("observations hold NaN, infinity or no numbers; cure: leave such rows out")

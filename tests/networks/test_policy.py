@@ -7,6 +7,7 @@ import pytest
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.pipeline import compile_network
+from spikeport.errors import UsageError
 from spikeport.networks.activations import elu
 from spikeport.networks.policy import (
     Layer,
@@ -111,6 +112,13 @@ def test_ranges_cover_the_recorded_values_and_have_a_floor() -> None:
     (ranges,) = record_ranges([layer, layer], np.array([[2.0, -0.1], [-3.0, 0.1]]), quantile=1)
     assert ranges.above.tolist() == [2.0, 0.5]
     assert ranges.below.tolist() == [3.0, 0.5]
+
+
+def test_a_hidden_layer_without_ranges_is_refused() -> None:
+    layers = [Layer(np.ones((2, 2)), np.zeros(2))] * 3
+    ranges = record_ranges(layers, np.ones((4, 2)))
+    with pytest.raises(UsageError, match=r"^1 ranges for 2 hidden layers; cure: record_ranges"):
+        policy(layers, ranges[:1])
 
 
 def test_units_are_at_threshold_at_zero() -> None:

@@ -49,6 +49,23 @@ def test_ranges_are_quantiles_of_each_sign_above_a_floor() -> None:
 
 
 @pytest.mark.parametrize(
+    ("observations", "message"),
+    [
+        (np.zeros(2), r"shape \(2,\), expected \(m, 2\): a row for each"),
+        (np.zeros((5, 3)), r"shape \(5, 3\), expected \(m, 2\): a row for each"),
+        (np.zeros((0, 2)), r"shape \(0, 2\), expected \(m, 2\): a row for each"),
+        (np.array([[0.0, np.nan]]), "observations hold NaN, infinity or no numbers; cure: leave"),
+        (np.array([["a", "b"]]), "observations hold NaN, infinity or no numbers; cure: leave"),
+    ],
+)
+def test_observations_that_ranges_cannot_be_taken_from_are_refused(
+    observations: np.ndarray, message: str
+) -> None:
+    with pytest.raises(UsageError, match=message):
+        record_ranges(LAYERS, observations)
+
+
+@pytest.mark.parametrize(
     ("option", "message"),
     [
         ({"activation": "swish"}, "unknown activation 'swish'"),
