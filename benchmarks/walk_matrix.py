@@ -47,7 +47,7 @@ WORST = (
 def trial(path: str, seed: int, backend: str, seconds: float, **settings: Any) -> WalkTrial:
     """Return a walk whose robot and neurons have the same seed."""
     chosen = WalkSettings(path=path, network_seed=seed, **settings)
-    options = Options(seconds, backend, pipeline=EXPERIMENT.pipeline, seed=seed, progress=Clock())
+    options = Options(seconds, backend, pipeline=EXPERIMENT.pipeline, seed=seed)
     return WalkTrial(chosen, options)
 
 

@@ -29,7 +29,6 @@ class PaperFigure:
 
     summary: str
     experiment: str
-    seconds: float
     settings: Mapping[str, str]
 
     def make(self, request: FigureRequest) -> int:
@@ -38,9 +37,8 @@ class PaperFigure:
             raise UsageError(
                 f"figure '{request.figure}' is a single run; leave out --workers and --scheduler"
             )
-        asked = request.options
-        seconds = self.seconds if asked.seconds is None else asked.seconds
-        options = replace(asked, seconds=seconds, settings=_replaced(self.settings, asked.settings))
+        settings = _replaced(self.settings, request.options.settings)
+        options = replace(request.options, settings=settings)
         run.run(run.RunRequest(experiment=self.experiment, target=request.target, options=options))
         return 0
 
@@ -51,12 +49,13 @@ class PaperSweep:
 
     summary: str
     experiment: str
-    seconds: float
     settings: Mapping[str, str]
     vary: Sequence[str]
     n_seeds: int
     figure: str
     probes: bool = False
+    seconds: float | None = None
+    """By default those of the experiment."""
 
     def make(self, request: FigureRequest) -> int:
         """Run the missing points of the sweep, from the seed of the request on, and draw it.
@@ -147,23 +146,19 @@ def _keys(pairs: Sequence[str]) -> list[str]:
     return [pair.partition("=")[0] for pair in pairs]
 
 
-WALK_S = 40.0
 SWEEP_S = 20.0
 """Five of the six turns of the path."""
-LONGEST_S = 60.0
-"""Most seconds of a run with a schedule: the end of the schedule ends the run."""
 
 FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
-    "teaser": PaperFigure("Fig. 1: walking, drawing and walking on", "switch", LONGEST_S, {}),
+    "teaser": PaperFigure("Fig. 1: walking, drawing and walking on", "switch", {}),
     "overview": PaperOverview(
         "Fig. 2: parts, populations and connections", "spikeport.experiments.switch.overview"
     ),
-    "reach": PaperFigure("Fig. 3: reach-to-target", "reach", 15.0, {"preset": "paper"}),
-    "draw": PaperFigure("Fig. 4: a digit", "draw", 12.0, {"preset": "paper", "digit": "5"}),
+    "reach": PaperFigure("Fig. 3: reach-to-target", "reach", {"preset": "paper"}),
+    "draw": PaperFigure("Fig. 4: a digit", "draw", {"preset": "paper", "digit": "5"}),
     "walk": PaperSweep(
         "Fig. 5a: reference policy and spiking policy",
         "walk",
-        WALK_S,
         {"path": "loop", "n_neurons": "20"},
         ["policy=mlp,spiking"],
         5,
@@ -173,19 +168,18 @@ FIGURES: dict[str, PaperFigure | PaperOverview | PaperSweep] = {
     "walk-sweep": PaperSweep(
         "Fig. 5b: neurons of a unit, and filters between layers",
         "walk",
-        SWEEP_S,
         {"path": "loop", "calibrated": "false"},
         ["n_neurons=2,6,20,40", "tau_fwd=.001,.002,.005,.01", "backend=reference,native"],
         5,
         "spikeport.experiments.walk.sweep_figure",
+        seconds=SWEEP_S,
     ),
     "walk-silenced": PaperFigure(
         "Fig. 5c: half of the ensembles fall silent",
         "walk",
-        WALK_S,
         {"path": "loop", "n_neurons": "20", "silence": "0.5", "silence_at": "25"},
     ),
-    "basal-ganglia": PaperFigure("Fig. 6: spikes of the basal ganglia", "switch", LONGEST_S, {}),
+    "basal-ganglia": PaperFigure("Fig. 6: spikes of the basal ganglia", "switch", {}),
 }
 NUMBERS = {
     "1": "teaser",

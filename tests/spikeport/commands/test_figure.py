@@ -25,12 +25,12 @@ def test_figures_are_run_with_the_papers_settings(spikeport, asked):
         RunRequest(
             experiment="reach",
             target=Target(backend="native", chip="loihi", passes=None),
-            options=RunOptions(seed=0, seconds=15.0, settings=["preset=paper"]),
+            options=RunOptions(seed=0, settings=["preset=paper"]),
         ),
         RunRequest(
             experiment="draw",
             target=Target(),
-            options=RunOptions(seconds=12.0, settings=["preset=paper", "digit=5"]),
+            options=RunOptions(settings=["preset=paper", "digit=5"]),
         ),
     ]
 
@@ -84,7 +84,7 @@ def test_the_figure_of_walks_is_a_sweep(spikeport, asked, tmp_path):
         target=Target(),
         vary=["policy=mlp,spiking"],
         seeds=(3, 4, 5, 6, 7),
-        seconds=40.0,
+        seconds=None,
         settings=["path=loop", "n_neurons=20"],
         out=Path(tmp_path),
         workers=Workers(),
