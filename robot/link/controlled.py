@@ -71,7 +71,7 @@ class ControlledRobot(RealTimeRobot):
         self._motors, self._answered_tick = HOLD, -1
         self._controller = Controller(lambda _: self._motors)
 
-    def first(self) -> Observed:
+    def first(self, runs: Callable[[], bool] = lambda: True) -> Observed:
         """Lead the robot to ``RUN`` by its user's keys, and return the observation there.
 
         Raises
@@ -79,7 +79,7 @@ class ControlledRobot(RealTimeRobot):
         RobotLostError
             If no robot is found, or it is gone.
         """
-        last, printed = super().first(), State.WAIT
+        last, printed = super().first(runs), State.WAIT
         if not self._terminal.is_heard:
             self._say(REMOTE_ALONE)
         while True:

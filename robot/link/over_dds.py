@@ -89,8 +89,13 @@ class DdsRobot(CommandedRobot):
         self._lacks = f"nobody publishes {STATES.name}; is `spikeport robot serve` running there?"
         self._released: list[str] | None = None
 
-    def first(self) -> Observed:
+    def first(self, runs: Callable[[], bool] = lambda: True) -> Observed:
         """Release sport mode, and return the first observation.
+
+        Parameters
+        ----------
+        runs : callable
+            Returns False once the robot is known to have ended: nobody waits for it any longer.
 
         Raises
         ------
@@ -99,18 +104,18 @@ class DdsRobot(CommandedRobot):
         BackendError
             If sport mode is not released.
         """
-        found = self._await()
+        found = self._await(runs)
         if self._switcher is not None:
             self._released = self._switcher.release()
             if self._released:
                 # Messages so far came from sport mode, which may fall silent.
                 for companion in self._beside.values():
                     companion.forget()
-            found = self._await()
+            found = self._await(runs)
         self._runs = True
         return found
 
-    def _await(self) -> Observed:
+    def _await(self, runs: Callable[[], bool]) -> Observed:
         """Wait for a robot, and return its newest observation."""
         until = time.monotonic() + FIRST_S
         while time.monotonic() < until:
@@ -121,6 +126,8 @@ class DdsRobot(CommandedRobot):
                 return found
             if found is not None:
                 self._lacks = "it publishes states but does not read commands"
+            if not runs():
+                raise RobotLostError("the robot sent no first state")
         raise RobotLostError(f"no robot was ready within {FIRST_S:g} s: {self._lacks}")
 
     def _newest(self, within_s: float) -> Observed | None:
@@ -315,10 +322,10 @@ class RealTimeRobot(DdsRobot):
         self._seen_s = 0.0
         self._undisturbed = ExitStack()
 
-    def first(self) -> Observed:
-        """Return the first observation; see `RobotClient.first`."""
+    def first(self, runs: Callable[[], bool] = lambda: True) -> Observed:
+        """Return the first observation; see `DdsRobot.first`."""
         self._undisturbed.enter_context(undisturbed(self._priority))
-        found = super().first()
+        found = super().first(runs)
         self._deadlines.begin()
         self._seen_s = self._beside_s = self._clock.now()
         return found

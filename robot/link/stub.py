@@ -4,8 +4,8 @@ import dataclasses
 import json
 import socket
 import warnings
-from collections.abc import Sequence
-from contextlib import ExitStack
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 
 from spikeport.child import START_S, Child
 from spikeport.errors import BackendError, RobotLostError
@@ -69,15 +69,21 @@ class StubRobot(RobotClient):
 
     def first(self) -> Observed:
         """Return the first observation; see `RobotClient.first`."""
-        return self._client.first()
+        with self._end_explained():
+            return self._client.first(lambda: self._child.runs)
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Answer an observation, and return the next; see `RobotClient.exchange`."""
         self._commands += 1
-        try:
+        with self._end_explained():
             return self._client.exchange(last, motors)
-        except RobotLostError as error:
-            # The last output of a robot that died says more than its silence.
+
+    @contextmanager
+    def _end_explained(self) -> Iterator[None]:
+        """Add the last output of a robot that died to an error: it says more than silence."""
+        try:
+            yield
+        except BackendError as error:
             if self._child.runs:
                 raise
             self._output = self._child.close()

@@ -3,11 +3,14 @@
 import os
 import time
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from spikeport.errors import BackendError
+from spikeport.child import Child
+from spikeport.errors import BackendError, RobotLostError
+from spikeport.pacing import Pace
 from spikeport.robot.link import stub
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.settings import RobotSettings
@@ -88,6 +91,33 @@ def test_a_stub_ends_even_if_its_client_fails_to_close() -> None:
         "error": "DDS cannot write (code -1)",
         "alive": False,
         "claims": False,
+    }
+
+
+class KilledChild(Child):
+    def __init__(self, name: str, arguments: Sequence[str]) -> None:
+        super().__init__(name, arguments)
+        os.kill(self.process_id, 9)
+
+
+def a_stub_killed_before_its_first_state(real_time: bool) -> dict[str, object]:
+    stub.Child = KilledChild  # type: ignore[misc]
+    robot = StubRobot(HOIST, Pace(0.005) if real_time else None)
+    begin = time.monotonic()
+    try:
+        robot.first()
+    except RobotLostError as error:
+        return {"error": str(error), "soon": time.monotonic() - begin < 5}
+    finally:
+        robot.close()
+    return {}
+
+
+@pytest.mark.parametrize("real_time", [False, True])
+def test_a_stub_killed_before_its_first_state_is_lost_at_once(real_time: bool) -> None:
+    assert in_namespace(a_stub_killed_before_its_first_state, real_time) == {
+        "error": "the robot sent no first state; its process ended: killed by SIGKILL",
+        "soon": True,
     }
 
 
