@@ -118,8 +118,10 @@ class Trial(ABC, Generic[K, R]):
 
     def check(self) -> None:
         """Raise the UsageError or MissingExtraError that a run would raise, without running."""
-        if MENAGERIE in (self.perturbation.robot_model, self.settings.appearance):
-            menagerie.model_file()
+        if self.perturbation.robot_model == MENAGERIE:
+            menagerie.feet()
+        if self.settings.appearance == MENAGERIE:
+            menagerie.model_file(menagerie.APPEARANCE)
 
     def calibrate(self) -> DecoderCalibration:
         """Refit decoders to the activity of neurons on the backend; UsageError without decoders."""

@@ -13,8 +13,6 @@ WEAKEST = 1e-9
 """The smallest scale of torque limits: MuJoCo takes 0 as no limit, and 1e-9 moves nothing."""
 _MIRRORED_COM = np.array([1, -1, 1])
 _MIRRORED_INERTIA = np.array([1, 1, 1, -1, 1, -1])
-_FEET = {"foot1": "heel", "foot2": "sole", "foot3": "toe"}
-"""Menagerie's classes of contact shapes, and their names here."""
 
 
 def alter(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
@@ -23,7 +21,7 @@ def alter(spec: mujoco.MjSpec, perturbation: Perturbation) -> None:
     Raises
     ------
     MissingExtraError, UsageError
-        The perturbation asks for Menagerie's feet, which are not on this machine.
+        The perturbation asks for Menagerie's feet, which are not on this machine, or broken.
     """
     if perturbation.robot_model == URDF:
         _take_urdf(spec)
@@ -66,13 +64,11 @@ def _take_urdf(spec: mujoco.MjSpec) -> None:
 
 def _take_menagerie_feet(spec: mujoco.MjSpec) -> None:
     """Take the contact shapes of Menagerie's feet: three capsules, two of which replace ours."""
-    theirs = mujoco.MjSpec.from_file(str(menagerie.model_file()))
-    for side in SIDES:
-        ankle = f"{side}_ankle_link"
-        shapes = {geom.classname.name: geom for geom in theirs.body(ankle).geoms}
-        for kind, part in _FEET.items():
-            shape, name = shapes[kind], f"{side}_{part}"
-            geom = spec.geom(name) or spec.body(ankle).add_geom(spec.find_default("solid"))
-            geom.name, geom.type = name, mujoco.mjtGeom.mjGEOM_CAPSULE
-            geom.pos = np.zeros(3)  # its end points place the capsule
-            geom.size, geom.fromto = shape.size, shape.fromto
+    for (side, part), capsule in menagerie.feet().items():
+        name = f"{side}_{part}"
+        geom = spec.geom(name) or spec.body(f"{side}_ankle_link").add_geom(
+            spec.find_default("solid")
+        )
+        geom.name, geom.type = name, mujoco.mjtGeom.mjGEOM_CAPSULE
+        geom.pos = np.zeros(3)  # its end points place the capsule
+        geom.size, geom.fromto = capsule.size, capsule.fromto

@@ -7,7 +7,9 @@ import pytest
 
 from spikeport.errors import MissingExtraError, SpikeportError, UsageError
 from spikeport.robot.description import JOINTS, load
-from spikeport.robot.menagerie import model_file
+from spikeport.robot.menagerie import APPEARANCE, model_file
+from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.perturbed_plant import PerturbedPlant
 
 STAND_IN = """
 <mujoco>
@@ -48,7 +50,7 @@ def stand_in(tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def theirs():
     try:
-        return mujoco.MjModel.from_xml_path(str(model_file()))
+        return mujoco.MjModel.from_xml_path(str(model_file(APPEARANCE)))
     except SpikeportError as error:
         pytest.skip(str(error))
 
@@ -94,13 +96,60 @@ def test_nothing_is_downloaded_into_an_empty_cache(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_absent_package_names_the_extra(monkeypatch):
+def dressed():
+    load("menagerie")
+
+
+def with_its_feet():
+    PerturbedPlant(Perturbation(robot_model="menagerie"))
+
+
+@pytest.mark.parametrize(
+    ("use", "setting"), [(dressed, "appearance"), (with_its_feet, "robot_model")]
+)
+def test_absent_package_names_the_setting_and_the_extra(monkeypatch, use, setting):
     monkeypatch.setitem(sys.modules, "mujoco_menagerie", None)
     with pytest.raises(MissingExtraError) as error:
-        load("menagerie")
+        use()
     assert str(error.value) == (
-        "appearance 'menagerie' needs the package mujoco-menagerie, which is absent; "
+        f"{setting} 'menagerie' needs the package mujoco-menagerie, which is absent; "
         "install it with: pip install 'spikeport[menagerie]'"
+    )
+
+
+FOOTLESS = '<mujoco><worldbody><body name="left_ankle_link"/></worldbody></mujoco>'
+JUNK = "MuJoCo cannot read it (XML parse error 8: Error=XML_ERROR_PARSING_TEXT ErrorID=8 (0x8) "
+
+
+@pytest.mark.usefixtures("stand_in")
+@pytest.mark.parametrize(
+    ("use", "model", "fault"),
+    [
+        (with_its_feet, "junk", f"{JUNK}Line number=1)"),
+        (with_its_feet, "<mujoco/>", "it has no body 'left_ankle_link'"),
+        (
+            with_its_feet,
+            FOOTLESS,
+            "its body 'left_ankle_link' lacks a capsule of class 'foot1' with a radius and two "
+            "ends",
+        ),
+        (dressed, "junk", f"{JUNK}Line number=1)"),
+        (dressed, "<mujoco/>", "it has no mesh on a body of the H1"),
+        (
+            dressed,
+            STAND_IN.replace("brick", "none"),
+            "MuJoCo cannot compile it (Error: Error opening file 'assets/none.stl')",
+        ),
+    ],
+)
+def test_a_broken_model_is_refused_with_its_file_and_its_fault(tmp_path, use, model, fault):
+    file = tmp_path / "unitree_h1" / "h1.xml"
+    file.write_text(model)
+    with pytest.raises(UsageError) as error:
+        use()
+    assert str(error.value) == (
+        f"Menagerie's unitree_h1 '{file}': {fault}; cure: set MENAGERIE_ROOT to a checkout of "
+        "github.com/google-deepmind/mujoco_menagerie"
     )
 
 
