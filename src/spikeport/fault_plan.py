@@ -1,8 +1,10 @@
-"""Plans of faults: texts ``KIND@STEP``, ``KIND=MS@STEP``, or ``KIND:SHARE`` of all steps.
+"""Plans of faults: texts ``KIND@STEP``, or ``KIND:SHARE`` of all steps.
 
-The kinds, and their effects, are defined by the link that has them.
+Some kinds have a time, as in ``KIND=MS@STEP`` and ``KIND=MS:SHARE``. The kinds, and their effects,
+are defined by the link that has them.
 """
 
+import math
 import random
 import re
 from collections.abc import Iterable, Sequence
@@ -10,14 +12,36 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from spikeport.constants import LONGEST_RUN
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, unknown
 from spikeport.pacing import in_steps
+from spikeport.reading.mismatch import shown
 
 MOST_MS = 10**6
 """The longest time of a fault, in ms: no system can wait for some 10^12."""
-_PATTERN = re.compile(
-    r"(?P<kind>[a-z-]+)(=(?P<ms>[0-9.]+))?(@(?P<step>[0-9]+)|:(?P<share>[0-9.]+))"
-)
+_PARTS = re.compile(r"([^=@:]*)(?:=([^@:]*))?([@:])?(.*)", re.DOTALL)
+"""The parts of every text: a kind, a time in ms, ``@`` or ``:``, and a step or a share."""
+_WHOLE, _DECIMAL = r"[0-9]+", r"[0-9]+\.?[0-9]*|\.[0-9]+"
+
+
+class _Number(NamedTuple):
+    """A number of a fault: its rule in words, the form of its text, and its limits."""
+
+    rule: str
+    form: str
+    low: float
+    high: float
+
+    def read(self, text: str) -> float:
+        """Return the number in a text; ValueError if it breaks the rule."""
+        value = float(text) if re.fullmatch(self.form, text) else math.nan
+        if not self.low <= value <= self.high:
+            raise ValueError(f"{self.rule}, found '{shown(text)}'")
+        return value
+
+
+_TIME_MS = _Number(f"a time is a decimal number from 0 to {MOST_MS:,} ms", _DECIMAL, 0, MOST_MS)
+_STEP = _Number(f"a step is a whole number from 1 to {LONGEST_RUN:,}", _WHOLE, 1, LONGEST_RUN)
+_SHARE = _Number("a share is a decimal number from 0 to 1", _DECIMAL, 0, 1)
 
 
 @dataclass(frozen=True)
@@ -50,28 +74,34 @@ class Faults(NamedTuple):
 
     def parse(self, text: str) -> Fault:
         """Return the fault that a text names; UsageError if it names none."""
-        found = _PATTERN.fullmatch(text)
-        if found is None or found["kind"] not in self.kinds:
-            raise self._refused(text)
+        parts = _PARTS.fullmatch(text)
+        assert parts is not None  # as every text has these parts
+        kind, ms, at, when = parts.groups()
+        stems = {one: f"{one}=MS" if one in self.timed else one for one in self.kinds}
+        if kind not in stems:
+            reason = unknown("kind of fault", shown(kind), stems.values())
+            raise UsageError(f"{self.option} {text!r}: {reason}; each with @STEP or :SHARE")
         try:
-            # The step as a float, too: Python makes no integer of thousands of digits.
-            ms, share, step = (float(found[name] or 0) for name in ("ms", "share", "step"))
-        except ValueError:
-            raise self._refused(text) from None
-        if (found["kind"] in self.timed) != (found["ms"] is not None) or share > 1:
-            raise self._refused(text)
-        if found["step"] is not None and not 1 <= step <= LONGEST_RUN:
-            raise UsageError(f"{self.option} {text!r}: steps count from 1 to {LONGEST_RUN:,}")
-        if ms > MOST_MS:
-            raise UsageError(f"{self.option} {text!r}: the time is at most {MOST_MS:,} ms")
-        return Fault(found["kind"], int(step), share, ms / 1000, text)
+            delay_s = self._delay_s(kind, ms)
+            step, share = _step_and_share(at, when)
+        except ValueError as error:
+            cure = f"write {stems[kind]}@STEP or {stems[kind]}:SHARE"
+            raise UsageError(f"{self.option} {text!r}: {error}; cure: {cure}") from None
+        return Fault(kind, step, share, delay_s, text)
 
-    def _refused(self, text: str) -> UsageError:
-        timed = ", ".join(f"{kind}=MS@STEP" for kind in self.timed)
-        return UsageError(
-            f"{self.option} {text!r}: write KIND@STEP, {timed} or KIND:SHARE, with a kind of "
-            + ", ".join(self.kinds)
-        )
+    def _delay_s(self, kind: str, ms: str | None) -> float:
+        if kind in self.timed and ms is None:
+            raise ValueError(f"{kind} needs a time in ms, found none")
+        if kind not in self.timed and ms is not None:
+            raise ValueError(f"{kind} has no time, found '{shown(ms)}'")
+        return 0.0 if ms is None else _TIME_MS.read(ms) / 1000
+
+
+def _step_and_share(at: str | None, when: str) -> tuple[int, float]:
+    """Return the step of a fault, or 0 and the share of all steps."""
+    if at is None:
+        raise ValueError("it has neither a step nor a share")
+    return (int(_STEP.read(when)), 0.0) if at == "@" else (0, _SHARE.read(when))
 
 
 def unreached(faults: Iterable[Fault], steps: int, run: str = "the run") -> list[str]:

@@ -42,7 +42,7 @@ def test_every_kind_of_fault_can_be_planned() -> None:
 
 
 def test_a_kind_of_fault_of_a_robot_is_refused() -> None:
-    with pytest.raises(UsageError, match="--fault 'nan@3': write KIND@STEP, slow=MS@STEP or"):
+    with pytest.raises(UsageError, match="--fault 'nan@3': unknown kind of fault 'nan'"):
         FAULTS.parse("nan@3")
 
 

@@ -76,7 +76,7 @@ def test_a_stub_that_is_cut_ends_the_run(
             UsageError,
             "^--fault works only with the stub, not with a board$",
         ),
-        ("board", {"faults": ("nonsense@1",)}, UsageError, "'nonsense@1': write KIND@STEP"),
+        ("board", {"faults": ("nonsense@1",)}, UsageError, "'nonsense@1': unknown kind of fault"),
         (
             "board",
             {"hold": 0},

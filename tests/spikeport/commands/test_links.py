@@ -69,7 +69,7 @@ def test_wrong_addresses_certificates_and_records_are_refused(
         ),
         ({"fault": ["cut@1"]}, "replay", "^--fault: for --backend board, not replay"),
         ({"replay": Path("x")}, "board", "--replay is for --backend replay, not board"),
-        ({"fault": ["nonsense"]}, "board", "write KIND@STEP"),
+        ({"fault": ["nonsense"]}, "board", "unknown kind of fault 'nonsense'"),
         (
             {"hold": 3},
             "board",

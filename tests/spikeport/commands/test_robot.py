@@ -21,7 +21,7 @@ from spikeport.robot.link.connection import RobotOptions
             {"lock_step": False, "fault": ("loss@1",)},
             "--fault is for --lock-step: real time has faults of its own",
         ),
-        ({"fault": ("lost@1",)}, "write KIND@STEP"),
+        ({"fault": ("lost@1",)}, "unknown kind of fault 'lost'"),
         ({"priority": 5}, "--priority is for real time; lock-step has no deadlines"),
         ({"lock_step": False, "rate_hz": 300.0}, "300 physics steps a second"),
         ({"rate_hz": 500.0}, "--rate-hz 500 with --lock-step: controllers step at 200 Hz"),
@@ -105,7 +105,7 @@ def test_stubs_are_in_lock_step_and_robots_over_dds_in_real_time_by_default() ->
             {"robot": "dds:lo:0", "robot_lock_step": True, "may_move_a_real_robot": True},
             "does not wait for answers",
         ),
-        ({"robot": "inline", "robot_fault": ["lost@1"]}, "write KIND@STEP"),
+        ({"robot": "inline", "robot_fault": ["lost@1"]}, "unknown kind of fault 'lost'"),
     ],
 )
 def test_options_that_would_do_nothing_are_refused(asked: dict[str, Any], words: str) -> None:
