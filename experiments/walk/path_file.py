@@ -1,5 +1,6 @@
 """A user's own path: a CSV file with columns ``t_s,x_m,y_m`` and a row for each moment."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -40,9 +41,6 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
         If the file is not such a table, or the robot cannot follow its path for so long.
     """
     table = _read_table(file)
-    if not (np.abs(table) <= LARGEST).all() or (np.diff(table[:, 0]) <= 0).any():
-        found = f"times that do not rise, or numbers that are not finite or above {LARGEST:g}"
-        raise _no_table(file, found)
     # Times count from the first row, whatever clock wrote them.
     time_s, points = table[:, 0] - table[0, 0], table[:, 1:]
     _check_start(file, points[0])
@@ -57,7 +55,7 @@ def read_path(file: Path, seconds: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _read_table(file: Path) -> np.ndarray:
-    """Return the rows of a file, (n, 3)."""
+    """Return the rows of a file, (n, 3), whose times rise."""
     try:
         text = read_text(file, TABLE_BYTES)
     except MismatchError as error:
@@ -70,17 +68,49 @@ def _read_table(file: Path) -> np.ndarray:
         raise _no_table(file, f"{len(cells)} row{'' if cells else 's'}")
     for line, row in cells.items():
         if len(row) != 3:
-            raise _no_table(file, f"{len(row)} cells in line {line}")
+            raise _no_row(file, line, f"{len(row)} cells, expected 3")
+    table = np.array([[_number(cell) for cell in row] for row in cells.values()])
+    _check_numbers(file, cells, table)
+    _check_times(file, cells, table[:, 0])
+    return table
+
+
+def _number(cell: str) -> float:
+    """Return the decimal number in a cell; NaN if there is none."""
+    # Python also reads 1_0, and digits of all scripts.
+    if "_" in cell or not cell.isascii():
+        return math.nan
     try:
-        return np.array([[float(cell) for cell in row] for row in cells.values()])
-    except ValueError as error:
-        raise _no_table(file, f"a cell that is no number ({error})") from None
+        return float(cell)
+    except ValueError:
+        return math.nan
+
+
+def _check_numbers(file: Path, cells: dict[int, list[str]], table: np.ndarray) -> None:
+    wrong = np.argwhere(~(np.abs(table) <= LARGEST))
+    if wrong.size:
+        row, column = wrong[0]
+        line, name = list(cells)[row], COLUMNS.split(",")[column]
+        rule = f"a decimal number from {-LARGEST:g} to {LARGEST:g}"
+        raise _no_row(file, line, f"{name} '{cells[line][column].strip()}' is not {rule}")
+
+
+def _check_times(file: Path, cells: dict[int, list[str]], time_s: np.ndarray) -> None:
+    held = np.flatnonzero(np.diff(time_s) <= 0)
+    if held.size:
+        before, line = list(cells)[held[0] : held[0] + 2]
+        earlier, time = (cells[one][0].strip() for one in (before, line))
+        raise _no_row(file, line, f"time {time} does not follow {earlier}")
+
+
+def _no_row(file: Path, line: int, fault: str) -> UsageError:
+    return UsageError(f"path '{file}': line {line}: {shown(fault)}; cure: correct the line")
 
 
 def _no_table(file: Path, found: str) -> UsageError:
     return UsageError(
-        f"path '{file}': expected columns '{COLUMNS}' and two rows or more of rising times, found "
-        f"{shown(found)}; cure: write such a table"
+        f"path '{file}': expected columns '{COLUMNS}' and two rows or more, found {shown(found)}; "
+        "cure: write such a table"
     )
 
 
