@@ -93,7 +93,9 @@ class RobotOptions:
     @property
     def estimates(self) -> str:
         """The estimator's name."""
-        return self.estimator or (TRUTH if self.robot in (INLINE, STUB) else EKF)
+        if self.estimator is not None:
+            return self.estimator
+        return TRUTH if self.robot in (INLINE, STUB) else EKF
 
     @property
     def by_hand(self) -> bool:

@@ -36,6 +36,7 @@ def test_a_malformed_robot_option_is_refused_with_the_expected_form(text: str) -
         (RobotOptions("stub", states=True, real_time=True), "--robot-states is for"),
         (RobotOptions("dds:lo:1", states=True), "--robot-states is for"),
         (RobotOptions("stub", priority=10), "--robot-priority is for real time"),
+        (RobotOptions("stub", estimator=""), "unknown estimator ''; choose from: ekf"),
         (RobotOptions("dds:lo:0", may_move_a_robot=True), "--robot-lock-step in domain 0"),
         (
             RobotOptions("dds:lo:0", real_time=True, may_move_a_robot=True, estimator="truth"),
