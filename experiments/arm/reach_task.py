@@ -75,9 +75,17 @@ def find_box(text: str) -> TargetBox:
     low, high = edges.T
     if (np.abs(edges) > FARTHEST_M).any():
         raise UsageError(f"box {text}: each edge must be from -{FARTHEST_M:g} to {FARTHEST_M:g} m")
-    if (high <= low).any() or np.linalg.norm(high - low) <= 2 * MIN_JUMP_M:
+    for axis, (first, second) in zip("xyz", edges, strict=True):
+        if second <= first:
+            raise UsageError(
+                f"box {text}: {axis} goes from {first:g} to {second:g} m, and must rise; cure: a "
+                "second number above the first"
+            )
+    diagonal_m, least_m = np.linalg.norm(high - low), 2 * MIN_JUMP_M
+    if diagonal_m <= least_m:
         raise UsageError(
-            f"box {text}: each edge must rise, and the diagonal exceed {2 * MIN_JUMP_M:g} m"
+            f"box {text}: its diagonal is {diagonal_m:g} m, and must exceed {least_m:g} m; cure: "
+            "longer edges"
         )
     return TargetBox(tuple(low), tuple(high))
 

@@ -64,16 +64,28 @@ def find_rows(asked: Sequence[str]) -> tuple[Row, ...]:
     names = [name_of(row) for row in rows]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise UsageError(
-            f"--row {twice}: listed twice; the row without perturbation is always included"
-        )
+        raise UsageError(f"--row {twice}: listed twice; cure: leave one out")
     return rows
 
 
 def _parsed(text: str) -> Row:
-    row = key_values.parse(text.split(","), Perturbation, "a perturbation", option="--row")
+    pairs = text.split(",")
+    for pair in pairs:
+        if "=" not in pair:
+            raise UsageError(f"--row {text}: expected KEY=VALUE,KEY=VALUE, found '{pair}'")
+    row = key_values.parse(pairs, Perturbation, "a perturbation", option="--row")
     Perturbation(**row)
-    # In the order of fields and without defaults, so that equal rows have equal names.
+    changed = _changed(row)
+    if not changed:
+        raise UsageError(
+            f"--row {text}: perturbs nothing, and the row 'nominal' is always there; cure: leave "
+            "it out"
+        )
+    return changed
+
+
+def _changed(row: Row) -> Row:
+    """Return a row in the order of fields and without defaults: equal rows have equal names."""
     return {
         one.name: row[one.name]
         for one in fields(Perturbation)

@@ -191,7 +191,8 @@ class DdsRobot(CommandedRobot):
         message, writer = arrival
         if self._writer not in (0, writer):
             self._refuse(
-                f"a state came from writer {writer}, earlier states from writer {self._writer}",
+                f"a state came from writer {writer}, earlier states from writer {self._writer}; "
+                "cure: end one of the two robots, or give each its own --domain",
                 message,
             )
             return None

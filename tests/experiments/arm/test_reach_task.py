@@ -141,8 +141,21 @@ def test_a_box_that_no_arm_reaches_is_refused():
         find_box("0.3:1e160,-0.3:0,1:1.2")
 
 
-@pytest.mark.parametrize("text", ["0:0.1,0:0.1,0:0.1", "1:0,0:1,0:1", "0.3:0.3,0:1,0:1"])
-def test_a_box_without_room_for_targets_is_refused(text):
+RISES = "and must rise; cure: a second number above the first"
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("1:0,0:1,0:1", f"x goes from 1 to 0 m, {RISES}"),
+        ("0:1,0:1,0.3:0.3", f"z goes from 0.3 to 0.3 m, {RISES}"),
+        (
+            "0.2:0.3,-0.3:-0.2,0:0.1",
+            "its diagonal is 0.173205 m, and must exceed 0.2 m; cure: longer edges",
+        ),
+    ],
+)
+def test_a_box_without_room_for_targets_is_refused(text, fault):
     with pytest.raises(UsageError) as caught:
         find_box(text)
-    assert str(caught.value) == f"box {text}: each edge must rise, and the diagonal exceed 0.2 m"
+    assert str(caught.value) == f"box {text}: {fault}"

@@ -28,12 +28,14 @@ def test_rows_that_are_asked_for_follow_the_nominal_one():
     [
         (["speed=1"], "unknown key of a perturbation 'speed'; choose from: action_delay, "),
         (["push=hard"], "--row push=hard: expected a number"),
-        (["push"], "--row push: expected KEY=VALUE"),
+        (["push"], "--row push: expected KEY=VALUE,KEY=VALUE, found 'push'"),
+        (["push=0.3,"], "--row push=0.3,: expected KEY=VALUE,KEY=VALUE, found ''"),
         (["push=1", "push=1.0"], "--row push=1.0: listed twice"),
         (["push=1", "friction=1,push=1"], "--row push=1.0: listed twice"),
         (
-            ["push=0"],
-            "--row nominal: listed twice; the row without perturbation is always included",
+            ["push=1", "push=0,friction=1"],
+            "--row push=0,friction=1: perturbs nothing, and the row 'nominal' is always there; "
+            "cure: leave it out",
         ),
         (["terrain=hills"], "terrain=hills: unknown terrain"),
     ],

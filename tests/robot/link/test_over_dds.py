@@ -111,9 +111,8 @@ def test_damaged_states_are_skipped_and_counted_until_the_first_command() -> Non
 BETWEEN = {
     "LowState_: 8 bytes, not 1176": b"nonsense",
     "LowState_: its checksum is wrong": bytes(1176),
-    "a state came from writer 2, earlier states from writer 1": Arrival(
-        encode_state(5, READINGS), 2
-    ),
+    "a state came from writer 2, earlier states from writer 1; cure: end one of the two robots, or "
+    "give each its own --domain": Arrival(encode_state(5, READINGS), 2),
 }
 
 
