@@ -53,5 +53,7 @@ def check_name_or_file(key: str, text: str, names: Collection[str]) -> None:
     if text in names or os.path.exists(text):
         return
     if Path(text).suffix or os.sep in text:
-        raise UsageError(f"{key}={text}: no such file")
+        raise UsageError(
+            f"{key}={text}: no such file; cure: one of {', '.join(names)}, or the path of a file"
+        )
     raise unknown(key, text, (*names, "the path of a file"))

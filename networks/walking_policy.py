@@ -17,8 +17,10 @@ from spikeport.networks.path_following import FollowerGains
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
 
-SHIPPED = Path(__file__).with_name("policies") / "h1_walk.npz"
-"""The policy that comes with this package; its model card lies beside it."""
+POLICIES = {file.stem: file for file in sorted(Path(__file__).with_name("policies").glob("*.npz"))}
+"""The policies that come with this package, by name; their model cards lie beside them."""
+SHIPPED = POLICIES["h1_walk"]
+"""The default of them."""
 
 NUMBERS, TEXTS = "iuf", "U"
 """Types of arrays, by NumPy's letters."""
@@ -85,7 +87,7 @@ class WalkingPolicy:
 
 
 def load(path: Path = SHIPPED) -> WalkingPolicy:
-    """Read a policy that `WalkingPolicy.save` wrote; by default the one that is shipped.
+    """Read a policy that `WalkingPolicy.save` wrote; by default `SHIPPED`.
 
     Raises
     ------

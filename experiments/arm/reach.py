@@ -25,7 +25,8 @@ TRACE_S = 1.0
 class ReachSettings(ArmSettings):
     """Settings of the experiment, see `ArmSettings`.
 
-    ``box`` is the box in which targets appear: ``small``, ``large`` or ``x0:x1,y0:y1,z0:z1`` in m.
+    ``box`` is the box in which targets appear: ``small``, ``large`` or ``x0:x1,y0:y1,z0:z1`` in m,
+    in the world's frame: from the floor below the pelvis, x forwards, y to the left and z up.
     """
 
     box: str = "small"

@@ -10,7 +10,7 @@ from spikeport.networks.loading.files import files_of
 from spikeport.networks.loading.walking import DESCRIBE, load_walking
 from spikeport.networks.option_checks import check_name_or_file, check_seed
 from spikeport.networks.policy import PolicyOptions
-from spikeport.networks.walking_policy import SHIPPED, WalkingPolicy
+from spikeport.networks.walking_policy import POLICIES, SHIPPED, WalkingPolicy
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
 from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.walk_interface import ACTION_SCALE_RAD, CONTROL_DT_S
@@ -28,7 +28,7 @@ GAITS = {"calm": (NONE,), "rough": (_PUSHED, replace(_PUSHED, terrain="slope:6")
 robot regains its balance, or falls, within the second between two pushes."""
 
 SPIKING, EXACT = "spiking", "mlp"
-"""Values of ``policy`` that are not files: the shipped policy in neurons, and, in some experiments,
+"""Values of ``policy`` that name no policy: the default one in neurons, and, in some experiments,
 without."""
 
 AUTO = "auto"
@@ -58,15 +58,16 @@ def load_policy(
 class PolicySettings(Perturbation):
     """Settings of the policy, the robot's appearance, and its perturbations.
 
-    ``policy`` is ``spiking`` for the shipped policy, or the file of a policy to convert in its
-    place; ``description`` is the file of Isaac Lab's environment that comes with a foreign policy.
-    ``n_neurons`` is the number of neurons of a hidden unit. ``tau_fwd`` and ``tau_out`` are the
-    time constants of the filters between layers and of the action, in s. ``units`` is the type of
-    the units (``hybrid``, ``lif``, ``relu`` or ``if``), and ``solve`` the way their weights are
-    found (``unit`` or ``layer``; see `spikeport.networks.policy.PolicyOptions`). ``network_seed``
-    draws the neurons. ``gait`` is ``calm`` or ``rough`` (`GAITS`): neurons that are made and
-    calibrated for a calm gait do not know the observations of a robot that is pushed, or that walks
-    on a slope. ``calibrated`` fits read-out and trim to the spikes of the neurons on the backend
+    ``policy`` is a shipped policy, ``h1_walk`` or ``h1_robust``, ``spiking`` for the first of them,
+    or the file of a policy to convert in its place; ``description`` is the file of Isaac Lab's
+    environment that comes with a foreign policy. ``n_neurons`` is the number of neurons of a hidden
+    unit. ``tau_fwd`` and ``tau_out`` are the time constants of the filters between layers and of
+    the action, in s. ``units`` is the type of the units (``hybrid``, ``lif``, ``relu`` or ``if``),
+    and ``solve`` the way their weights are found (``unit`` or ``layer``; see
+    `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons. ``gait`` is
+    ``calm`` or ``rough`` (`GAITS`): neurons that are made and calibrated for a calm gait do not
+    know the observations of a robot that is pushed, or that walks on a slope. ``calibrated`` fits
+    read-out and trim to the spikes of the neurons on the backend
     (`experiments.policy.calibration`), or names a file that ``spikeport calibrate`` wrote, with
     both. If it is false, the policy is used as converted, as in the paper; ``auto`` fits it on a
     chip, but not in float, where this takes many minutes. ``appearance`` is the robot's look in
@@ -75,7 +76,7 @@ class PolicySettings(Perturbation):
     """
 
     policies: ClassVar[tuple[str, ...]] = ("spiking",)
-    """Values of ``policy`` that are not the name of a file."""
+    """Values of ``policy`` that name neither a shipped policy nor a file."""
 
     policy: str = "spiking"
     description: str | None = None
@@ -92,8 +93,8 @@ class PolicySettings(Perturbation):
     def __post_init__(self) -> None:
         """Check the values; UsageError says what is wrong."""
         super().__post_init__()
-        check_name_or_file("policy", self.policy, self.policies)
-        if self.description is not None and self.policy in self.policies:
+        check_name_or_file("policy", self.policy, (*self.policies, *POLICIES))
+        if self.description is not None and self._is_shipped:
             raise UsageError(
                 f"description={self.description}: describes the file of a policy; give --set "
                 "policy=FILE, or leave it out"
@@ -106,9 +107,13 @@ class PolicySettings(Perturbation):
         check_seed("network_seed", self.network_seed)
 
     @property
+    def _is_shipped(self) -> bool:
+        return self.policy in self.policies or self.policy in POLICIES
+
+    @property
     def files(self) -> list[Path]:
         """The files that a run reads."""
-        found = [] if self.policy in self.policies else files_of(Path(self.policy))
+        found = [] if self._is_shipped else files_of(Path(self.policy))
         if self.description is not None:
             found.append(Path(self.description))
         if isinstance(self.calibrated, str) and self.calibrated != AUTO:
@@ -139,8 +144,8 @@ class PolicySettings(Perturbation):
         UsageError
             If the file holds no policy, or a policy for another robot.
         """
-        if self.policy in self.policies:
-            return load_policy()
+        if self._is_shipped:
+            return load_policy(POLICIES.get(self.policy, SHIPPED))
         description = None if self.description is None else Path(self.description)
         describe = "--set description=env.yaml"
         return load_policy(Path(self.policy), description, describe=describe)

@@ -309,7 +309,8 @@ def convert_command(
     file: Annotated[
         Path,
         typer.Argument(
-            help="A policy: npz of `train`, TorchScript, checkpoint of rsl-rl, or ONNX."
+            help="A policy: npz of `train`, TorchScript, checkpoint of rsl-rl, or ONNX; or the "
+            "name of a shipped one, h1_walk or h1_robust."
         ),
     ],
     description: Annotated[

@@ -28,7 +28,10 @@ from spikeport.networks import option_checks as check
             lambda: check.check_name_or_file("k", "nix", ["a", "b"]),
             "unknown k 'nix'; choose from: a, b, the path of a file",
         ),
-        (lambda: check.check_name_or_file("k", "nix.csv", ["a"]), "k=nix.csv: no such file"),
+        (
+            lambda: check.check_name_or_file("k", "nix.csv", ["a", "b"]),
+            "k=nix.csv: no such file; cure: one of a, b, or the path of a file",
+        ),
     ],
 )
 def test_an_invalid_option_is_refused_with_name_value_and_rule(refused, message):

@@ -63,7 +63,8 @@ def test_the_wheel_holds_every_module_and_data_file_of_the_package(wheel, checko
         for pattern in PATTERNS
         for path in folder.glob(pattern)
     }
-    assert {"robot/h1.xml", "hardware_models/chips/loihi.toml", "cli.py", "py.typed"} <= wanted
+    data = {"robot/h1.xml", "hardware_models/chips/loihi.toml", "networks/policies/h1_robust.npz"}
+    assert {*data, "cli.py", "py.typed"} <= wanted
     assert {f"spikeport/{name}" for name in wanted} - set(names(wheel)) == set()
 
 

@@ -27,7 +27,7 @@ from spikeport.hardware_models import chip as chips
 from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.policy import Layer, PolicyOptions
-from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.networks.walking_policy import POLICIES, WalkingPolicy
 
 POLICY = "policy.npz"
 """The file of a walking policy, in the folder of its conversion."""
@@ -47,6 +47,11 @@ class ConvertRequest:
     passes: str
     seed: int
     to: Destinations
+
+    @property
+    def policy(self) -> Path:
+        """The file of the policy, which may be given by the name of a shipped policy."""
+        return POLICIES.get(str(self.file), self.file)
 
 
 def run(request: ConvertRequest) -> None:
@@ -88,7 +93,7 @@ def _check(request: ConvertRequest) -> None:
         )
     if not 0 < request.tau_fwd < 1:
         raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be above 0 and below 1 s")
-    reads = [one for one in (request.file, request.observations, request.description) if one]
+    reads = [one for one in (request.policy, request.observations, request.description) if one]
     request.to.check(*reads)
     if request.to.out is not None:
         check_output("--out", request.to.out / POLICY, *reads)
@@ -105,11 +110,11 @@ def _smaller(n_neurons: int) -> str:
 
 def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     """Return the walking policy, if the file holds one, and the layers."""
-    if request.description is None and file_format(request.file) != "npz":
-        return None, load_mlp(request.file, request.activation)
+    if request.description is None and file_format(request.policy) != "npz":
+        return None, load_mlp(request.policy, request.activation)
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
 
-    walker = load_policy(request.file, request.description, request.activation)
+    walker = load_policy(request.policy, request.description, request.activation)
     return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from spikeport.errors import UsageError
 from spikeport.experiments.policy import settings as module
-from spikeport.experiments.policy.settings import CONVERSION, PolicySettings
+from spikeport.experiments.policy.settings import CONVERSION, PolicySettings, load_policy
 from spikeport.networks import walking_policy
 from spikeport.networks.policy import PolicyOptions
 
@@ -14,8 +14,20 @@ from spikeport.networks.policy import PolicyOptions
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        ({"policy": "mlp"}, "unknown policy 'mlp'; choose from: spiking, the path of a file"),
-        ({"policy": "no.npz"}, "policy=no.npz: no such file"),
+        (
+            {"policy": "mlp"},
+            "unknown policy 'mlp'; choose from: h1_robust, h1_walk, spiking, the path of a file",
+        ),
+        (
+            {"policy": "no.npz"},
+            "policy=no.npz: no such file; cure: one of spiking, h1_robust, h1_walk, or the path of "
+            "a file",
+        ),
+        (
+            {"policy": "h1_robust", "description": "env.yaml"},
+            "description=env.yaml: describes the file of a policy; give --set policy=FILE, or "
+            "leave it out",
+        ),
         (
             {"description": "env.yaml"},
             "description=env.yaml: describes the file of a policy; give --set policy=FILE, or "
@@ -31,7 +43,11 @@ from spikeport.networks.policy import PolicyOptions
             {"calibrated": ""},
             "unknown calibrated ''; choose from: auto, false, the path of a file, true",
         ),
-        ({"calibrated": "no.npz"}, "calibrated=no.npz: no such file"),
+        (
+            {"calibrated": "no.npz"},
+            "calibrated=no.npz: no such file; cure: one of true, false, auto, or the path of a "
+            "file",
+        ),
         ({"gait": "wild"}, "unknown gait 'wild'; choose from: calm, rough"),
         ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
         ({"units": "hh"}, "unknown units 'hh'; choose from: hybrid, if, lif, relu"),
@@ -48,6 +64,14 @@ def test_settings_of_the_conversion_become_the_policys_options():
     assert tuple(settings.conversion) == CONVERSION
     assert settings.policy_options == PolicyOptions(n_neurons=4, tau_out=0.01)
     assert PolicySettings(n_neurons=20).policy_options == PolicyOptions()
+
+
+@pytest.mark.parametrize("name", ["h1_walk", "h1_robust"])
+def test_a_shipped_policy_is_found_by_its_name_in_any_folder(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    settings, file = PolicySettings(policy=name), walking_policy.SHIPPED.with_name(f"{name}.npz")
+    assert (settings.walking_policy().weights[0] == load_policy(file).weights[0]).all()
+    assert settings.files == []
 
 
 def test_a_policy_is_the_shipped_one_or_that_of_a_file(tmp_path):

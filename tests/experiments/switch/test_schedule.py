@@ -184,5 +184,8 @@ def test_a_phase_that_ends_after_the_run_is_refused(refused, file, text):
 def test_an_unknown_or_absent_schedule_is_refused(refused, tmp_path):
     known = "choose from: free-standing, switch, the path of a file"
     assert refused("", schedule="none") == f"unknown schedule 'none'; {known}"
-    assert refused("", schedule="none.toml") == "schedule=none.toml: no such file"
+    assert refused("", schedule="none.toml") == (
+        "schedule=none.toml: no such file; cure: one of free-standing, switch, or the path of a "
+        "file"
+    )
     assert refused("", schedule=tmp_path) == f"{tmp_path}: cannot be read: Is a directory"

@@ -246,7 +246,11 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
     ("wrong", "message"),
     [
         ({"follower": "late"}, "unknown follower 'late'; choose from: exact, spiking"),
-        ({"policy": "nowhere.npz"}, "policy=nowhere.npz: no such file"),
+        (
+            {"policy": "nowhere.npz"},
+            "policy=nowhere.npz: no such file; cure: one of spiking, mlp, h1_robust, h1_walk, or "
+            "the path of a file",
+        ),
         ({"ramp": -1.0}, "ramp=-1: a time must be from 0 on and finite"),
         (
             {"speed": 1.5},

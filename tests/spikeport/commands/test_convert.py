@@ -162,12 +162,15 @@ def test_an_unknown_activation_of_a_checkpoint_is_refused(spikeport, tmp_path):
     assert "expected activation elu or relu or tanh or silu or gelu, found sine" in done.err
 
 
-def test_converting_a_walking_policy_without_mujoco_names_the_robot_extra(spikeport, monkeypatch):
+@pytest.mark.parametrize("policy", [walking_policy.SHIPPED, "h1_robust"])
+def test_converting_a_walking_policy_without_mujoco_names_the_robot_extra(
+    spikeport, monkeypatch, policy
+):
     for name in [n for n in sys.modules if n.startswith("spikeport.robot")]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.delitem(sys.modules, "spikeport.experiments.policy.settings", raising=False)
     monkeypatch.setitem(sys.modules, "mujoco", None)
-    done = spikeport("convert", walking_policy.SHIPPED)
+    done = spikeport("convert", policy)
     assert done.code == 2
     assert done.err.endswith("install it with: pip install 'spikeport[robot]'\n")
 
