@@ -13,7 +13,12 @@ from nengo.base import NengoObject
 
 from spikeport import freed_memory
 from spikeport.compile.check.advice import AS_WRITTEN, COMPACT, advice
-from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
+from spikeport.compile.check.hints import (
+    filter_hints,
+    image_hints,
+    network_hints,
+    relay_hints,
+)
 from spikeport.compile.check.host_loops import host_loop_hints
 from spikeport.compile.check.host_neurons import host_neuron_hints
 from spikeport.compile.check.lint import lint
@@ -253,7 +258,7 @@ def _compiled(job: Job) -> Compilation:
         passes=tuple(run.record),
         lower_bound=lower_bound(block_loads(image, target), capacity(target)),
         neurobench=neurobench(image, cores),
-        hints=_hints(job, names, blocks, unplaced),
+        hints=(*_hints(job, names, blocks, unplaced), *relay_hints(run.record)),
         on_host=_on_host(network, names),
         host=host_traffic(image, target),
     )

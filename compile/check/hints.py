@@ -1,9 +1,10 @@
-"""Hints (rules SP4xx) from a network, its filters and its image: parts that compile, but are lost
-or left out.
+"""Hints (rules SP4xx) from a network, its filters, relays and image: parts that compile, but are
+lost or left out.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import nengo
 import numpy as np
@@ -128,6 +129,20 @@ def filter_hints(
             rule = rules.get("SP410")
             slower = rule.broken(one.connection, delays)
             yield slower._replace(cure=rule.more[0]) if rewritten else slower
+
+
+def relay_hints(passes: Sequence[Mapping[str, Any]]) -> Iterator[Violation]:
+    """Yield a hint on each connection for which a pass chose a path that loses more than a relay.
+
+    ``passes`` are the records of a `spikeport.compile.passes.pipeline.PassRun`.
+    """
+    found = (one["notes"] for one in passes if one["name"] == "decode_path")
+    for name, note in ((name, note) for notes in found for name, note in notes.items()):
+        errors = {path["path"]: path["error"] for path in note["paths"]}
+        error, usual = errors[note["chosen"]], errors["preset10"]
+        if error > usual:
+            used = f"{note['chosen']}, {100 * error:.2g} % off, as written {100 * usual:.2g} %"
+            yield rules.get("SP419").broken(name, used)
 
 
 def image_hints(

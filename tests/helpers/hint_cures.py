@@ -153,6 +153,14 @@ def wired_pair() -> None:
     nengo.Probe(post)
 
 
+def relayed_pair(path: str = "auto") -> None:
+    """Add 2 small ensembles, and set the decode path between them."""
+    between = nengo.Connection(nengo.Ensemble(60, 1), nengo.Ensemble(60, 1))
+    network = nengo.Network.context[-1]
+    spikeport.add_params(network)
+    network.config[between].decode_path = path
+
+
 def moving_pair() -> None:
     """Add 2 ensembles; the way over the host between them takes one step more than a relay."""
     pre, post = nengo.Ensemble(50, 1), nengo.Ensemble(50, 1)
@@ -322,6 +330,15 @@ CASES = [
         (
             hinted(partial(rectified, nengo_loihi.LoihiSpikingRectifiedLinear())),
             hinted(partial(rectified, nengo.LIF())),
+        ),
+    ),
+    Case(
+        "SP419",
+        "raise `slack_cores` of the pass `decode_path`",
+        hinted(relayed_pair, "decode_path{slack_cores=0}"),
+        (
+            hinted(relayed_pair, "decode_path"),
+            hinted(partial(relayed_pair, "preset10"), "decode_path{slack_cores=0}"),
         ),
     ),
 ]

@@ -1,5 +1,7 @@
 """`DecodePath`: the paths of decoded values between ensembles, and the choice of one."""
 
+import re
+from pathlib import Path
 from typing import Any
 
 import nengo
@@ -15,6 +17,7 @@ from spikeport.compile.image.usage import core_uses
 from spikeport.compile.loihi.build import build
 from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.fuse import Fuse
+from spikeport.compile.passes.parse import parse
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.rewriting.decode_paths import OTHER_FILTER
 from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
@@ -65,6 +68,16 @@ def test_auto_takes_the_path_with_the_least_error_within_the_allowed_cores() -> 
     assert chosen(chain()) == "direct"
     assert chosen(chain(n=400)) == "direct"
     assert chosen(chain(n=400), slack_cores=0.5) == "preset10"
+
+
+def test_no_example_of_the_docs_takes_a_coarse_path() -> None:
+    page = Path(__file__).parents[3] / "docs" / "passes.md"
+    examples = re.findall(r"^    spikeport compile .* -p \"?(\S+?)\"?$", page.read_text(), re.M)
+    assert len(examples) == 4
+    slack = [
+        one.slack_cores for e in examples for one in parse(e).networks if one.name == "decode_path"
+    ]
+    assert set(slack) == {DecodePath().slack_cores}
 
 
 def beside(synapse: float, *fixed: float) -> nengo.Network:
