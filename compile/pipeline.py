@@ -1,8 +1,9 @@
 """The compile of a network: passes, blocks, passes, image, passes, verification and a report."""
 
+import contextlib
 import functools
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
@@ -128,7 +129,8 @@ def compile_network(
     Parameters
     ----------
     network : nengo.Network
-        The network. If it has no seed, 0 is used.
+        The network. If it has no seed, 0 is used. Its attribute ``cures``, if it has one, holds
+        cures for refusals, by the id of a rule.
     chip : str or Path
         A chip's name, or the path of its TOML file.
     dt : float
@@ -169,7 +171,7 @@ def compile_network(
         settings.check_written()
     stages = Stages(progress, "compiling", _stages(pipeline))
     job = Job(network, target, dt, pipeline, observer, settings, stages)
-    with freed_memory.kept():
+    with freed_memory.kept(), _own_cures(network):
         return _offloaded(job) if offload else _advised(job)
 
 
@@ -183,6 +185,17 @@ class Job(NamedTuple):
     observer: Observer
     settings: BuildSettings
     stages: Stages
+
+
+@contextlib.contextmanager
+def _own_cures(network: nengo.Network) -> Iterator[None]:
+    """Put the cures of a network's own kind, if it has some, into a refusal."""
+    try:
+        yield
+    except DoesNotFitError as error:
+        if isinstance(error, NothingOnChipError) or not hasattr(network, "cures"):
+            raise
+        raise error.with_cures(network.cures) from None
 
 
 def _advised(job: Job) -> Compilation:
@@ -214,7 +227,12 @@ def _offloaded(job: Job) -> Compilation:
 
 
 def _other_passes(job: Job) -> str | None:
-    """Return passes that may compile a refused network; None if its settings allow no others."""
+    """Return passes that may compile a refused network; None if its settings allow no others.
+
+    A network with cures of its own is of a kind that no pass rewrites.
+    """
+    if hasattr(job.network, "cures"):
+        return None
     if job.pipeline.networks:
         return AS_WRITTEN
     try:

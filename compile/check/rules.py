@@ -41,7 +41,14 @@ class Rule(BaseModel):
     @property
     def cures(self) -> tuple[str, ...]:
         """The cures, with a letter where a violation has a number, and a pronoun for a name."""
-        words = {"parts": "n", "gb": "n", "tau_s": "tau", "instead": "one of these", "kept": "it"}
+        words = {
+            "parts": "n",
+            "gb": "n",
+            "tau_s": "tau",
+            "instead": "one of these",
+            "kept": "it",
+            "static": "its static power",
+        }
         return tuple(cure.format(**words) for cure in (self.cure, *self.more))
 
 

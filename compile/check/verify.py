@@ -17,7 +17,8 @@ CHECKED = ("clipping", "noise")
 
 def verify(cores: Sequence[CoreUse], chip: ChipModel) -> list[Violation]:
     """Return a violation for every limit that is exceeded, with the smallest change that helps."""
-    return [_violation(usage) for usage in usages(cores, chip) if usage.exceeded]
+    exceeded = [_violation(usage) for usage in usages(cores, chip) if usage.exceeded]
+    return [_on_one_fpga(one, chip) for one in exceeded]
 
 
 def verify_settings(image: ChipImage, chip: ChipModel) -> list[Violation]:
@@ -52,8 +53,17 @@ def verify_size(compartments: int, chip: ChipModel) -> list[Violation]:
     if at_least <= (limit := n_cores(chip)):
         return []
     parts = math.ceil(at_least / limit)
-    cores = rules.get("SP201")
-    return [cores.broken(chip.name, f"at least {at_least:,}", f"{limit:,}", parts=parts)]
+    cores = rules.get("SP201").broken(
+        chip.name, f"at least {at_least:,}", f"{limit:,}", parts=parts
+    )
+    return [_on_one_fpga(cores, chip)]
+
+
+def _on_one_fpga(found: Violation, chip: ChipModel) -> Violation:
+    """Return a violation without the cure of more chips, if the chip has soft cores."""
+    rule = rules.get(found.id)
+    soft = rule.name == "cores" and chip.soft_memory is not None
+    return found._replace(cure=rule.more[1]) if soft else found
 
 
 def _violation(usage: Usage) -> Violation:

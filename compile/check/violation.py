@@ -48,6 +48,13 @@ class DoesNotFitError(RefusedError):
         self.owners = owners or {}
         super().__init__(f"the network does not fit chip '{chip}':\n{_rows(self.violations)}")
 
+    def with_cures(self, cures: Mapping[str, str]) -> "DoesNotFitError":
+        """Return the error with other cures for some rules, by id: those of a kind of network."""
+        own = [one._replace(cure=cures.get(one.id, one.cure)) for one in self.violations]
+        error = DoesNotFitError(self.chip, own, self.owners)
+        error.advice = self.advice
+        return error
+
 
 class NothingOnChipError(DoesNotFitError):
     """The error of a network without an ensemble on the chip, so that there is no image.

@@ -1,7 +1,7 @@
 """A budget of the user: the cores, power and step time that a network may take."""
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from spikeport.compile.check import rules
@@ -79,10 +79,13 @@ class Budget:
 
     def _costs(self, report: Report, activity: Activity) -> Iterator[Violation]:
         chip = report.chip
-        powers = {c.name: _power(energy(activity, chip, c)) for c in chip.calibrations}
+        spent = {c.name: energy(activity, chip, c) for c in chip.calibrations}
+        powers = {name: _power(one) for name, one in spent.items()}
         times = {c.name: timing(activity, chip, c).worst for c in chip.calibrations if c.has_times}
         if self.power_w is not None:
-            yield from _held("SP302", chip.name, powers, self.power_w, f"{self.power_w:g} W")
+            for found in _held("SP302", chip.name, powers, self.power_w, f"{self.power_w:g} W"):
+                at_rest = [one.static.power for one in spent.values() if one.static is not None]
+                yield _at_rest(found, at_rest, self.power_w)
         if self.step_us is not None:
             yield from _held("SP303", chip.name, times, self.step_us / 1e6, f"{self.step_us:g} us")
 
@@ -93,6 +96,14 @@ def _power(spent: EnergyReport) -> Estimate | None:
         return None
     static = at_least_zero("W") if spent.static is None else spent.static.power
     return spent.dynamic.power + static
+
+
+def _at_rest(found: Violation, at_rest: Sequence[Estimate], most: float) -> Violation:
+    """Return a violation with another cure if the chip at rest already draws too much."""
+    static = max(at_rest, key=lambda one: one.value, default=None)
+    if static is None or static.value < most:
+        return found
+    return found._replace(cure=rules.get(found.id).more[0].format(static=static.format()))
 
 
 def _held(

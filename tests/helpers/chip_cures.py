@@ -283,6 +283,19 @@ CASES = [
         (on(partial(ensembles, [9] * 3), "compact", cores=2),),
     ),
     Case(
+        "SP201",
+        "use fewer or smaller ensembles, or a larger FPGA",
+        lambda: (
+            compiled(partial(ensembles, [9] * 2), "softcore-up5k")()
+            & compiled(partial(ensembles, [1100]), "softcore-up5k")()
+        ),
+        (
+            compiled(partial(ensembles, [9]), "softcore-up5k"),
+            compiled(partial(ensembles, [500]), "softcore-up5k"),
+            compiled(partial(ensembles, [9] * 2), SOFT),
+        ),
+    ),
+    Case(
         "SP202",
         "use fewer neurons or sparser connections, or a larger FPGA",
         compiled(partial(dense, [300] * 2), "softcore-ecp5-25f"),
@@ -316,6 +329,12 @@ CASES = [
             budgeted(partial(dense, kept=0.1), Budget(power_w=0.1040025)),
             budgeted(dense, Budget(power_w=1)),
         ),
+    ),
+    Case(
+        "SP302",
+        "raise --max-power above {static}",
+        budgeted(dense, Budget(power_w=0.0001)),
+        (budgeted(dense, Budget(power_w=0.2)),),
     ),
     Case(
         "SP303",

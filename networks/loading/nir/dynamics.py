@@ -123,6 +123,12 @@ class _Parameters:
     def decay(self, field: str) -> np.ndarray:
         """Return dt / tau."""
         tau_s, bounds = self.get(field), f"of at least {self._dt_s:g} s (one step of --dt)"
+        if (tau_s <= 0).any():
+            raise MismatchError(
+                f"{field} above 0 in node {self._node.name}",
+                f"{tau_s.min():g} s",
+                cure="correct it in the graph: no --dt helps",
+            )
         odd = tau_s < self._dt_s * (1 - 1e-6)
         if field == "tau_syn":
             bounds = f"from {self._dt_s:g} s (one step of --dt) to {LONGEST} steps"

@@ -18,8 +18,15 @@ from spikeport.networks.loading.nir.signals import Signal
 from spikeport.networks.loading.nir.units import Units, all_parts, parts, units
 from spikeport.neurons import IntegrateAndFire, LeakyIntegrator, SpikeSource
 
+SMALLER = "in the graph, give the node fewer neurons, or fewer sources with weights other than zero"
+ONE_PART = (
+    "compile with --set parts=1, one synapse for each weight in place of two: half the axons and "
+    f"synapses, and less agreement (docs/nir.md); or, {SMALLER}"
+)
 DENSE_FROM = 0.5
 """Share of nonzero weights above which a matrix is stored as a dense one."""
+HALVED = ("SP101", "SP102", "SP104", "SP201")
+"""The rules on what a second synapse of each weight doubles: axons, synapses, and so cores."""
 WHOLE = 2**20
 """The most weights, with zeros, of a dense matrix that reads spikes on the host."""
 
@@ -68,11 +75,14 @@ class NirNetwork(nengo.Network):
         The signals that are read: spikes 1/dt high, times the weights on their path, or voltages.
     feeds : dict of str to Feed
         The functions of the inputs' nodes.
+    cures : dict of str to str
+        Cures by the id of a rule, in place of the rule's, which speak of ensembles.
     """
 
     def __init__(self, folded: PopulationGraph, n_parts: int, at_once: float, label: str) -> None:
         super().__init__(label=label, seed=0)
         self.folded, self.n_parts, self.at_once = folded, n_parts, at_once
+        self.cures = dict.fromkeys(HALVED, ONE_PART if n_parts > 1 else SMALLER)
         with warnings.catch_warnings(action="ignore"):  # nengo-loihi warns of Nengo after 3.2
             import nengo_loihi
         nengo_loihi.add_params(self)

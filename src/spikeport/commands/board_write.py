@@ -35,7 +35,8 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     Raises
     ------
     UsageError
-        If the chip is not known or has no soft cores, or the folder cannot be written.
+        If the chip is not known, has no soft cores or several FPGAs, or the folder cannot be
+        written.
     ImageError
         If the file is not an image.
     BackendError
@@ -51,6 +52,11 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     if pool is None:
         raise UsageError(
             f"chip '{chip}' has no soft cores; those that have them: {', '.join(soft)}"
+        )
+    if (n := model.limits.chips.count) > 1:
+        raise UsageError(
+            f"chip '{model.name}': limits.chips is {n}, but the files are those of one FPGA, limit "
+            "1; write an image for one chip, on a larger FPGA if it does not fit"
         )
     memory = written(image)
     outputs = [one for ports in outputs_of(image) for one in ports]

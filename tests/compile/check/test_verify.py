@@ -155,6 +155,13 @@ def test_more_compartments_than_the_whole_chip_has_are_refused_before_the_build(
     assert "or 2 times the chips" in violation.cure
 
 
+def test_more_chips_are_no_cure_for_soft_cores_which_share_an_fpga() -> None:
+    cure = "use fewer or smaller ensembles, or a larger FPGA: soft cores share one"
+    chip = chips.get("softcore-up5k")
+    (found,) = verify([CoreUse(f"core {n}", *[0] * 7) for n in range(2)], chip)
+    assert [found.cure, *(one.cure for one in verify_size(513, chip))] == [cure] * 2
+
+
 def test_a_chip_without_learning_refuses_synapses_that_learn() -> None:
     learning = Parts(groups=[Group([[64]], learning=(1,) * 7), Group([[64]])]).image()
     assert verify_learning(learning, chips.get("loihi")) == []

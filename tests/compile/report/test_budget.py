@@ -38,6 +38,21 @@ def test_the_costliest_calibration_counts(compiled_chain: Compilation, activity)
     assert violation.used == "104 mW [29, 110], nahuku-fit"
 
 
+@pytest.mark.parametrize(
+    ("power_w", "cure"),
+    [
+        (0.0001, "raise --max-power above 104 mW [29, 110], which the chip draws whatever the"),
+        (0.104, "raise --max-power above 104 mW [29, 110], which the chip draws whatever the"),
+        (0.1040001, "lower the firing rates"),
+    ],
+)
+def test_a_limit_below_the_power_at_rest_is_cured_by_a_higher_limit_alone(
+    compiled_chain: Compilation, activity, power_w: float, cure: str
+) -> None:
+    (violation,) = Budget(power_w=power_w).exceeded(compiled_chain.report, activity)
+    assert violation.cure.startswith(cure)
+
+
 @pytest.mark.parametrize("budget", [Budget(power_w=1), Budget(step_us=1)])
 def test_a_budget_of_power_or_time_needs_firing_rates(
     compiled_chain: Compilation, budget: Budget

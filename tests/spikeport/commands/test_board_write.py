@@ -10,6 +10,7 @@ from spikeport.backends.softcore.writer import written
 from spikeport.commands.board_write import run
 from spikeport.errors import BackendError, UsageError
 from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.chip import BUILT_IN
 from tests.helpers.fake_board import small_image
 from tests.helpers.images import Block, Output, Parts
 
@@ -76,6 +77,16 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path: Path) -> None:
     (tmp_path / "out").touch()
     with pytest.raises(UsageError, match="is a file; choose a folder"):
         run(tmp_path / "image.npz", tmp_path / "out", chip=CHIP)
+
+
+def test_a_chip_model_of_several_fpgas_is_refused(tmp_path: Path) -> None:
+    small_image().save(tmp_path / "image.npz")
+    text = (BUILT_IN / "softcore-up5k.toml").read_text(encoding="utf-8")
+    chip = tmp_path / "two.toml"
+    chip.write_text(text.replace("[limits.chips]\nvalue = 1", "[limits.chips]\nvalue = 2"))
+    with pytest.raises(UsageError, match=r"limits.chips is 2, but .* of one FPGA, limit 1; write"):
+        run(tmp_path / "image.npz", tmp_path / "out", chip=str(chip))
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_chip_without_soft_cores_is_refused(tmp_path: Path) -> None:

@@ -55,6 +55,10 @@ THRESHOLDS = "expected thresholds of node n above its reset voltage, found thres
         (node("IF", r=[1], v_threshold=[1], v_reset=[1]), f"{THRESHOLDS} 1, reset voltage 1"),
         (node("LIF", tau=[1e-4], r=[1], v_leak=[0], v_threshold=[1]),
          "expected tau of at least 0.001 s (one step of --dt) in node n, found 0.0001 s"),
+        (node("LIF", tau=[0.0], r=[1], v_leak=[0], v_threshold=[1]),
+         "expected tau above 0 in node n, found 0 s"),
+        (node("CubaLIF", **CUBA | {"tau_mem": [1e-2, -1]}),
+         "expected tau_mem above 0 in node n, found -1 s"),
         (node("CubaLIF", **CUBA | {"tau_syn": [9.0]}),
          "expected tau_syn from 0.001 s (one step of --dt) to 8192 steps in node n, found 9 s"),
         (node("IF", r=np.ones(3), v_threshold=np.ones(2)),
@@ -66,6 +70,15 @@ def test_parameters_out_of_range_are_refused(made, message):
     with pytest.raises(MismatchError) as caught:
         of_node(made)
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("tau", "cure"), [(1e-4, "give another --dt"), (-1, "correct it in the graph: no --dt helps")]
+)
+def test_the_cure_for_a_time_constant_names_dt_only_where_it_helps(tau, cure):
+    with pytest.raises(MismatchError) as caught:
+        of_node(node("LIF", tau=[tau], r=[1], v_leak=[0], v_threshold=[1]))
+    assert caught.value.cure == cure
 
 
 def test_one_value_stands_for_all_neurons():

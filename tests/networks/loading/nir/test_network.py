@@ -8,10 +8,12 @@ from scipy import sparse
 
 import spikeport
 import spikeport.nir
+from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.networks.loading.nir import equations
 from spikeport.networks.loading.nir import network as network_module
-from spikeport.networks.loading.nir.network import NirNetwork
+from spikeport.networks.loading.nir.network import ONE_PART, SMALLER, NirNetwork
 from tests.helpers import nir_graphs
+from tests.helpers.chip_files import chip_file
 from tests.helpers.nir_graphs import DT_S, spikes, written
 from tests.helpers.nir_referee import Referee
 
@@ -59,6 +61,18 @@ def test_one_synapse_for_each_weight_takes_half_the_synapses_of_two(tmp_path):
     ]
     assert counts[0] == 6 * 12 + 12 * 12 + 12 * 4
     assert 1.9 < counts[1] / counts[0] <= 2
+
+
+@pytest.mark.parametrize(("parts", "most", "cure"), [(2, 20, ONE_PART), (1, 8, SMALLER)])
+def test_a_graph_that_is_too_large_names_the_parts_that_help(tmp_path, parts, most, cure):
+    path = written(tmp_path, nir_graphs.recurrent())
+    chip = chip_file(tmp_path / "small.toml", in_axons=most)
+    with pytest.raises(DoesNotFitError) as raised:
+        spikeport.compile_network(spikeport.nir.load(path, DT_S, parts=parts), chip)
+    assert {one.cure for one in raised.value.violations} == {cure}
+    assert "compact" not in str(raised.value)
+    if cure == ONE_PART:
+        spikeport.compile_network(spikeport.nir.load(path, DT_S, parts=1), chip)
 
 
 def test_a_readout_on_the_host_has_the_voltage_of_the_chips_spikes(tmp_path):
