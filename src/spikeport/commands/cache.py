@@ -3,11 +3,10 @@
 import time
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Column, Table
 
 from spikeport import cache
+from spikeport.commands.console import Console
 
 BYTES_PER_MIB = 2**20
 S_PER_DAY = 24 * 3600
@@ -19,7 +18,7 @@ def run(clear: bool) -> None:
     if kept is cache.NOTHING:
         console.print(f"the cache is off: {cache.FOLDER}={cache.OFF}")
     elif clear:
-        console.print(f"removed from {kept.folder}: {kept.clear()} entries", markup=False)
+        console.print(f"removed from {kept.folder}: {kept.clear()} entries")
     else:
         console.print(_table(kept))
 
@@ -29,12 +28,12 @@ def _table(kept: cache.Cache) -> Table:
         "kind",
         *(Column(name, justify="right") for name in ("entries", "MiB", "newest, days")),
         box=SIMPLE_HEAD,
-        title=escape(str(kept.folder)),
+        title=str(kept.folder),
     )
     entries = kept.entries()
     for kind in sorted({entry.kind for entry in entries}):
         mine = [entry for entry in entries if entry.kind == kind]
         size = sum(entry.size for entry in mine) / BYTES_PER_MIB
         days = (time.time() - mine[-1].changed_s) / S_PER_DAY
-        table.add_row(escape(kind), str(len(mine)), f"{size:.1f}", f"{days:.1f}")
+        table.add_row(kind, str(len(mine)), f"{size:.1f}", f"{days:.1f}")
     return table

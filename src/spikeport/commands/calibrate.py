@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
-
 from spikeport.atomic import check_output
+from spikeport.commands.console import Console
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
@@ -53,8 +52,8 @@ def run(request: CalibrateRequest) -> None:
     image = calibration.image_digest[:16]
     where = f"on image {image}" if image else f"on backend {target.backend}"
     console = Console(soft_wrap=True, highlight=False)
-    console.print(f"{numbers:,} decoders refitted {where}", markup=False)
-    console.print(f"written: {request.out}", markup=False)
+    console.print(f"{numbers:,} decoders refitted {where}")
+    console.print(f"written: {request.out}")
 
 
 def _check(request: CalibrateRequest, experiment: Experiment) -> None:

@@ -5,10 +5,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from spikeport.atomic import check_output
+from spikeport.commands.console import Console
 from spikeport.commands.destinations import Destinations
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
@@ -76,11 +76,11 @@ def run(request: ConvertRequest) -> None:
         if walker is not None:
             walker.save(out / POLICY)
     console = Console(highlight=False)
-    console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {mlp.activation}", markup=False)
-    console.print(f"observations: {observations.origin}", markup=False)
+    console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {mlp.activation}")
+    console.print(f"observations: {observations.origin}")
     console.print(lint_table(converted.lint))
     for line in lint_lines(converted.lint):
-        console.print(line, markup=False)
+        console.print(line)
     show_findings(findings, cores=False)
     request.to.note()
 

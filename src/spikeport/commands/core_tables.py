@@ -1,7 +1,6 @@
 """Tables of the resources and energy of every core, and the energy of every module."""
 
 from rich.box import SIMPLE_HEAD
-from rich.markup import escape
 from rich.table import Table
 
 from spikeport.commands.tables import NO_FIGURE
@@ -21,7 +20,7 @@ def core_table(report: Report, activity: Activity | None) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     costs = {} if activity is None else _core_costs(report.chip, activity)
     for name in costs:
-        table.add_column(escape(f"energy / step, {name}"), justify="right")
+        table.add_column(f"energy / step, {name}", justify="right")
     for number, core in enumerate(report.cores):
         numbers = (
             core.compartments,
@@ -30,7 +29,7 @@ def core_table(report: Report, activity: Activity | None) -> Table:
             core.synapse_bits // BITS_PER_KIB,
         )
         spent = [texts[number] for texts in costs.values()]
-        table.add_row(str(number), escape(core.label), *(f"{n:,}" for n in numbers), *spent)
+        table.add_row(str(number), core.label, *(f"{n:,}" for n in numbers), *spent)
     return table
 
 
@@ -50,8 +49,8 @@ def module_table(chip: ChipModel, modules: Modules) -> Table:
     table = Table("module", title="modules, without messages", box=SIMPLE_HEAD)
     spent = modules.energies(chip)
     for name in spent:
-        table.add_column(escape(f"energy / step, {name}"), justify="right")
+        table.add_column(f"energy / step, {name}", justify="right")
     for name, *found in zip(modules.names, *spent.values(), strict=True):
         texts = [one.energy_step.format() if one.energy_step else NO_FIGURE for one in found]
-        table.add_row(escape(name), *texts)
+        table.add_row(name, *texts)
     return table

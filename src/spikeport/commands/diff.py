@@ -5,11 +5,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Column, Table
 
 from spikeport.atomic import check_output
+from spikeport.commands.console import Console
 from spikeport.commands.report_file import check_whole, read, report_file
 from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError, printable
@@ -50,14 +49,14 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
     if rows:
         table = Table(Column("figure", overflow="fold"), box=SIMPLE_HEAD)
         for name in (str(a), str(b), "change"):
-            table.add_column(escape(name), justify="right", overflow="fold")
+            table.add_column(name, justify="right", overflow="fold")
         for row in rows:
-            table.add_row(*map(escape, row))
+            table.add_row(*row)
         console.print(table)
     else:
         console.print("no difference")
     if note:
-        console.print(note, markup=False, soft_wrap=True)
+        console.print(note, soft_wrap=True)
     return DIFFERENT if rows else SAME
 
 

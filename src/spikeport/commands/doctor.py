@@ -4,10 +4,9 @@ import re
 from importlib import metadata
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
+from spikeport.commands.console import Console
 from spikeport.extras import install_command
 
 DEVELOPMENT = ("test", "check", "referee")
@@ -40,7 +39,7 @@ def run() -> int:
         cure = f"extra {extra}" if extra else "required"
         table.add_row(name, _version(name) or "missing", cure if name in missing else "")
     graphics, cure = _graphics() if "mujoco" not in missing else ("needs mujoco", "")
-    table.add_row("pictures (OpenGL)", graphics, escape(cure))
+    table.add_row("pictures (OpenGL)", graphics, cure)
     Console().print(table)
     if missing:
         extras = ",".join(sorted({wanted[name] for name in missing} - {""}))

@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from spikeport.atomic import write_text
+from spikeport.commands.console import Console
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers, seeds_from
 from spikeport.commands.progress import progress_bar
@@ -74,9 +74,7 @@ def run(request: EvaluateRequest) -> int:
             )
         _write(evaluation, folder)
     for point, reason in failures:
-        Console(soft_wrap=True, highlight=False).print(
-            f"failed: {point.name}: {reason}", markup=False
-        )
+        Console(soft_wrap=True, highlight=False).print(f"failed: {point.name}: {reason}")
     return int(bool(failures))
 
 
@@ -185,9 +183,9 @@ def _title(evaluation: "EvaluationSweep") -> str:
 
 def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
     console = Console(soft_wrap=True, highlight=False)
-    console.print(title, markup=False)
+    console.print(title)
     console.print(screen_table(rows))
-    console.print("intervals of 95 %, and all figures: table.md", markup=False)
+    console.print("intervals of 95 %, and all figures: table.md")
     print_written(console, folder)
 
 

@@ -2,10 +2,9 @@
 
 from collections.abc import Iterator
 
-from rich.console import Console
 from rich.table import Table
-from rich.text import Text
 
+from spikeport.commands.console import Console
 from spikeport.compile.check import rules
 from spikeport.compile.check.rules import GROUPS, Rule
 
@@ -15,9 +14,9 @@ def explain(rule_id: str) -> None:
     rule = rules.get(rule_id)
     entries = Table.grid(padding=(0, 1))
     for name, text in named(rule):
-        entries.add_row(f"  {name}:", Text(text))
+        entries.add_row(f"  {name}:", text)
     console = Console(highlight=False)
-    console.print(f"{rule.id} {rule.name} ({GROUPS[rule.id[:3]].lower()})", markup=False)
+    console.print(f"{rule.id} {rule.name} ({GROUPS[rule.id[:3]].lower()})")
     console.print(entries)
 
 

@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 from pydantic import BaseModel
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Column, Table
 
 from spikeport.backends.registry import BACKENDS
+from spikeport.commands.console import Console
 from spikeport.errors import MissingExtraError
 from spikeport.experiments import registry
 from spikeport.experiments.options import WITHOUT_NEURONS, Experiment
@@ -27,13 +26,13 @@ def print_chips() -> None:
 
 def _chip_table(chip: ChipModel) -> Table:
     columns = ("figure", "value", "evidence", Column("source", overflow="fold"))
-    title, caveat = escape(f"{chip.name}: {chip.title}"), escape(chip.caveat)
-    table = Table(*columns, box=SIMPLE_HEAD, title=title, caption=caveat)
+    title = f"{chip.name}: {chip.title}"
+    table = Table(*columns, box=SIMPLE_HEAD, title=title, caption=chip.caveat)
     for what, figure in _figures(chip):
         value = f"{figure.count:,}" if figure.unit in ("1", "bit") else figure.estimate.format()
         source = figure.source + f"; {figure.note}" * bool(figure.note)
-        table.add_row(*(escape(text) for text in (what, value, figure.evidence, source)))
-    table.add_row("not public", escape(", ".join(_absent(chip))))
+        table.add_row(what, value, figure.evidence, source)
+    table.add_row("not public", ", ".join(_absent(chip)))
     return table
 
 
@@ -86,4 +85,4 @@ def _experiments(console: Console) -> Iterator[Experiment]:
         try:
             yield registry.get(name)
         except MissingExtraError as error:
-            console.print(f"experiment '{name}' is not available: {error}", markup=False)
+            console.print(f"experiment '{name}' is not available: {error}")

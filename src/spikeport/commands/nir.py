@@ -4,14 +4,14 @@ from collections.abc import Collection, Iterator
 
 import nengo
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from spikeport.commands.agreement import Agreement, Played, measured, moved, spikes_of
+from spikeport.commands.console import Console
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.report import Report
 from spikeport.constants import DT_S
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, printable
 from spikeport.networks.loading.nir.differences import differences
 from spikeport.networks.loading.nir.network import NirNetwork
 
@@ -67,7 +67,7 @@ def show(network: nengo.Network, compilation: Compilation, played: Played | None
     if isinstance(network, NirNetwork) and played is not None:
         console = Console(highlight=False)
         console.print(_table(list(measured(network, compilation, played))))
-        console.print(f"input: {played.origin}", markup=False, soft_wrap=True)
+        console.print(f"input: {played.origin}", soft_wrap=True)
 
 
 def show_differences(network: nengo.Network, report: Report) -> None:
@@ -78,7 +78,7 @@ def show_differences(network: nengo.Network, report: Report) -> None:
             "differences between the chip and NIR's equations:",
             *_lines(network, on_host),
         ):
-            console.print(line, markup=False, soft_wrap=True)
+            console.print(printable(line), soft_wrap=True)
 
 
 def _lines(network: NirNetwork, on_host: Collection[str]) -> Iterator[str]:
@@ -97,5 +97,5 @@ def _table(found: list[Agreement]) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     for one in found:
         shares = (f"{100 * share:.2f} %" for share in (one.silent, one.equal))
-        table.add_row(one.name, *shares, f"{one.wanted:,}", f"{one.spikes:,}")
+        table.add_row(printable(one.name), *shares, f"{one.wanted:,}", f"{one.spikes:,}")
     return table

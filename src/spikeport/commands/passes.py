@@ -5,10 +5,9 @@ from collections.abc import Iterator, Mapping
 from typing import Literal, get_args, get_origin
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
+from spikeport.commands.console import Console
 from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.dump import dump
@@ -28,12 +27,12 @@ def print_passes() -> None:
     for name in registry.PASSES:
         cls = registry.get(name)
         summary = (cls.__doc__ or "").split("\n\n")[0]
-        table.add_row(name, kind(cls), escape(_options(cls)), escape(" ".join(summary.split())))
+        table.add_row(name, kind(cls), _options(cls), " ".join(summary.split()))
     console.print(table)
     for name, text in registry.PIPELINES.items():
-        console.print(f"{name}: {text}", markup=False, soft_wrap=True)
+        console.print(f"{name}: {text}", soft_wrap=True)
     for name in chips.names():
-        console.print(f"default of {name}: {chips.get(name).pipeline or 'none'}", markup=False)
+        console.print(f"default of {name}: {chips.get(name).pipeline or 'none'}")
 
 
 def _options(cls: type[AnyPass]) -> str:

@@ -5,7 +5,6 @@ import sys
 import time
 from collections.abc import Iterator
 
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     SpinnerColumn,
@@ -18,6 +17,7 @@ from rich.progress import (
 from rich.progress import Progress as ProgressBar
 from rich.text import Text
 
+from spikeport.commands.console import Console
 from spikeport.errors import printable
 from spikeport.progress import Progress
 

@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from spikeport import cache
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.commands.console import Console
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
@@ -125,10 +124,10 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
         "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
     )
     for name, value in result["metrics"].items():
-        table.add_row(name, escape(_text(value)))
+        table.add_row(name, _text(value))
     console.print(table)
     for line in _link_lines(result):
-        console.print(line, markup=False, highlight=False, soft_wrap=True)
+        console.print(line, highlight=False, soft_wrap=True)
     print_written(console, folder)
 
 
@@ -144,11 +143,11 @@ def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
     """Return the table of the energy per unit of a robot's work, in every calibration."""
     table = Table("energy", box=SIMPLE_HEAD, caption="without host processors and host I/O")
     for name in next(iter(found.values())):
-        table.add_column(escape(name))
+        table.add_column(name)
     for unit, by_calibration in found.items():
         for kind in ("dynamic", "static"):
             texts = [estimate(spent[kind]) for spent in by_calibration.values()]
-            table.add_row(f"{kind}, a {unit}", *map(escape, texts))
+            table.add_row(f"{kind}, a {unit}", *texts)
     return table
 
 

@@ -4,8 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
-
+from spikeport.commands.console import Console
 from spikeport.commands.core_tables import core_table, module_table
 from spikeport.commands.passes import pass_lines
 from spikeport.commands.tables import (
@@ -57,14 +56,14 @@ def show_findings(findings: Findings, cores: bool) -> None:
             console.print(module_table(report.chip, findings.modules))
     print_costs(console, report, findings.activity, findings.rates)
     if report.neurobench is not None:
-        console.print(neurobench_line(report.neurobench, findings.activity), markup=False)
+        console.print(neurobench_line(report.neurobench, findings.activity))
     if findings.loss is not None:
         console.print(loss_table(findings.loss))
     for line in pass_lines(report):
-        console.print(line, style="dim", markup=False)
+        console.print(line, style="dim")
     print_on_host(console, report)
     print_hints(console, report, () if findings.loss is None else findings.loss.hints)
-    console.print(verdict(report), markup=False)
+    console.print(verdict(report))
 
 
 def print_costs(
@@ -75,7 +74,7 @@ def print_costs(
     if activity is not None and report.chip.calibrations:
         console.print(cost_table(report.chip, activity, rates, host_io))
         for note in cost_notes(report.chip, activity):
-            console.print(note, style="dim", markup=False)
+            console.print(note, style="dim")
     if host_io is not None:
         console.print(host_io_table(host_io))
 
@@ -84,15 +83,15 @@ def show_nothing(report: Report, verdict: str) -> None:
     """Print why a network has no image, and the ensembles that were moved to the host."""
     console = Console(highlight=False)
     print_on_host(console, report)
-    console.print(f"{verdict}; there is no image", markup=False)
+    console.print(f"{verdict}; there is no image")
 
 
 def print_on_host(console: Console, report: Report) -> None:
     """Print the ensembles on the host: moved ones, with the rule, and others, with the reason."""
     for one in report.offloaded:
-        console.print(f"offloaded: {one}", markup=False)
+        console.print(f"offloaded: {one}")
     for line in on_host_lines(report.on_host):
-        console.print(f"on the host: {line}", markup=False)
+        console.print(f"on the host: {line}")
 
 
 def print_hints(console: Console, report: Report, of_run: Iterable[Violation] = ()) -> None:
@@ -101,15 +100,15 @@ def print_hints(console: Console, report: Report, of_run: Iterable[Violation] = 
         named = [f"{hint.object} ({hint.used})" for hint in found[:MOST_NAMED]]
         more = [f"{len(found) - MOST_NAMED} more"] if len(found) > MOST_NAMED else []
         where = ", ".join([*named, *more])
-        console.print(f"hint: {rule_id} {rule}: {where}; cure: {found[0].cure}", markup=False)
+        console.print(f"hint: {rule_id} {rule}: {where}; cure: {found[0].cure}")
     for warning in report.warnings:
-        console.print(f"nengo-loihi: {warning}", style="dim", markup=False)
+        console.print(f"nengo-loihi: {warning}", style="dim")
 
 
 def print_written(console: Console, folder: Path) -> None:
     """Print a folder that was written, and its files, except hidden ones."""
     names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
-    console.print(f"written: {folder}/ ({names})", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"written: {folder}/ ({names})", highlight=False, soft_wrap=True)
 
 
 def _by_rule(hints: Iterable[Violation]) -> dict[tuple[str, str], list[Violation]]:

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import numpy as np
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Column, Table
 
+from spikeport.commands.console import Console
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding, Filter
 from spikeport.errors import printable
@@ -19,7 +18,7 @@ def run(path: Path) -> None:
     image = ChipImage.load(path)
     console = Console()
     for line in head(image):
-        console.print(printable(line), markup=False, soft_wrap=True)
+        console.print(printable(line), soft_wrap=True)
     for table in (_blocks(image), _inputs(image), _outputs(image)):
         console.print(table)
 
@@ -89,4 +88,4 @@ def _filter(found: Filter | None) -> str:
 
 def _shown(text: str) -> str:
     """Return a text of the file, escaped so that it cannot control the screen."""
-    return escape(printable(text))
+    return printable(text)

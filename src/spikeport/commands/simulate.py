@@ -8,13 +8,12 @@ from typing import Any
 
 import nengo
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from spikeport.backends import registry as backends
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands import nir
+from spikeport.commands.console import Console
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import Target, check_seconds
 from spikeport.commands.progress import progress_bar
@@ -188,10 +187,10 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
         print_on_host(console, ran.report)
         counts = ran.activity
         print_hints(console, ran.report, readout_hints(counts.readout_spikes, counts.n_steps))
-        console.print(verdict(ran.report), markup=False)
+        console.print(verdict(ran.report))
         nir.show_differences(network, ran.report)
     if played is not None:
-        console.print(played, markup=False, soft_wrap=True)
+        console.print(played, soft_wrap=True)
     print_written(console, folder)
 
 
@@ -207,7 +206,7 @@ def _probe_table(ran: Ran) -> Table:
         rms = one.rms_float()
         scale = "-" if rms is None else f"{rms:.2g}"
         columns = (f"{size:,}", f"{n_samples:,}", scale, _percent(one.error()), *texts)
-        table.add_row(escape(name), *columns)
+        table.add_row(name, *columns)
     return table
 
 

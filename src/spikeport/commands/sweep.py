@@ -5,8 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from rich.console import Console
-
+from spikeport.commands.console import Console
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
@@ -86,7 +85,6 @@ def check_workers(workers: Workers) -> None:
             f"note: --scheduler {scheduler}: anyone who can reach this cluster can run code on "
             "it, and on this machine as you; only the cluster's own security protects it. "
             "tls://... asks both sides for certificates.",
-            markup=False,
         )
 
 
@@ -165,6 +163,6 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
 def _show(folder: Path, n_points: int, failures: Sequence[tuple[Point, str]]) -> None:
     console = Console(soft_wrap=True, highlight=False)
     for point, reason in failures:
-        console.print(f"failed: {point.name}: {reason}", markup=False)
-    console.print(f"{n_points - len(failures)} of {n_points} points finished", markup=False)
+        console.print(f"failed: {point.name}: {reason}")
+    console.print(f"{n_points - len(failures)} of {n_points} points finished")
     print_written(console, folder)

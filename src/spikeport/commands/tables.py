@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 from rich.box import SIMPLE_HEAD
-from rich.markup import escape
 from rich.table import Table
 
 from spikeport.compile.image.expected import Rates
@@ -28,13 +27,13 @@ MOST_EVENTS = 3
 def resource_table(report: Report) -> Table:
     """Return the table of resources: the chip's sum, and the core that uses most."""
     found = resources(report)
-    table = Table(box=SIMPLE_HEAD, title=escape(found.title), pad_edge=False, collapse_padding=True)
+    table = Table(box=SIMPLE_HEAD, title=found.title, pad_edge=False, collapse_padding=True)
     first, *others = found.header
     table.add_column(first, no_wrap=True)
     for name in others:
         table.add_column(name, justify="right", no_wrap=True)
     for row in found.rows:
-        table.add_row(*map(escape, row))
+        table.add_row(*row)
     return table
 
 
@@ -48,13 +47,13 @@ def cost_table(
     table = Table("", box=SIMPLE_HEAD, title=f"energy and time, {_basis(activity, rates)}")
     rows: dict[str, list[str]] = {}
     for calibration in chip.calibrations:
-        table.add_column(escape(calibration.name))
+        table.add_column(calibration.name)
         for label, text in _cost_rows(chip, activity, calibration):
             rows.setdefault(label, []).append(text)
     if host_io is not None and any(c.has_times for c in chip.calibrations):
         rows["with host I/O"] = [f"{host_io.dt} {host_io.verdict}"] * len(chip.calibrations)
     for label, texts in rows.items():
-        table.add_row(label, *(escape(text) for text in texts))
+        table.add_row(label, *texts)
     return table
 
 
@@ -62,7 +61,7 @@ def host_io_table(host_io: HostIoReport) -> Table:
     """Return the table of a step's host input and output, and whether dt is known to suffice."""
     table = Table("", box=SIMPLE_HEAD, title="host I/O of a step", show_header=False)
     for label, text in host_io.rows():
-        table.add_row(label, escape(text))
+        table.add_row(label, text)
     return table
 
 
@@ -70,7 +69,7 @@ def _basis(activity: Activity, rates: Rates | None) -> str:
     if rates is None:
         return f"from the counts of {activity.n_steps:,} steps"
     named = [f"{name} {rate:g} Hz" for name, rate in rates.by_name_hz.items()]
-    return escape(f"expected at {', '.join([f'{rates.all_hz:g} Hz', *named])}")
+    return f"expected at {', '.join([f'{rates.all_hz:g} Hz', *named])}"
 
 
 def _cost_rows(
@@ -157,5 +156,5 @@ def loss_table(loss: Loss) -> Table:
         table.add_column(name, justify="right", no_wrap=True)
     for part in loss.parts[:MOST_PARTS]:
         numbers = (part.rounding, part.output_error, part.share)
-        table.add_row(escape(f"{part.object}: {part.what}"), *(f"{100 * n:.2g} %" for n in numbers))
+        table.add_row(f"{part.object}: {part.what}", *(f"{100 * n:.2g} %" for n in numbers))
     return table

@@ -4,10 +4,10 @@ from dataclasses import asdict
 from pathlib import Path
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
 from rich.table import Table
 
 from spikeport.atomic import check_folder, locked
+from spikeport.commands.console import Console
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Workers
 from spikeport.commands.progress import progress_bar

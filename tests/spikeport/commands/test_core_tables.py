@@ -1,8 +1,8 @@
 """Tables of every core and every module."""
 
 import pytest
-from rich.console import Console
 
+from spikeport.commands.console import Console
 from spikeport.commands.core_tables import core_table, module_table
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules

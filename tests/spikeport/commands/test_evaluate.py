@@ -5,8 +5,8 @@ import json
 from types import SimpleNamespace
 
 import pytest
-from rich.console import Console
 
+from spikeport.commands.console import Console
 from spikeport.commands.evaluate import screen_table
 from spikeport.experiments.evaluate import episode
 from spikeport.experiments.evaluate.interval import of_mean, of_share

@@ -24,6 +24,16 @@ def test_compile_lists_differences_and_measures_agreement_on_spikes_of_a_file(sp
     assert abs(int(wanted) - int(found)) <= 3
 
 
+def test_names_of_populations_are_printed_as_they_are(spikeport, tmp_path):
+    first, last = nir_graphs.ends(4, 3)
+    made = {"w": nir_graphs.weights(3, 4), "[red]x :smile: \x1b": nir_graphs.lif(3)}
+    path = written(tmp_path, nir_graphs.graph(input=first, **made, output=last))
+    done = spikeport("compile", path, "--dt", "0.001", "--spikes", "random")
+    shown = [one for one in done.out.splitlines() if one.startswith(r"  [red]x :smile: \x1b")]
+    assert len(shown) == 2  # a difference, and the agreement
+    assert "\x1b" not in done.out
+
+
 def test_compile_describes_random_spikes(spikeport, tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     done = spikeport("compile", path, "--set", "dt=0.001", "--set", "parts=1", "--spikes", "random")

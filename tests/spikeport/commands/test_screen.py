@@ -1,8 +1,8 @@
 """The report on one screen: its last line, its hints and NeuroBench's metrics."""
 
 import pytest
-from rich.console import Console
 
+from spikeport.commands.console import Console
 from spikeport.commands.screen import Findings, neurobench_line, print_written, show_findings
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.expected import Rates, expected_activity

@@ -4,9 +4,9 @@ import dataclasses
 from types import SimpleNamespace
 
 import pytest
-from rich.console import Console
 from rich.table import Table
 
+from spikeport.commands.console import Console
 from spikeport.commands.tables import host_io_table, resource_table
 from spikeport.hardware_models.chip import get
 from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
