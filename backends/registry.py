@@ -19,11 +19,10 @@ from spikeport.cache import NOTHING, Cache
 from spikeport.compile.check.violation import NothingOnChipError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
-from spikeport.compile.passes.parse import resolved
+from spikeport.compile.passes.parse import targeted
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.errors import UsageError, unknown
-from spikeport.hardware_models import chip as chips
 from spikeport.progress import Progress, silent
 
 
@@ -47,8 +46,7 @@ class Source(NamedTuple):
 
     def compiled(self) -> Compilation:
         """Return the compile from the cache; if there is none, compile the network."""
-        chip = chips.get(str(self.chip))
-        pipeline = resolved(self.pipeline, chip)
+        chip, pipeline = targeted(str(self.chip), self.pipeline)
         request = CompileRequest(
             self.network, chip, self.dt_s, pipeline, self.settings, self.offload
         )
@@ -109,8 +107,7 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
 
 
 def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution:
-    chip = chips.get(str(source.chip))
-    pipeline = resolved(source.pipeline, chip)
+    chip, pipeline = targeted(str(source.chip), source.pipeline)
     rewrite = fused(source.network, chip, source.dt_s, pipeline)
     return Reference(rewrite, source.dt_s, seed, LogOptions(folder=source.counts))
 

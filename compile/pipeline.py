@@ -52,7 +52,7 @@ from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.host_spikes import host_spikes
 from spikeport.compile.loihi.split_learning import split_learning
-from spikeport.compile.passes.parse import parse, resolved
+from spikeport.compile.passes.parse import parse, targeted
 from spikeport.compile.passes.pipeline import Observer, PassRun, Pipeline, observe_nothing
 from spikeport.compile.placing.load import block_loads, capacity
 from spikeport.compile.placing.lower_bound import lower_bound
@@ -63,7 +63,6 @@ from spikeport.compile.rewriting.once import each_once
 from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.compile.rewriting.slices import whole_targets
 from spikeport.constants import DT_S
-from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse, n_cores
 from spikeport.progress import Progress, Stages, silent
@@ -165,8 +164,7 @@ def compile_network(
     if not isinstance(settings, BuildSettings):
         raise ArgumentError("settings", settings, "a BuildSettings")
     dt = float(dt)
-    target = chips.get(str(chip))
-    pipeline = resolved(pipeline, target)
+    target, pipeline = targeted(str(chip), pipeline)
     if pipeline.networks:
         settings.check_written()
     stages = Stages(progress, "compiling", _stages(pipeline))

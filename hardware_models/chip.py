@@ -9,7 +9,7 @@ from typing import Annotated
 
 from pydantic import Field, StrictBool, ValidationInfo, field_validator
 
-from spikeport.errors import ChipFileError, unknown
+from spikeport.errors import ChipFileError, UsageError, unknown
 from spikeport.files import Line, Name, read_model
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.figure import Bits, Count, Figure, Power, StrictModel, Time
@@ -214,7 +214,8 @@ def get(name: str) -> ChipModel:
     if files_of(name):
         return load(name)
     if name not in names():
-        raise unknown("chip", name, names())
+        error = unknown("chip", name, names())
+        raise UsageError(f"{error}; the file of a chip ends in .toml") if "." in name else error
     return load(BUILT_IN / f"{name}.toml")
 
 

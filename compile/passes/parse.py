@@ -5,7 +5,8 @@ import re
 from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.pipeline import Pipeline
-from spikeport.errors import UsageError, printable
+from spikeport.errors import ChipFileError, UsageError, printable
+from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.key_values import converted, parameters
 
@@ -32,10 +33,23 @@ def parse(text: str) -> Pipeline:
     return Pipeline(tuple(one for name, options in pairs for one in _passes(name, options)))
 
 
-def resolved(pipeline: Pipeline | str | None, chip: ChipModel) -> Pipeline:
-    """Return a pipeline itself, that of a text, or the chip's for None; raise as `parse` does."""
-    passes = chip.pipeline if pipeline is None else pipeline
-    return parse(passes) if isinstance(passes, str) else passes
+def targeted(name: str, pipeline: Pipeline | str | None) -> tuple[ChipModel, Pipeline]:
+    """Return the chip of a name or file, and a pipeline itself, that of a text, or the chip's.
+
+    Raises
+    ------
+    UsageError, ChipFileError
+        As `spikeport.hardware_models.chip.get` and `parse` do. A chip whose own pipeline cannot be
+        read is wrong, even if another is asked for.
+    """
+    chip = chips.get(name)
+    try:
+        own = parse(chip.pipeline)
+    except UsageError as error:
+        raise ChipFileError(f"{name}: not a chip:\n  pipeline: {error}") from None
+    if pipeline is None:
+        return chip, own
+    return chip, parse(pipeline) if isinstance(pipeline, str) else pipeline
 
 
 def _matches(pattern: re.Pattern[str], text: str) -> list[re.Match[str]]:

@@ -1,15 +1,19 @@
 """Texts that list passes with their options."""
 
+import re
+from pathlib import Path
+
 import pytest
 
 from spikeport.compile.passes.pack import Pack
-from spikeport.compile.passes.parse import parse
+from spikeport.compile.passes.parse import parse, targeted
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.passes.place import Place
 from spikeport.compile.passes.registry import PIPELINES
 from spikeport.compile.passes.split import Split
 from spikeport.compile.passes.tie import Tie
-from spikeport.errors import UsageError
+from spikeport.errors import ChipFileError, UsageError
+from tests.helpers.chip_files import chip_file
 
 
 @pytest.mark.parametrize("text", ["", "  "])
@@ -33,6 +37,17 @@ def test_the_name_of_a_pipeline_stands_for_its_passes() -> None:
     alone = parse("compact").passes
     assert parse(" tie , compact").passes == (Tie(), *alone)
     assert [one.name for one in alone] == PIPELINES["compact"].split(",")
+
+
+@pytest.mark.parametrize("passes", [None, "as_written"])
+def test_the_pipeline_of_a_chip_file_is_refused_with_file_and_key(
+    tmp_path: Path, passes: str | None
+) -> None:
+    path = chip_file(tmp_path / "my.toml")
+    path.write_text(path.read_text().replace('pipeline = "as_written"', 'pipeline = "foo"'))
+    start = f"{path}: not a chip:\n  pipeline: unknown pass or pipeline 'foo'; choose from: "
+    with pytest.raises(ChipFileError, match=f"^{re.escape(start)}"):
+        targeted(str(path), passes)
 
 
 def test_a_pipeline_with_options_is_refused() -> None:
