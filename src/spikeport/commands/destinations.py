@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spikeport.atomic import check_apart, check_folder, check_output
+from spikeport.commands.image_file import IMAGE
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError
 from spikeport.files import write_json
 
-IMAGE, REPORT = "image.npz", "report.json"
-"""The files in the folder."""
+REPORT = "report.json"
+"""The file of the report in the folder."""
 
 
 @dataclass(frozen=True, kw_only=True)

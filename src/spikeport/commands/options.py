@@ -15,6 +15,7 @@ from typing import Annotated, Any, TypeVar, get_type_hints
 
 import typer
 
+from spikeport.commands.image_file import image_file
 from spikeport.constants import DT_S, LARGEST_SEED, LONGEST_RUN
 from spikeport.errors import UsageError
 
@@ -57,7 +58,12 @@ OffloadOption = Annotated[
     bool,
     typer.Option("--offload", help="Move ensembles that break a rule of the chip to the host."),
 ]
-ImageFile = Annotated[Path, typer.Argument(help="An image.npz that `compile --out` wrote.")]
+ImageFile = Annotated[
+    Path,
+    typer.Argument(
+        help="An image.npz that `compile --out` wrote, or its folder.", callback=image_file
+    ),
+]
 SecondsOption = Annotated[float | None, typer.Option(help="Simulated time, in s.")]
 SeedOption = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
 SettingsOption = Annotated[
