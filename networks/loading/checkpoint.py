@@ -35,6 +35,15 @@ NORMALIZER_APART = "obs_norm_state_dict"
 """The key under which rsl-rl 2 kept the normalisation."""
 
 
+STATISTICS = ("running_mean", "running_var", "num_batches_tracked")
+"""The ends of the keys of a batch normalisation's statistics."""
+
+FOLD = (
+    "fold a batch normalisation into the dense layer before it; layer normalisation has no dense "
+    "layer that equals it: train without"
+)
+
+
 class CheckpointLayout(NamedTuple):
     """The place of the actor in a version of rsl-rl: names, prefixes, and patterns of names."""
 
@@ -158,7 +167,17 @@ def _dense(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> Iterator[li
         names = [f"{layout.actor}{number}.{kind}" for kind in ("weight", "bias")]
         if missing := [name for name in names if name not in state]:
             raise MismatchError(missing[0], "none")
+        _check_shapes(names[0], names[1], state)
         yield names
+
+
+def _check_shapes(weight: str, bias: str, state: Mapping[str, Tensor]) -> None:
+    """Refuse the keys of a layer that is not dense: a normalisation has one weight for a unit."""
+    shape, offset = state[weight].shape, state[bias].shape
+    if len(shape) == 1:
+        raise MismatchError(f"a matrix {weight} of a dense layer", f"shape {shape}", cure=FOLD)
+    if offset != shape[:1]:
+        raise MismatchError(f"{bias} of shape {shape[:1]}", f"{offset}")
 
 
 def _refuse_others(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> None:
@@ -167,6 +186,7 @@ def _refuse_others(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> Non
     known = re.compile("|".join((layers, layout.deviation, layout.others)))
     for name in state:
         if not known.fullmatch(name):
-            raise MismatchError(f"an actor of dense layers, {layout.actor}N.weight", name)
+            cure = FOLD if name.endswith(STATISTICS) else None
+            raise MismatchError(f"an actor of dense layers, {layout.actor}N.weight", name, cure)
     if not any(re.fullmatch(layout.deviation, name) for name in state):
         raise MismatchError("a Gaussian action with one standard deviation", "another distribution")

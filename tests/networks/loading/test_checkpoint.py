@@ -132,9 +132,24 @@ def test_layers_that_do_not_fit_are_refused(path, checkpoint, refusal):
 def test_a_bias_that_does_not_fit_is_refused(path, checkpoint, refusal):
     checkpoint["actor_state_dict"]["mlp.2.bias"] = torch.ones(4)
     torch.save(checkpoint, path)
-    assert refusal(path) == (
-        "expected shapes that fit each other, found weights (6, 7), bias (4,), values ()"
-    )
+    assert refusal(path) == "expected mlp.2.bias of shape (6,), found (4,)"
+
+
+@pytest.mark.parametrize(
+    ("kind", "complaint"),
+    [
+        (nn.LayerNorm, "expected a matrix mlp.1.weight of a dense layer, found shape (7,)"),
+        (nn.BatchNorm1d, "expected an actor of dense layers, mlp.N.weight, found mlp.1.running_"),
+    ],
+)
+def test_a_normalisation_between_layers_is_refused_by_its_key(path, checkpoint, kind, complaint):
+    layer = {f"mlp.1.{name}": value for name, value in kind(7).state_dict().items()}
+    checkpoint["actor_state_dict"].update(layer)
+    torch.save(checkpoint, path)
+    with pytest.raises(UsageError) as raised:
+        load_mlp(path)
+    assert complaint in str(raised.value)
+    assert "; fold a batch normalisation into the dense layer before it; " in str(raised.value)
 
 
 def test_a_normalisation_that_is_not_a_vector_is_refused(path, checkpoint, refusal):
