@@ -81,15 +81,15 @@ class Address:
     path: Path | None = None
 
     @classmethod
-    def parse(cls, text: str) -> "Address":
-        """Return the address that a text names; UsageError if it names none."""
+    def parse(cls, text: str, forms: str = FORMS) -> "Address":
+        """Return the address that a text names; UsageError, which lists forms, if it names none."""
         if text.startswith("unix:") and len(text) > len("unix:"):
             return cls(text, path=_socket_path(text.removeprefix("unix:")))
         host, _, port = text.removeprefix("tcp://").rpartition(":")
         if text.startswith("tcp://") and host and port.isdecimal():
             # An IPv6 address is in brackets.
             return cls(text, _host(text, host.strip("[]")), _port(text, port))
-        raise UsageError(f"address {text!r}: write {FORMS}")
+        raise UsageError(f"address {text!r}: write {forms}")
 
     @property
     def is_local(self) -> bool:

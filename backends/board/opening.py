@@ -3,7 +3,7 @@
 from contextlib import ExitStack
 from pathlib import Path
 
-from spikeport.backends.board.address import Address, client_context, connect
+from spikeport.backends.board.address import FORMS, Address, client_context, connect
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.line import SocketLine
@@ -47,7 +47,7 @@ def check(link: LinkOptions) -> None:
     if link.board != STUB:
         if link.faults:
             raise UsageError("--fault works only with the stub, not with a board")
-        client_context(Address.parse(link.board), link.certificates)
+        client_context(Address.parse(link.board, f"{STUB}, {FORMS}"), link.certificates)
     elif link.certificates is not None:
         raise UsageError("--cert, --key and --ca work only with a board at tcp://HOST:PORT")
 

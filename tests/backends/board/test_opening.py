@@ -68,7 +68,7 @@ def test_a_stub_that_is_cut_ends_the_run(
 @pytest.mark.parametrize(
     ("backend", "link", "error", "reason"),
     [
-        ("board", {"board": "x"}, UsageError, "write unix:PATH or tcp://HOST:PORT"),
+        ("board", {"board": "x"}, UsageError, "write stub, unix:PATH or tcp://HOST:PORT"),
         ("board", {"board": "unix:/nowhere/x"}, BackendError, "no connection"),
         (
             "board",

@@ -34,7 +34,7 @@ def test_options_of_a_run_on_a_board_are_passed_to_its_link(tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("asked", "tls", "reason"),
     [
-        (link(board="x"), Tls(), "write unix:PATH or tcp://HOST:PORT"),
+        (link(board="x"), Tls(), "write stub, unix:PATH or tcp://HOST:PORT"),
         (
             link(board="tcp://192.0.2.1:80"),
             Tls(),
