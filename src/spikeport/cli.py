@@ -205,7 +205,9 @@ def simulate_command(
     passes: PassesOption = None,
     offload: OffloadOption = False,
     *,
-    seconds: Annotated[float, typer.Option(help="Simulated time, in s.")] = 1.0,
+    seconds: Annotated[
+        float, typer.Option(help="Simulated time, in s; each step of a NIR graph is 1 ms of it.")
+    ] = 1.0,
     seed: SeedOption = 0,
     settings: SettingsOption,
     dt: GraphStep = None,

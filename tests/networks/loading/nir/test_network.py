@@ -53,6 +53,43 @@ def test_a_network_spikes_as_nir_does(tmp_path, name):
         assert equal > 1 - spiked.mean() / 3, population
 
 
+def shaped(edges: str) -> nir.NIRGraph:
+    """Return a graph of the populations in some edges, of which c is read."""
+    rng, (first, last) = np.random.default_rng(5), nir_graphs.ends(6, 6)
+    nodes = {"input": first, "output": last}
+    nodes |= {name: nir_graphs.lif(6) for name in "abcd" if name in edges}
+    pairs = [edge.split(">") for edge in edges.split()]
+    weights = {f"w{n}": nir.Linear(rng.normal(0.3, 0.4, (6, 6))) for n in range(len(pairs))}
+    wires = [wire for n, (a, b) in enumerate(pairs) for wire in (f"{a}>w{n}", f"w{n}>{b}")]
+    return nir_graphs.wired(nodes | weights, " ".join([*wires, "c>output"]))
+
+
+@pytest.mark.parametrize(
+    ("edges", "exact"),
+    [
+        ("input>a a>b b>c", True),
+        ("input>a a>b b>c b>b", True),
+        ("input>a a>b b>c input>c", True),
+        ("input>a input>b a>c b>c", True),
+        ("input>a a>b b>c a>c", False),
+        ("input>a input>b b>d a>c d>c", False),
+        ("input>a a>b b>a b>c", False),
+    ],
+)
+def test_in_float_graphs_are_exact_unless_they_skip_populations_or_cycle_through_several(
+    tmp_path, edges, exact
+):
+    path, rows = written(tmp_path, shaped(edges)), spikes(6, N_STEPS)
+    network = spikeport.nir.load(path, DT_S)
+    wanted = equations.run(network.folded, {"input": rows})
+    found = played(network, rows, "reference")
+    assert all(spiked.sum() > 10 for spiked in wanted.values())
+    equal = [np.array_equal(found[name] > 0, spiked > 0) for name, spiked in wanted.items()]
+    assert all(equal) == exact
+    texts = [text for _, text in spikeport.nir.differences(network) if " arrive " in text]
+    assert (not texts) == exact
+
+
 def test_one_synapse_for_each_weight_takes_half_the_synapses_of_two(tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     counts = [
