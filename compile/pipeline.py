@@ -203,8 +203,12 @@ def _advised(job: Job) -> Compilation:
     except RefusedError as error:
         if not isinstance(error, NothingOnChipError):
             cores_by = functools.partial(_cores_by, job)
-            room = job.chip.limits.most("compartments") * n_cores(job.chip)
-            error.advice = advice(job.network, error, cores_by, _other_passes(job), room)
+            limits, passes = job.chip.limits, _other_passes(job)
+            room, in_axons = (
+                limits.most("compartments") * n_cores(job.chip),
+                limits.most("in_axons"),
+            )
+            error.advice = advice(job.network, error, cores_by, passes, room, in_axons)
         raise
 
 

@@ -21,6 +21,8 @@ LEARNING_ON_ONE_CORE, MEMORY = "SP012", "SP501"
 once they are built, and on the memory of a compile."""
 MOST_NEURONS, MOST_CONNECTIONS = 2000, 200
 """The largest network that is compiled with other passes for advice, which takes seconds."""
+MOST_PIECES = 40
+"""The most pieces into which such a compile cuts ensembles: pieces are connected pair by pair."""
 
 
 def advice(
@@ -29,6 +31,7 @@ def advice(
     cores_by: Callable[[str], int],
     passes: str | None = COMPACT,
     room: float = math.inf,
+    in_axons: float = math.inf,
 ) -> str:
     """Return a line on what other passes make of a network, or on another cure if they cannot help.
 
@@ -46,6 +49,8 @@ def advice(
         the settings of its build allow no others.
     room : float
         The most neurons that the chip holds.
+    in_axons : float
+        The input axons of a core: `COMPACT` cuts ensembles of more neurons into pieces.
     """
     if error.everywhere:
         return ""
@@ -60,9 +65,11 @@ def advice(
     unmended = {one.id for one in problems(error)} & {LEARNING_ON_ONE_CORE, MEMORY}
     if passes is None or unmended or lint(network, names, rewritten=False):
         return otherwise
-    n_neurons = sum(ensemble.n_neurons for ensemble in ensembles)
-    if n_neurons > room:  # no pass removes neurons
-        return otherwise
+    sizes = [ensemble.n_neurons for ensemble in ensembles]
+    pieces = sum(math.ceil(n / in_axons) for n in sizes if n > in_axons)
+    n_neurons = sum(sizes)
+    if n_neurons > room or (passes == COMPACT and pieces > MOST_PIECES):
+        return otherwise  # no pass removes neurons, and so many pieces take minutes
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
         # nengo-loihi's builder refuses most of these objects in a rewritten network, too.
         worth_it = passes == COMPACT and isinstance(error, DoesNotFitError)

@@ -136,6 +136,20 @@ def test_a_network_too_large_for_the_chip_gets_no_advice_and_is_not_offloaded(
             compile_network(network, chip, pipeline=passes, offload=True)
 
 
+@pytest.mark.parametrize(("in_axons", "tried"), [(5, True), (4, False)])
+def test_passes_that_would_cut_ensembles_into_many_pieces_are_not_tried(
+    in_axons: int, tried: bool
+) -> None:
+    network, calls = sparse(), []
+    with network:
+        nengo.Ensemble(160, 1)
+    error = refusal(network)
+    found = advice(network, error, lambda p: calls.append(p) or 1, in_axons=in_axons)
+    assert (calls == [COMPACT]) == tried
+    assert ("compiles with" in found) == tried
+    assert advice(network, error, lambda _: 1, AS_WRITTEN, in_axons=1).endswith("on 1 core")
+
+
 def test_passes_that_refuse_the_build_settings_are_not_advised() -> None:
     settings = BuildSettings(decode_tau=0.01)
     assert refusal(sparse(), settings=settings).advice == OFFLOAD
