@@ -204,10 +204,8 @@ def _advised(job: Job) -> Compilation:
         if not isinstance(error, NothingOnChipError):
             cores_by = functools.partial(_cores_by, job)
             limits, passes = job.chip.limits, _other_passes(job)
-            room, in_axons = (
-                limits.most("compartments") * n_cores(job.chip),
-                limits.most("in_axons"),
-            )
+            room = limits.most("compartments") * n_cores(job.chip)
+            in_axons = limits.most("in_axons")
             error.advice = advice(job.network, error, cores_by, passes, room, in_axons)
         raise
 
