@@ -128,7 +128,7 @@ def filter_hints(
             delays = f"{1000 * one.own_s:g} ms became {1000 * whole_s:g} ms"
             rule = rules.get("SP410")
             slower = rule.broken(one.connection, delays)
-            yield slower._replace(cure=rule.more[0]) if rewritten else slower
+            yield slower._replace(cure=rule.in_case["rewritten"]) if rewritten else slower
 
 
 def relay_hints(passes: Sequence[Mapping[str, Any]]) -> Iterator[Violation]:
@@ -178,7 +178,11 @@ def image_hints(
         if error.lost_weights > LOST and error.label not in named:
             rule, share = rules.get("SP403"), f"{100 * error.lost_weights:.0f} % of them"
             broken = rule.broken(error.label, share)
-            yield broken if rewritten else broken._replace(cure=f"{rule.cure}, or {rule.more[1]}")
+            yield (
+                broken
+                if rewritten
+                else broken._replace(cure=f"{rule.cure}, or {rule.in_case['as_written']}")
+            )
     yield from _neurons(image, "SP404", duplicated(image), DUPLICATED)
     yield from _neurons(image, "SP405", silenced(image))
 

@@ -1,5 +1,6 @@
 """The rules that a network must keep, as data: the entries of `rules.toml`, by id and by name."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict
@@ -32,6 +33,7 @@ class Rule(BaseModel):
     cure: str
     limit: str = ""
     more: tuple[str, ...] = ()
+    in_case: Mapping[str, str] = {}
 
     def broken(self, obj: str, used: str, limit: str = "", **numbers: object) -> Violation:
         """Return the violation of an object that breaks the rule; ``numbers`` fill in the cure."""
@@ -49,7 +51,12 @@ class Rule(BaseModel):
             "kept": "it",
             "static": "its static power",
         }
-        return tuple(cure.format(**words) for cure in (self.cure, *self.more))
+        return tuple(cure.format(**words) for cure in self.templates)
+
+    @property
+    def templates(self) -> tuple[str, ...]:
+        """The cures, with names in braces for the numbers of a violation."""
+        return (self.cure, *self.more, *self.in_case.values())
 
 
 def _read() -> dict[str, Rule]:

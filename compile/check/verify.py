@@ -63,7 +63,7 @@ def _on_one_fpga(found: Violation, chip: ChipModel) -> Violation:
     """Return a violation without the cure of more chips, if the chip has soft cores."""
     rule = rules.get(found.id)
     soft = rule.name == "cores" and chip.soft_memory is not None
-    return found._replace(cure=rule.more[1]) if soft else found
+    return found._replace(cure=rule.in_case["soft_cores"]) if soft else found
 
 
 def _violation(usage: Usage) -> Violation:

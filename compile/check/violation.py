@@ -26,6 +26,10 @@ class Violation(NamedTuple):
     limit: str
     cure: str
 
+    def or_else(self, cure: str) -> "Violation":
+        """Return the violation with another cure behind its own."""
+        return self._replace(cure=f"{self.cure}, or {cure}")
+
     def __str__(self) -> str:
         limit = f", limit {self.limit}" if self.limit else ""
         return f"{self.object}: {self.id} {self.rule}: {self.used}{limit}; cure: {self.cure}"

@@ -10,7 +10,7 @@ CASES = [*network_cures.CASES, *chip_cures.CASES, *hint_cures.CASES]
 
 
 def test_every_cure_of_every_rule_has_a_case() -> None:
-    cures = [(one.id, cure) for one in RULES.values() for cure in (one.cure, *one.more)]
+    cures = [(one.id, cure) for one in RULES.values() for cure in one.templates]
     for rule, cure in cures:
         cases = [one for one in CASES if one.rule == rule and cure.startswith(one.cure)]
         assert len(cases) == 1, f"{rule}: {cure}"
