@@ -6,7 +6,7 @@ A checkpoint does not say which activation its actor has.
 """
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -109,14 +109,21 @@ def _chain(
 ) -> Chain:
     evaluation = BoundedEvaluation(OPERATIONS)
 
-    def applied(kind: str, chain: Chain, tensors: Sequence[Tensor]) -> Chain:
-        arrays = [evaluation.keep(tensor.array()) for tensor in tensors]
-        return only([evaluation.apply(kind, chain, *arrays)])
+    def arrays(tensors: Iterable[Tensor]) -> list[np.ndarray]:
+        found = [tensor.array() for tensor in tensors]
+        for array in found:
+            evaluation.keep(array)
+        return found
 
-    chain = applied("normalisation", Chain(), moments) if moments else Chain()
+    def applied(kind: str, chain: Chain, values: Sequence[np.ndarray]) -> Chain:
+        return only([evaluation.apply(kind, chain, *values)])
+
+    chain = applied("normalisation", Chain(), arrays(moments)) if moments else Chain()
     for number, names in enumerate(_dense(layout, state)):
         chain = chain.activated(activation) if number else chain
-        chain = applied("dense", chain, [state[name] for name in names])
+        layer = arrays(state[name] for name in names)
+        _check_shapes(names, layer)
+        chain = applied("dense", chain, layer)
     return chain
 
 
@@ -167,17 +174,16 @@ def _dense(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> Iterator[li
         names = [f"{layout.actor}{number}.{kind}" for kind in ("weight", "bias")]
         if missing := [name for name in names if name not in state]:
             raise MismatchError(missing[0], "none")
-        _check_shapes(names[0], names[1], state)
         yield names
 
 
-def _check_shapes(weight: str, bias: str, state: Mapping[str, Tensor]) -> None:
-    """Refuse the keys of a layer that is not dense: a normalisation has one weight for a unit."""
-    shape, offset = state[weight].shape, state[bias].shape
+def _check_shapes(names: Sequence[str], layer: Sequence[np.ndarray]) -> None:
+    """Refuse a layer that is not dense by its keys: a normalisation has one weight for a unit."""
+    shape, offset = (array.shape for array in layer)
     if len(shape) == 1:
-        raise MismatchError(f"a matrix {weight} of a dense layer", f"shape {shape}", cure=FOLD)
+        raise MismatchError(f"a matrix {names[0]} of a dense layer", f"shape {shape}", cure=FOLD)
     if offset != shape[:1]:
-        raise MismatchError(f"{bias} of shape {shape[:1]}", f"{offset}")
+        raise MismatchError(f"{names[1]} of shape {shape[:1]}", f"{offset}")
 
 
 def _refuse_others(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> None:
