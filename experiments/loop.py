@@ -128,15 +128,15 @@ class Loop(Generic[P]):
         self, plant: P, ports: Sequence[Port], dt_s: float = DT_S, gate: Port | None = None
     ) -> None:
         _check_plant(plant)
-        gates = [] if gate is None else [gate]
+        gates, listed = [] if gate is None else [gate], _listed(ports)
         self.plant = plant
-        self._ports = [*_listed(ports), *gates]
+        self._ports = [*listed, *gates]
         self._ticks = _ratio(plant.dt_s, dt_s)
         _check_ports(self._ports)
         places = [*_placed(self._ports, [port.size_in for port in self._ports])]
         # The gate is served first, but its values come last.
+        self._served = [*places[len(listed) :], *places[: len(listed)]]
         self._n_gates = len(gates)
-        self._served = places[len(places) - len(gates) :] + places[: len(places) - len(gates)]
         self._dt_s = dt_s
         self._tick, self._last_s = 0, -math.inf
         self._pace: _Pace | None = _Pace(dt_s)
