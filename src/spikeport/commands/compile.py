@@ -20,6 +20,7 @@ from spikeport.compile.check.violation import (
 )
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
+from spikeport.compile.passes.parse import targeted
 from spikeport.compile.passes.pipeline import Observer
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
@@ -62,8 +63,9 @@ def run(request: CompileRequest) -> None:
     stated = _checked_rates(request)
     request.to.check(Path(request.network), Path(request.network.rpartition(":")[0]))
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
-    chip, passes = chips.get(request.chip), _passes(request)
-    observer = printer(request.print_after, passes)
+    passes = _passes(request)
+    chip, pipeline = targeted(request.chip, passes)
+    observer = printer(request.print_after, pipeline)
     with contained(request.network), progress_bar() as progress:
         progress("building the network", None)
         network = find_network(

@@ -11,8 +11,8 @@ from spikeport.commands.console import Console
 from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.dump import dump
-from spikeport.compile.passes.parse import options, parse
-from spikeport.compile.passes.pipeline import Observer, kind, observe_nothing
+from spikeport.compile.passes.parse import options
+from spikeport.compile.passes.pipeline import Observer, Pipeline, kind, observe_nothing
 from spikeport.compile.report.report import Json, Report
 from spikeport.errors import printable, unknown
 from spikeport.hardware_models import chip as chips
@@ -49,7 +49,7 @@ def _type(hint: object) -> str:
     return hint.__name__
 
 
-def printer(chosen: str | None, passes: str) -> Observer:
+def printer(chosen: str | None, pipeline: Pipeline) -> Observer:
     """Return an observer that prints the result of the chosen pass, or of every pass.
 
     Raises
@@ -59,7 +59,7 @@ def printer(chosen: str | None, passes: str) -> Observer:
     """
     if chosen is None:
         return observe_nothing
-    names = [one.name for one in parse(passes).passes]
+    names = [one.name for one in pipeline.passes]
     if chosen not in (ALL, *names):
         raise unknown("pass of this compile", chosen, [ALL, *names])
 

@@ -7,6 +7,7 @@ import pytest
 from spikeport.commands.passes import pass_lines
 from spikeport.compile.passes import registry
 from spikeport.hardware_models import chip as chips
+from tests.helpers.chip_files import chip_file
 
 PAIRS = """
 import nengo
@@ -99,3 +100,11 @@ def test_a_wrong_pass_exits_with_2(spikeport, net_py):
         2,
         "error: pass split cannot follow pack; put it before pack\n",
     )
+
+
+def test_print_after_names_a_chip_file_whose_pipeline_is_wrong(spikeport, net_py, tmp_path):
+    file = chip_file(tmp_path / "own.toml")
+    file.write_text(file.read_text().replace('pipeline = "as_written"', 'pipeline = "foo"'))
+    done = spikeport("compile", f"{net_py}:make", "--chip", file, "--print-after", "all")
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith(f"error: {file}: not a chip:\n  pipeline: unknown pass")
