@@ -8,13 +8,11 @@ thread, and holds commands and observations between two steps of the plant. So a
 seeds alone. Any robot can be put in a loop, see ``docs/own-robot.md``.
 """
 
-import dataclasses
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from numbers import Integral, Real
-from typing import Any, Generic, Protocol, Self, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import nengo
 import numpy as np
@@ -411,11 +409,12 @@ def _check_ports(ports: Sequence[Port]) -> None:
                 f"Loop(plant, ports): a {type(port).__name__} is listed twice; cure: an object for "
                 "each place"
             )
-        for name in ("size_in", "size_out"):
+        for name, use in (("size_in", "drive() takes"), ("size_out", "observe() returns")):
             size = getattr(port, name)
             if not isinstance(size, Integral) or size < 0:
                 raise UsageError(
-                    f"{type(port).__name__}.{name} is {shown(size)}, limit whole numbers from 0 on"
+                    f"{type(port).__name__}.{name} is {shown(size)}, limit whole numbers from 0 "
+                    f"on; cure: the number of values that {use}"
                 )
 
 
@@ -512,36 +511,3 @@ def _placed(owners: Sequence[T], sizes: Sequence[int]) -> Iterator[tuple[T, slic
     """Yield ports or nodes, each with the slice of its values among all concatenated values."""
     ends = np.cumsum(sizes).tolist()
     return zip(owners, map(slice, [0, *ends], ends), strict=True)
-
-
-@dataclass(frozen=True)
-class Recording:
-    """Columns of a run, with a row for each step of the plant; ports add their own columns.
-
-    Attributes
-    ----------
-    time_s : (n,) array
-        Simulated time, in s.
-    """
-
-    time_s: np.ndarray
-
-    @classmethod
-    def of(cls, rows: Iterable[tuple[object, ...]]) -> Self:
-        """Make a recording of rows, each with a value for every column."""
-        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
-
-    @classmethod
-    def join(cls, recordings: Iterable[Self]) -> Self:
-        """Concatenate recordings."""
-        columns = zip(*(recording.columns for recording in recordings), strict=True)
-        return cls(*(np.concatenate(column) for column in columns))
-
-    @property
-    def columns(self) -> tuple[np.ndarray, ...]:
-        """The columns, each with n rows."""
-        return tuple(getattr(self, field.name) for field in dataclasses.fields(self))
-
-    def where(self, chosen: np.ndarray) -> Self:
-        """Return the rows that are chosen by an (n,) array of bool."""
-        return type(self)(*(column[chosen] for column in self.columns))

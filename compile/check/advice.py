@@ -54,20 +54,16 @@ def advice(
     """
     if error.everywhere:
         return ""
-    names = Names(network)
-    ensembles = set(Scope(network, names).ensembles)
-    # A problem of a chip or of the whole network names no ensembles to move. A move of all
-    # ensembles would leave nothing on the chip.
-    moves = Offload(network, lambda: None).possible(error)
-    movable = bool(moves) and len(moves[0]) < len(ensembles)
+    scope = Scope(network, Names(network))
+    movable = _movable(scope, error)
     otherwise = OFFLOAD if movable else ""
     # If the network breaks a rule that no pass mends, other passes would not help.
     unmended = {one.id for one in problems(error)} & {LEARNING_ON_ONE_CORE, MEMORY}
-    if passes is None or unmended or lint(network, names, rewritten=False):
+    if passes is None or unmended or lint(network, scope.names, rewritten=False):
         return otherwise
-    sizes = [ensemble.n_neurons for ensemble in ensembles]
-    pieces = sum(math.ceil(n / in_axons) for n in sizes if n > in_axons)
+    sizes = [ensemble.n_neurons for ensemble in scope.ensembles]
     n_neurons = sum(sizes)
+    pieces = sum(math.ceil(n / in_axons) for n in sizes if n > in_axons)
     if n_neurons > room or (passes == COMPACT and pieces > MOST_PIECES):
         return otherwise  # no pass removes neurons, and so many pieces take minutes
     if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
@@ -79,5 +75,13 @@ def advice(
     except RefusedError:
         if passes == AS_WRITTEN:  # as expected
             return otherwise
-        return f"more: it does not compile with -p {passes} either" + "; try --offload" * movable
+        cure = "; try --offload" if movable else ""
+        return f"more: it does not compile with -p {passes} either{cure}"
     return f"more: it compiles with -p {passes}, on {n_cores} core{'s' * (n_cores != 1)}"
+
+
+def _movable(scope: Scope, error: RefusedError) -> bool:
+    """Return True if a move of ensembles to the host may help, and leaves some on the chip."""
+    # A problem of a chip or of the whole network names no ensembles to move.
+    moves = Offload(scope.network, lambda: None).possible(error)
+    return bool(moves) and len(moves[0]) < len(set(scope.ensembles))

@@ -178,11 +178,7 @@ def image_hints(
         if error.lost_weights > LOST and error.label not in named:
             rule, share = rules.get("SP403"), f"{100 * error.lost_weights:.0f} % of them"
             broken = rule.broken(error.label, share)
-            yield (
-                broken
-                if rewritten
-                else broken._replace(cure=f"{rule.cure}, or {rule.in_case['as_written']}")
-            )
+            yield broken if rewritten else broken.or_else(rule.in_case["as_written"])
     yield from _neurons(image, "SP404", duplicated(image), DUPLICATED)
     yield from _neurons(image, "SP405", silenced(image))
 

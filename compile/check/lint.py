@@ -99,11 +99,7 @@ def synapse(scope: Scope) -> Iterator[Violation]:
             broken = rule.broken(scope.names[connection], kind.__name__, tau_s=tau_s)
             ends = (connection.pre_obj, connection.post_obj)
             decoded = all(isinstance(end, nengo.Ensemble) for end in ends)
-            yield (
-                broken._replace(cure=f"{broken.cure}, or {rule.in_case['decoded']}")
-                if decoded
-                else broken
-            )
+            yield broken.or_else(rule.in_case["decoded"]) if decoded else broken
 
 
 def _tau_s(synapse: nengo.synapses.Synapse) -> str:

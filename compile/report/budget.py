@@ -103,9 +103,8 @@ def _at_rest(found: Violation, at_rest: Sequence[Estimate], most: float) -> Viol
     static = max(at_rest, key=lambda one: one.value, default=None)
     if static is None or static.value < most:
         return found
-    return found._replace(
-        cure=rules.get(found.id).in_case["at_rest"].format(static=static.format())
-    )
+    cure = rules.get(found.id).in_case["at_rest"]
+    return found._replace(cure=cure.format(static=static.format()))
 
 
 def _held(

@@ -6,7 +6,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import xarray as xr
 
-from spikeport.experiments.loop import Recording
+from spikeport.experiments.recording import Recording
 from spikeport.experiments.spikes import ragged
 from spikeport.networks.arm import AXES
 from spikeport.networks.operational_space import OperationalSpaceLaw

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.experiments.evaluate.commands import RandomCommands
-from spikeport.experiments.loop import Loop, Port, Recording
+from spikeport.experiments.loop import Loop, Port
+from spikeport.experiments.recording import Recording
 from spikeport.experiments.walk.port import NOWHERE, WalkPort
 from spikeport.networks.region import Box
 from spikeport.robot.foot_sensors import VALUES

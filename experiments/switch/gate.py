@@ -15,7 +15,8 @@ import numpy as np
 from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.port import ArmPort
 from spikeport.experiments.arm.recording import ArmTask
-from spikeport.experiments.loop import Port, Recording
+from spikeport.experiments.loop import Port
+from spikeport.experiments.recording import Recording
 from spikeport.experiments.switch.anchor import Anchor
 from spikeport.experiments.switch.frames import Frame
 from spikeport.experiments.switch.goals import Goal

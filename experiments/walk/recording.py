@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from spikeport.experiments.loop import Recording
+from spikeport.experiments.recording import Recording
 from spikeport.experiments.spikes import ragged
 from spikeport.experiments.walk.paths import WalkPath
 from spikeport.networks.region import Box

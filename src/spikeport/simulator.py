@@ -334,12 +334,12 @@ class Simulator:
     def close(self) -> None:
         """Free the simulation's resources; recorded data stays readable."""
         if not self.closed:
+            self.closed = True
             self.data.freeze()
-            lost = self._lost_values()
             try:
-                self._execution.close()
+                lost = self._lost_values()
             finally:
-                self.closed = True
+                self._execution.close()
             for hint in lost:
                 warnings.warn(str(hint), stacklevel=2)
 

@@ -8,7 +8,7 @@ import pytest
 
 from spikeport import Simulator
 from spikeport.errors import DivergedError, UsageError
-from spikeport.experiments.loop import Loop, Port, Recording
+from spikeport.experiments.loop import Loop, Port
 
 
 class Counter:
@@ -361,9 +361,21 @@ def unlike(**members):
         ([3.5], "3.5 is no port; cure: an object of a subclass of spikeport.experiments.loop.Port"),
         ([Pusher], "is no port; cure: an object of a subclass of spikeport.experiments.loop.Port"),
         ([unlike()] * 2, "a Pusher is listed twice; cure: an object for each place"),
-        ([unlike(size_in=None)], "Pusher.size_in is None, limit whole numbers from 0 on"),
-        ([unlike(size_out=1.0)], "Pusher.size_out is 1.0, limit whole numbers from 0 on"),
-        ([unlike(size_in=-1)], "Pusher.size_in is -1, limit whole numbers from 0 on"),
+        (
+            [unlike(size_in=None)],
+            "Pusher.size_in is None, limit whole numbers from 0 on; cure: the number of values "
+            "that drive() takes",
+        ),
+        (
+            [unlike(size_out=1.0)],
+            "Pusher.size_out is 1.0, limit whole numbers from 0 on; cure: the number of values "
+            "that observe() returns",
+        ),
+        (
+            [unlike(size_in=-1)],
+            "Pusher.size_in is -1, limit whole numbers from 0 on; cure: the number of values "
+            "that drive() takes",
+        ),
     ],
 )
 def test_ports_that_cannot_be_served_are_refused(ports, message):
@@ -483,11 +495,3 @@ def test_complex_observations_are_refused_and_bools_accepted_as_numbers(odd, mon
         "Odd.observe() returned complex numbers at 0.012 s, limit real ones; cure: return real and "
         "imaginary parts as values of their own"
     )
-
-
-def test_rows_of_a_recording_can_be_selected_and_recordings_joined():
-    recording = Recording.of([(0.0,), (0.1,), (0.2,)])
-    assert recording.time_s.tolist() == [0.0, 0.1, 0.2]
-    late = recording.where(recording.time_s > 0.05)
-    assert late.time_s.tolist() == [0.1, 0.2]
-    assert Recording.join([late, recording]).time_s.tolist() == [0.1, 0.2, 0.0, 0.1, 0.2]

@@ -110,6 +110,21 @@ def test_a_simulator_is_closed_even_if_closing_its_chip_fails(sim, monkeypatch):
     assert sim.closed
 
 
+def test_a_chip_is_closed_even_if_its_counts_cannot_be_read(monkeypatch):
+    sim = Simulator(network())
+    sim.run_steps(1)
+    closed = []
+
+    def activity():
+        raise BackendError("no counts")
+
+    monkeypatch.setattr(sim._execution, "activity", activity)
+    monkeypatch.setattr(sim._execution, "close", lambda: closed.append("chip"))
+    with pytest.raises(BackendError, match=r"^no counts$"):
+        sim.close()
+    assert (sim.closed, closed) == (True, ["chip"])
+
+
 def test_a_simulator_whose_chip_cannot_be_opened_again_is_closed_with_its_data(sim, monkeypatch):
     sim.run_steps(3)
 

@@ -17,6 +17,7 @@ from spikeport.compile.image.usage import core_uses
 from spikeport.constants import BITS_PER_KIB
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.chip import ChipModel, SoftMemory
 
 LARGEST = "softcore-ecp5-85f"
 """The chip for images that were compiled for one without soft cores."""
@@ -44,20 +45,7 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     """
     Destinations(out=out, json=None).check()
     image = ChipImage.load(path)
-    soft = [name for name in chips.names() if chips.get(name).soft_memory]
-    if chip is None:
-        chip = image.manifest.chip if image.manifest.chip in soft else LARGEST
-    model = chips.get(chip)
-    pool = model.soft_memory
-    if pool is None:
-        raise UsageError(
-            f"chip '{chip}' has no soft cores; those that have them: {', '.join(soft)}"
-        )
-    if (n := model.limits.chips.count) > 1:
-        raise UsageError(
-            f"chip '{model.name}': limits.chips is {n}, but the files are those of one FPGA, limit "
-            "1; write an image for one chip, on a larger FPGA if it does not fit"
-        )
+    model, pool = _soft_chip(image, chip)
     memory = written(image)
     outputs = [one for ports in outputs_of(image) for one in ports]
     broken = [str(one) for one in verify(core_uses(image, model), model)]
@@ -77,3 +65,21 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     typer.echo(f"chip {model.name}")
     typer.echo(f"memory image {memory.digest[:16]} of image {image.digest[:16]}")
     typer.echo(f"written: {out}/ (parameters.vh, load.bin: {len(loading):,} bytes)")
+
+
+def _soft_chip(image: ChipImage, chip: str | None) -> tuple[ChipModel, SoftMemory]:
+    """Return the model of the chip that is written, and the memory that its soft cores share."""
+    soft = [name for name in chips.names() if chips.get(name).soft_memory]
+    if chip is None:
+        chip = image.manifest.chip if image.manifest.chip in soft else LARGEST
+    model = chips.get(chip)
+    if model.soft_memory is None:
+        raise UsageError(
+            f"chip '{chip}' has no soft cores; those that have them: {', '.join(soft)}"
+        )
+    if (n := model.limits.chips.count) > 1:
+        raise UsageError(
+            f"chip '{model.name}': limits.chips is {n}, but the files are those of one FPGA, limit "
+            "1; write an image for one chip, on a larger FPGA if it does not fit"
+        )
+    return model, model.soft_memory

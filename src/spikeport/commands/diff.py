@@ -17,12 +17,10 @@ from spikeport.experiments.evaluate.interval import CONFIDENCE
 
 SAME, DIFFERENT = 0, 1
 
-
 SECTIONS = ("passes", "quantisation", "energy", "timing", "host_io", "loss")
 
 Figures = dict[str, object]
 """Numbers, texts and unknown values (None), by name."""
-
 
 Rows = Sequence[Sequence[str]]
 """Differences in words: the figure, both values, and the change."""
@@ -42,9 +40,10 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
     kinds = {is_evaluation(file_a), is_evaluation(file_b)}
     if kinds == {True, False}:
         raise UsageError(f"{a} and {b}: an evaluation and a report have no figures in common")
-    rows, note = (
-        _of_evaluations(file_a, file_b, html) if kinds == {True} else (_of_reports(a, b, html), "")
-    )
+    if kinds == {True}:
+        rows, note = _of_evaluations(file_a, file_b, html)
+    else:
+        rows, note = _of_reports(a, b, html), ""
     console = Console(highlight=False)
     if rows:
         table = Table(Column("figure", overflow="fold"), box=SIMPLE_HEAD)
@@ -66,10 +65,11 @@ def _of_evaluations(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
         raise UsageError("--html: an evaluation has no page; cure: leave it out")
     differences, compared = compare(a, b)
     by_chance = compared * (1 - CONFIDENCE)
-    return [tuple(map(printable, one)) for one in differences], (
+    note = (
         f"{compared} figures were compared by intervals of 95 %; between two evaluations of one "
         f"policy, about {by_chance:.0f} would differ"
     )
+    return [tuple(map(printable, one)) for one in differences], note
 
 
 def _of_reports(a: Path, b: Path, html: Path | None) -> Rows:

@@ -49,7 +49,7 @@ def _blocks(image: ChipImage) -> Table:
     sizes = np.diff(image.blocks.start)
     for number, entry in enumerate(image.manifest.blocks):
         core, first = image.blocks.core[number], image.blocks.start[number]
-        row = (str(number), str(core), _shown(entry.label), entry.kind, f"{first:,}")
+        row = (str(number), str(core), printable(entry.label), entry.kind, f"{first:,}")
         table.add_row(*row, f"{sizes[number]:,}")
     return table
 
@@ -59,7 +59,7 @@ def _inputs(image: ChipImage) -> Table:
     first = 0
     for number, entry in enumerate(image.manifest.inputs):
         encoding = _encoding(entry.encoding)
-        row = (str(number), _shown(entry.name), f"{first:,}", f"{entry.size:,}", encoding)
+        row = (str(number), printable(entry.name), f"{first:,}", f"{entry.size:,}", encoding)
         table.add_row(*row, _filter(entry.filter))
         first += entry.size
     return table
@@ -68,7 +68,7 @@ def _inputs(image: ChipImage) -> Table:
 def _outputs(image: ChipImage) -> Table:
     table = _table("outputs", "", "name", "read", "compartments", "values", "filter")
     for number, entry in enumerate(image.manifest.outputs):
-        row = (str(number), _shown(entry.name), entry.key, f"{sum(entry.segments):,}")
+        row = (str(number), printable(entry.name), entry.key, f"{sum(entry.segments):,}")
         table.add_row(*row, f"{entry.size:,}", _filter(entry.filter))
     return table
 
@@ -83,9 +83,4 @@ def _filter(found: Filter | None) -> str:
     if found is None:
         return "none"
     tau = "" if found.tau_s is None else f", {1000 * found.tau_s:g} ms"
-    return _shown(f"{found.kind}{tau}")
-
-
-def _shown(text: str) -> str:
-    """Return a text of the file, escaped so that it cannot control the screen."""
-    return printable(text)
+    return printable(f"{found.kind}{tau}")
