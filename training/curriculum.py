@@ -7,7 +7,7 @@ from spikeport.training.commands import CommandRange
 from spikeport.training.environment import TrainingTask
 from spikeport.training.hidden_noise import HiddenNoise
 from spikeport.training.randomisation import Randomisation
-from spikeport.training.rewards import RewardSettings, Weights
+from spikeport.training.rewards import RewardScales, Weights
 from spikeport.training.terrain import Terrain
 from spikeport.training.velocity_belief import EstimatorErrors
 
@@ -31,7 +31,7 @@ _STEP = TrainingTask(
     commands=CommandRange(vx_m_s=(0.4, 1.0), wz_rad_s=0.6),
     randomisation=Randomisation(push_m_s=0.2),
     weights=Weights(track_velocity=3.0, track_yaw_rate=1.5, lift=4.0, late_lift=-2.0),
-    scales=RewardSettings(step_s=0.36, longest_step_s=0.5),
+    scales=RewardScales(step_s=0.36, longest_step_s=0.5),
 )
 """Lifting a foot pays more than standing: with half these weights, two of three seeds stood."""
 

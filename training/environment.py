@@ -28,12 +28,13 @@ from spikeport.training.commands import CommandRange, Commands
 from spikeport.training.gait import Gait
 from spikeport.training.motion import FeetMotion, Motion, in_frame, rotations
 from spikeport.training.randomisation import SUBSTEPS, Bodies, Randomisation
-from spikeport.training.rewards import RewardSettings, Step, Weights, reward
+from spikeport.training.rewards import RewardScales, Step, Weights, reward
 from spikeport.training.terrain import Ground, Planes
 from spikeport.training.velocity_belief import VelocityBelief
 
 EPISODE_STEPS = 1000
 START_HEIGHT_M = 1.04
+FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
 
@@ -44,7 +45,7 @@ class TrainingTask:
     commands: CommandRange = field(default_factory=CommandRange)
     randomisation: Randomisation = field(default_factory=Randomisation)
     weights: Weights = field(default_factory=Weights)
-    scales: RewardSettings = field(default_factory=RewardSettings)
+    scales: RewardScales = field(default_factory=RewardScales)
 
 
 class StepOutcome(NamedTuple):
@@ -101,8 +102,7 @@ class WalkEnvironment:
         self.commands = Commands(n, task.commands, self._rng)
         self._arms = BusyArms(n, task.randomisation.busy_arms, self._rng)
         self.belief = VelocityBelief(n, task.randomisation.estimator, self._rng)
-        still = (np.zeros((n, 2, *size)) for size in ((), (2, 3), (2, 3), (2,)))
-        self.feet = FeetMotion(np.zeros((n, 2), bool), *still)
+        self._sensors = np.zeros((n, nominal.nsensordata))
         self._reset(np.ones(n, bool))
         self._update_motion()
 
@@ -161,10 +161,14 @@ class WalkEnvironment:
         # A state that is not finite would spread. Its robot counts as fallen, and starts over.
         self._recent[:, 1:] = np.where(diverged[:, None, None], self._start, states)
         self.states = self._recent[:, -1].copy()
-        self.feet = FeetMotion.from_sensors(np.nan_to_num(sensors[:, -1]), self._ground.height_m)
+        self._sensors = np.nan_to_num(sensors[:, -1])
+        self._update_feet()
         self._lay_planes()
         self._targets = targets
         return diverged
+
+    def _update_feet(self) -> None:
+        self.feet = FeetMotion.from_sensors(self._sensors, self._ground.height_m)
 
     def _lay_planes(self) -> None:
         """Lay planes through the ground below heel and toe of the feet in the air."""
@@ -216,7 +220,7 @@ class WalkEnvironment:
             joint_acceleration=(motion.dq - dq_before) / CONTROL_DT_S,
             torque_nm=np.clip(torque, -self._limit_nm, self._limit_nm),
             fallen=fallen,
-            settings=self.task.scales,
+            scales=self.task.scales,
         )
 
     def _begin_next(self, done: Flags) -> None:
@@ -248,6 +252,7 @@ class WalkEnvironment:
         self._ground.draw(which, ranges.terrain)
         self.states[which] = self._standing(which)
         self._recent[which] = self.states[which, None]
+        self._feel(which)
         self.belief.restart(which)
         self._targets[which] = POSE_RAD
         for past in self.actions:
@@ -274,6 +279,16 @@ class WalkEnvironment:
         self._lay_level(which, level)
         return state
 
+    def _feel(self, which: Flags) -> None:
+        """Read the sensors of some robots before they move."""
+        data = self._data[0]
+        for index in np.flatnonzero(which):
+            model = self._models[index]
+            mujoco.mj_setState(model, data, self.states[index], FULL)
+            mujoco.mj_forward(model, data)
+            self._sensors[index] = data.sensordata
+        self._update_feet()
+
     def _lay_level(self, which: Flags, height_m: Floats) -> None:
         """Lay both planes of some robots level at a height ``(n, 1)``, for their start."""
         place = np.zeros((self.n, 2, 3))
@@ -289,7 +304,6 @@ class WalkEnvironment:
 def _start_state(model: mujoco.MjModel) -> Floats:
     data = mujoco.MjData(model)
     data.qpos[2], data.qpos[7:] = START_HEIGHT_M, POSE_RAD
-    full = mujoco.mjtState.mjSTATE_FULLPHYSICS
-    state = np.empty(mujoco.mj_stateSize(model, full))
-    mujoco.mj_getState(model, data, state, full)
+    state = np.empty(mujoco.mj_stateSize(model, FULL))
+    mujoco.mj_getState(model, data, state, FULL)
     return state

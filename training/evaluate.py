@@ -2,12 +2,13 @@
 
 from collections.abc import Callable
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.training.environment import EPISODE_STEPS, TrainingTask, WalkEnvironment
+from spikeport.training.rewards import Weights
 
 BatchPolicy = Callable[[np.ndarray], np.ndarray]
 """Actions ``(n, 19)`` for observations ``(n, 69)``."""
@@ -17,6 +18,9 @@ SETTLING_S = 1.0
 
 SMOOTHING_S = 0.2
 """Speeds are averaged over this time before they are compared."""
+
+
+NO_REWARDS = Weights(**{term.name: 0.0 for term in fields(Weights)})
 
 
 @dataclass(frozen=True)
@@ -41,11 +45,11 @@ class Evaluation:
 
 
 def evaluate(
-    policy: BatchPolicy, task: TrainingTask, *, episodes: int = 100, seed: int = 0
+    policy: BatchPolicy, task: TrainingTask, *, episodes: int = 100, seed: int = 0, threads: int = 2
 ) -> Evaluation:
-    """Let a policy walk ``episodes`` robots for 20 s, as many at once."""
-    tally = Tally(episodes)
-    with closing(WalkEnvironment(episodes, task, seed)) as env:
+    """Let a policy walk ``episodes`` robots for 20 s, as many at once, physics in ``threads``."""
+    tally, unrewarded = Tally(episodes), replace(task, weights=NO_REWARDS)
+    with closing(WalkEnvironment(episodes, unrewarded, seed, threads)) as env:
         for _ in range(EPISODE_STEPS):
             fallen = env.step(policy(env.observe())).fallen
             tally.add(env, fallen)

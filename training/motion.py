@@ -15,6 +15,7 @@ CONTACT_FORCE_N = 1.0
 """A foot that presses harder than this is on the floor."""
 
 _RADII_M = np.array([HEEL_RADIUS_M, TOE_RADIUS_M])
+_UP = np.array([0.0, 0.0, 1.0])
 HeightOf = Callable[[Floats], Floats]
 """Heights of the ground at points ``(n, k, 2)``."""
 
@@ -68,11 +69,19 @@ class FeetMotion:
 
     @property
     def lowest_velocity(self) -> Floats:
-        """Velocity of the lowest shapes' centres, ``(n, 3)``, m/s; about leg odometry's error."""
+        """Velocity of the lowest points, ``(n, 3)``, m/s, which leg odometry takes to be zero.
+
+        They are a radius below the centres of heel and toe, and turn with the foot: its angular
+        velocity follows from both centres, except for turns about the line through them.
+        """
         heights = (self.points[..., 2] - _RADII_M).reshape(-1, 4)
         weights = np.exp((heights.min(axis=1, keepdims=True) - heights) / ODOMETRY.lowness_m)
         weights /= weights.sum(axis=1, keepdims=True)
-        velocity = self.point_velocity.reshape(-1, 4, 3)
+        along = self.points[:, :, 1] - self.points[:, :, 0]
+        change = self.point_velocity[:, :, 1] - self.point_velocity[:, :, 0]
+        turn = np.cross(along, change) / np.sum(along**2, axis=-1, keepdims=True)
+        below = np.cross(turn[:, :, None], -_RADII_M[:, None] * _UP)
+        velocity = (self.point_velocity + below).reshape(-1, 4, 3)
         return np.asarray(np.einsum("nk,nki->ni", weights, velocity))
 
 
@@ -120,7 +129,7 @@ class Motion:
             height_m=qpos[:, 2],
             heading_rad=heading,
             velocity=in_frame(rotation, qvel[:, :3]),
-            level_velocity=_turned_back(qvel[:, :3], heading),
+            level_velocity=turned_back(qvel[:, :3], heading),
             turn_rate=qvel[:, 3:6],
             # About the upward vertical, which is opposite to `down`.
             yaw_rate=-np.einsum("ni,ni->n", down, qvel[:, 3:6]),
@@ -146,8 +155,9 @@ def in_frame(rotation: Floats, vectors: Floats) -> Floats:
     return np.asarray(np.einsum("nij,ni->nj", rotation, vectors))
 
 
-def _turned_back(vectors: Floats, angle: Floats) -> Floats:
-    """Return vectors ``(n, 3)`` in a frame that is turned about z by ``angle (n,)``."""
+def turned_back(vectors: Floats, angle: Floats) -> Floats:
+    """Return vectors ``(n, ..., 3)`` in a frame that is turned about z by ``angle (n,)``."""
+    angle = angle.reshape(-1, *(1,) * (vectors.ndim - 2))
     c, s = np.cos(angle), np.sin(angle)
-    x, y, z = vectors.T
-    return np.stack((c * x + s * y, c * y - s * x, z), axis=1)
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.stack((c * x + s * y, c * y - s * x, z), axis=-1)

@@ -6,7 +6,7 @@ import numpy as np
 
 from spikeport.robot import mirror
 from spikeport.robot.walk_interface import PARTS, POSE_RAD
-from spikeport.training.motion import Motion
+from spikeport.training.motion import Motion, turned_back
 from spikeport.training.randomisation import observation_noise
 
 if TYPE_CHECKING:
@@ -58,7 +58,8 @@ def privileged(env: "WalkEnvironment") -> np.ndarray:
     """Return the critic's observations: the exact ones, and values that only a simulation has.
 
     Smoothed speeds, height of the pelvis, delays, joint offsets, error of the velocity's estimate;
-    of the feet: contact, force, height, clocks and velocity, and the ground below heel and toe.
+    of the feet: contact, force, height, clocks and velocity in the heading's frame, and the ground
+    below heel and toe.
     """
     feet, gait = env.feet, env.gait
     ground_m = feet.ground_m - env.ground_m[:, None, None]
@@ -78,7 +79,7 @@ def privileged(env: "WalkEnvironment") -> np.ndarray:
         "time since lifted": gait.since_lift_s.clip(max=2.0),
         "smoothed velocity": env.velocity,
         "smoothed yaw rate": env.yaw_rate[:, None],
-        "velocity of feet": feet.velocity.reshape(env.n, 6),
+        "velocity of feet": turned_back(feet.velocity, env.motion.heading_rad).reshape(env.n, 6),
         "observation delay": env.observation_delay[:, None] / 4.0,
         "error of the velocity": env.belief.error,
         "ground below heels and toes": ground_m.reshape(env.n, 4) * 10,

@@ -6,7 +6,7 @@ import numpy as np
 
 from spikeport.robot.engine import mujoco
 from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
-from spikeport.training.model import KD, KP, PLANES
+from spikeport.training.model import KD, KP, floor_pairs
 from spikeport.training.terrain import Terrain
 from spikeport.training.velocity_belief import EstimatorErrors
 
@@ -84,13 +84,14 @@ class Bodies:
 
     def __init__(self, nominal: mujoco.MjModel) -> None:
         self._nominal = nominal
-        self._floors = [nominal.geom(plane).id for plane in PLANES]
+        self._floors = floor_pairs(nominal)
         self._torso = nominal.body("torso_link").id
 
     def draw(self, model: mujoco.MjModel, ranges: Randomisation, rng: np.random.Generator) -> None:
         """Give ``model`` other friction, inertia and gains; lengths do not change."""
         nominal = self._nominal
-        model.geom_friction[self._floors, 0] = rng.uniform(*ranges.friction)
+        # Sliding friction along both tangents of a contact.
+        model.pair_friction[self._floors, :2] = rng.uniform(*ranges.friction)
         # The first six degrees of freedom are the free joint's: the pelvis has neither motor nor
         # bearing.
         model.dof_armature[6:] = nominal.dof_armature[6:] * rng.uniform(*ranges.armature)

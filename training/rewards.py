@@ -20,7 +20,7 @@ from spikeport.training.motion import FeetMotion, Motion
 
 
 @dataclass(frozen=True)
-class RewardSettings:
+class RewardScales:
     """The scales within the terms.
 
     Attributes
@@ -95,7 +95,7 @@ class Step:
     joint_acceleration: Floats
     torque_nm: Floats
     fallen: Flags
-    settings: RewardSettings
+    scales: RewardScales
 
     @property
     def single_support(self) -> Flags:
@@ -135,17 +135,17 @@ def _deviation(s: Step, joints: list[int]) -> Floats:
 
 def track_velocity(s: Step) -> Floats:
     """Return exp(-|v* - v|^2 / sd^2)."""
-    return np.exp(-_squares(s.command[:, :2] - s.velocity) / s.settings.vx_sd_m_s**2)
+    return np.exp(-_squares(s.command[:, :2] - s.velocity) / s.scales.vx_sd_m_s**2)
 
 
 def track_yaw_rate(s: Step) -> Floats:
     """Return exp(-(wz* - wz)^2 / sd^2)."""
-    return np.exp(-(((s.command[:, 2] - s.yaw_rate) / s.settings.wz_sd_rad_s) ** 2))
+    return np.exp(-(((s.command[:, 2] - s.yaw_rate) / s.scales.wz_sd_rad_s) ** 2))
 
 
 def on_average(s: Step) -> Floats:
     """Return exp(-|drift / scale|): speeds sway with every step, but are to be right on average."""
-    scale = s.settings.drift_m_s, s.settings.drift_m_s, s.settings.drift_rad_s
+    scale = s.scales.drift_m_s, s.scales.drift_m_s, s.scales.drift_rad_s
     return np.exp(-np.sqrt(_squares(s.drift / scale)))
 
 
@@ -155,8 +155,8 @@ def set_off(s: Step) -> Floats:
     Feet are closer together in walking than in standing. A robot that begins by putting one foot
     next to the foot that bears it has moved to a side.
     """
-    sideways = s.drift[:, 1:] / (s.settings.sideways_m_s, s.settings.drift_rad_s)
-    return np.exp(-np.sqrt(_squares(sideways))) * (s.moving & (s.moving_s < s.settings.set_off_s))
+    sideways = s.drift[:, 1:] / (s.scales.sideways_m_s, s.scales.drift_rad_s)
+    return np.exp(-np.sqrt(_squares(sideways))) * (s.moving & (s.moving_s < s.scales.set_off_s))
 
 
 def alive(s: Step) -> Floats:
@@ -172,29 +172,29 @@ def fall(s: Step) -> Floats:
 def air_time(s: Step) -> Floats:
     """Return the shorter of the times of one foot up and the other down, up to ``step_s``."""
     both: Floats = np.minimum(s.gait.air_s.max(axis=1), s.gait.contact_s.max(axis=1))
-    return np.minimum(both, s.settings.step_s) * s.single_support
+    return np.minimum(both, s.scales.step_s) * s.single_support
 
 
 def lift(s: Step) -> Floats:
     """Return the height of the foot in the air as a share of ``lift_m``, up to 1, on one foot."""
-    height: Floats = s.feet.height_m.max(axis=1) / s.settings.lift_m
+    height: Floats = s.feet.height_m.max(axis=1) / s.scales.lift_m
     return np.clip(height, 0.0, 1.0) * s.single_support
 
 
 def late_lift(s: Step) -> Floats:
     """Return the time beyond ``lift_every_s`` since each foot was lifted, up to 1 s each."""
-    late = np.clip(s.gait.since_lift_s - s.settings.lift_every_s, 0.0, 1.0)
+    late = np.clip(s.gait.since_lift_s - s.scales.lift_every_s, 0.0, 1.0)
     return _sum(late) * s.moving
 
 
 def long_air(s: Step) -> Floats:
     """Return 1 with a foot up longer than ``longest_step_s``."""
-    return (s.gait.air_s > s.settings.longest_step_s).any(axis=1).astype(float)
+    return (s.gait.air_s > s.scales.longest_step_s).any(axis=1).astype(float)
 
 
 def early_touchdown(s: Step) -> Floats:
     """Return ``step_s`` less the time in the air, as a foot comes down too early, per second."""
-    early = np.clip(s.settings.step_s - s.gait.last_air_s, 0.0, None) * s.gait.touched_down
+    early = np.clip(s.scales.step_s - s.gait.last_air_s, 0.0, None) * s.gait.touched_down
     # An event lasts one control step. Divided by this time, its weight is a figure per second, as
     # for all terms.
     return _sum(early) * s.moving / CONTROL_DT_S
@@ -202,7 +202,7 @@ def early_touchdown(s: Step) -> Floats:
 
 def hasty_lift(s: Step) -> Floats:
     """Return ``double_support_s`` less the time on both feet, as one lifts early, per second."""
-    missing = np.clip(s.settings.double_support_s - s.gait.both_s, 0.0, None)
+    missing = np.clip(s.scales.double_support_s - s.gait.both_s, 0.0, None)
     return missing * s.gait.lifted.any(axis=1) * s.moving / CONTROL_DT_S
 
 
@@ -214,14 +214,14 @@ def hard_touchdown(s: Step) -> Floats:
 
 def clearance(s: Step) -> Floats:
     """Return the missing height squared times speed of each foot, m^3/s."""
-    missing = np.clip(s.settings.clearance_m - s.feet.height_m, 0.0, None) ** 2
+    missing = np.clip(s.scales.clearance_m - s.feet.height_m, 0.0, None) ** 2
     speed = np.linalg.norm(s.feet.velocity[..., :2], axis=-1)
     return _sum(missing * speed)
 
 
 def high_foot(s: Step) -> Floats:
     """Return the heights of the feet beyond ``high_m``, added up."""
-    return _sum(np.clip(s.feet.height_m - s.settings.high_m, 0.0, None))
+    return _sum(np.clip(s.feet.height_m - s.scales.high_m, 0.0, None))
 
 
 def slide(s: Step) -> Floats:
@@ -236,7 +236,7 @@ def flight(s: Step) -> Floats:
 
 def impact(s: Step) -> Floats:
     """Return the contact force of each foot beyond ``impact_n``, up to 1,000 N."""
-    return _sum(np.clip(s.feet.force_n - s.settings.impact_n, 0.0, 1000.0))
+    return _sum(np.clip(s.feet.force_n - s.scales.impact_n, 0.0, 1000.0))
 
 
 def stand(s: Step) -> Floats:
@@ -254,7 +254,7 @@ def restless(s: Step) -> Floats:
 
 def low_pelvis(s: Step) -> Floats:
     """Return how far the pelvis is below ``pelvis_m``."""
-    return np.clip(s.settings.pelvis_m - s.pelvis_m, 0.0, None)
+    return np.clip(s.scales.pelvis_m - s.pelvis_m, 0.0, None)
 
 
 def tilt(s: Step) -> Floats:

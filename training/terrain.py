@@ -117,8 +117,8 @@ class Planes:
 
     def __init__(self, models: list[mujoco.MjModel], planes: tuple[int, int]) -> None:
         # Views into the models, which MuJoCo reads in the next step.
-        self._places = [[model.geom_pos[plane] for plane in planes] for model in models]
-        self._turns = [[model.geom_quat[plane] for plane in planes] for model in models]
+        self._places = [model.geom_pos[plane] for model in models for plane in planes]
+        self._turns = [model.geom_quat[plane] for model in models for plane in planes]
 
     def lay(self, which: Flags, place: Floats, forward: Floats) -> None:
         """Lay the planes of some feet, ``which (n, 2)``.
@@ -130,10 +130,9 @@ class Planes:
         forward : ndarray, (n, 2, 3)
             A unit vector in the plane, along the foot; at right angles to it, the plane is level.
         """
-        turns = _turns(forward)
-        for robot, foot in np.argwhere(which):
-            self._places[robot][foot][:] = place[robot, foot]
-            self._turns[robot][foot][:] = turns[robot, foot]
+        laid = zip(np.flatnonzero(which), place[which], _turns(forward[which]), strict=True)
+        for i, position, turn in laid:
+            self._places[i][:], self._turns[i][:] = position, turn
 
 
 def _turns(forward: Floats) -> Floats:

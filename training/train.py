@@ -43,7 +43,7 @@ class TrainOptions:
 
     folder: Path
     seed: int = 0
-    steps: int = 51_500_000
+    steps: int = 48_000_000
     learner: LearnerOptions = field(default_factory=LearnerOptions)
     updates_per_segment: int = 25
     stages: tuple[Stage, ...] = STAGES

@@ -438,7 +438,7 @@ def train_command(
             help="Control steps of all robots together, rounded up to a multiple of 307,200.",
             min=1,
         ),
-    ] = 51_500_000,
+    ] = 48_000_000,
     threads: Annotated[
         int | None, typer.Option(help="Number of threads; by default all cores.", min=1)
     ] = None,

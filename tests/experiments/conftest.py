@@ -83,7 +83,8 @@ def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for module in (gait, trial):
         monkeypatch.setattr(module, "record_gait", short)
-    monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
+    for name in ("STRAIGHT_S", "ROUGH_STRAIGHT_S"):
+        monkeypatch.setattr(gait, name, 2.5)
 
 
 @pytest.fixture(scope="session")

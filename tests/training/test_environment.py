@@ -9,6 +9,7 @@ from spikeport.robot.walk_interface import PARTS, POSE_RAD
 from spikeport.training import randomisation
 from spikeport.training.commands import CommandRange
 from spikeport.training.environment import EPISODE_STEPS, TrainingTask, WalkEnvironment
+from spikeport.training.model import floor_pairs
 from spikeport.training.observation import PRIVILEGED
 from spikeport.training.rewards import Weights
 from spikeport.training.terrain import Terrain
@@ -168,12 +169,24 @@ def test_a_joint_offset_is_kept_for_an_episode(environment):
 
 def test_bodies_differ_within_their_ranges(environment):
     env = environment(n=30, task=TrainingTask())
-    floor = env._models[0].geom("left_ground").id
-    friction = [m.geom_friction[floor, 0] for m in env._models]
+    floor = floor_pairs(env._models[0])[0]
+    friction = [m.pair_friction[floor, 0] for m in env._models]
     assert 0.5 <= min(friction) < 0.7
     assert 1.0 < max(friction) <= 1.2
     masses = [m.body("torso_link").mass[0] for m in env._models]
     assert 17.789 - 2 <= min(masses) < max(masses) <= 17.789 + 2
+
+
+def test_an_episode_begins_with_the_feet_of_its_own_robot(environment):
+    env = environment(n=2)
+    begun = env.feet.height_m.mean()
+    feet = standing_feet(env, steps=20)
+    assert feet.height_m.mean() < begun / 2
+    env.age[0] = EPISODE_STEPS - 1
+    env.step(np.zeros((2, 19)))
+    assert env.age[0] == 0
+    assert env.feet.height_m[0].mean() == pytest.approx(begun, abs=0.02)
+    assert env.feet.height_m[1].mean() < begun / 2
 
 
 def test_commands_are_those_of_the_task(environment):

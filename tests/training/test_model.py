@@ -50,8 +50,26 @@ def test_each_foot_stands_on_a_floor_of_its_own(built):
 
 
 def test_only_feet_can_meet_a_floor(built):
-    can_meet = np.flatnonzero(built.body_conaffinity)
-    assert {built.body(body).name for body in can_meet} == {"left_ankle_link", "right_ankle_link"}
+    assert not built.geom_contype.any()
+    meet = built.pair_geom2[model.floor_pairs(built)]
+    assert [built.geom(geom).name for geom in meet] == [
+        "left_heel",
+        "left_toe",
+        "right_heel",
+        "right_toe",
+    ]
+
+
+@pytest.mark.parametrize("height_m", [-0.3, 0.3])
+def test_a_foot_meets_its_floor_wherever_that_is(height_m):
+    # By a search, MuJoCo would only find floors near the places that they had when compiled.
+    built = model.build_model()
+    for plane in model.PLANES:
+        built.geom(plane).pos[2] = height_m
+    data = mujoco.MjData(built)
+    data.qpos[2] = 1.0 + height_m
+    mujoco.mj_forward(built, data)
+    assert {built.geom(contact.geom[0]).name for contact in data.contact} == set(model.PLANES)
 
 
 def test_a_floor_may_be_moved(built):

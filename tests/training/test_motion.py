@@ -4,6 +4,7 @@ from spikeport.robot import state
 from spikeport.robot.foot_sensors import SENSORS
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import observation
+from spikeport.training.model import TOE_RADIUS_M
 from spikeport.training.motion import FeetMotion, Motion
 
 
@@ -39,6 +40,7 @@ def test_the_level_frame_turns_about_the_vertical_alone():
 
 def test_the_motion_of_the_feet_is_computed_from_their_sensors():
     sensors = np.zeros((1, 2, sum(SENSORS.values())))
+    sensors[0, :, 3] = 0.2  # the toes are ahead of the heels
     sensors[0, 0, [2, 5]] = 0.12, 0.055  # heights of left heel and toe
     sensors[0, 0, 6:9], sensors[0, 0, 9:12] = (1, 2, 3), (3, 2, 1)
     sensors[0, 1, [2, 5]] = 0.1, 0.1
@@ -47,6 +49,18 @@ def test_the_motion_of_the_feet_is_computed_from_their_sensors():
     np.testing.assert_allclose(feet.clearance_m[0, 0], [0.08, 0.02])
     np.testing.assert_allclose(feet.height_m, [[0.02, 0.06]])
     np.testing.assert_allclose(feet.velocity[0, 0], [2, 2, 2])
-    np.testing.assert_allclose(feet.lowest_velocity[0], [3, 2, 1], atol=1e-3)
     np.testing.assert_allclose(feet.force_n, [[0, 50]])
     assert feet.contact.tolist() == [[False, True]]
+
+
+def test_the_lowest_points_of_a_rolling_foot_stand_still():
+    # A foot that rolls over its toe, 15 mm below the toe's centre, at 2 rad/s about y.
+    turn, touch, heel = np.array([0, 2.0, 0]), np.array([0.2, 0.1, 0]), np.array([0, 0.1, 0.08])
+    toe = touch + np.array([0, 0, TOE_RADIUS_M])
+    velocities = [np.cross(turn, point - touch) for point in (heel, toe)]
+    right = [np.zeros(3), np.ones(3) * [0.2, 0, 1]]
+    sensors = np.concatenate((heel, toe, *velocities, np.zeros(4), *right, np.zeros(10)))
+    sensors[len(sensors) // 2 + 2] = 1.0  # the right foot is far above the floor
+    feet = FeetMotion.from_sensors(sensors[None], lambda xy: np.zeros(xy.shape[:2]))
+    assert np.abs(feet.velocity[0, 0]).max() > 0.05
+    np.testing.assert_allclose(feet.lowest_velocity[0], 0, atol=1e-6)

@@ -69,3 +69,16 @@ def test_only_the_policy_observes_late_and_with_the_error_of_its_estimator(make)
     exact = observation.privileged(env)
     np.testing.assert_array_equal(exact[:, PARTS["joint angles"]], env.motion.q - POSE_RAD)
     np.testing.assert_array_equal(exact[:, PARTS["linear velocity"]], env.motion.velocity)
+
+
+def test_velocities_of_feet_are_in_the_frame_of_the_heading(make):
+    env = make(UNDISTURBED)
+    heading = env.motion.heading_rad
+    ahead = np.stack((np.cos(heading), np.sin(heading), np.zeros(3)), axis=1)
+    velocity = np.tile(ahead[:, None, None], (1, 2, 2, 1))
+    env.feet = replace(env.feet, point_velocity=velocity)
+    moving = observation.privileged(env)
+    env.feet = replace(env.feet, point_velocity=np.zeros((3, 2, 2, 3)))
+    difference = moving - observation.privileged(env)
+    found = difference[:, np.abs(difference).max(axis=0) > 0.5]
+    np.testing.assert_allclose(found, 1.0)

@@ -42,10 +42,13 @@ def test_undisturbed_ranges_leave_the_robot_unchanged(nominal):
 
 def test_draws_are_within_their_ranges_and_lengths_stay(nominal):
     ranges = Randomisation()
-    floor, torso = nominal.geom("right_ground").id, nominal.body("torso_link").id
+    floors, torso = model.floor_pairs(nominal), nominal.body("torso_link").id
     for seed in range(20):
         other = drawn(nominal, ranges, seed)
-        assert 0.5 <= other.geom_friction[floor, 0] <= 1.2
+        sliding = other.pair_friction[floors, :2]
+        assert np.ptp(sliding) == 0
+        assert 0.5 <= sliding[0, 0] <= 1.2
+        assert np.array_equal(other.pair_friction[floors, 2:], nominal.pair_friction[floors, 2:])
         scale = other.dof_armature[6:] / nominal.dof_armature[6:]
         assert np.ptp(scale) < 1e-9
         assert 0.3 <= scale[0] <= 1.1

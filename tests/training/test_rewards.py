@@ -9,9 +9,9 @@ from spikeport.robot.description import JOINTS
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
 from spikeport.robot.walk_interface import POSE_RAD
 from spikeport.training import rewards
-from spikeport.training.rewards import RewardSettings, Step, Weights
+from spikeport.training.rewards import RewardScales, Step, Weights
 
-SETTINGS = RewardSettings(vx_sd_m_s=0.5, wz_sd_rad_s=0.25, drift_m_s=0.1, step_s=0.4, lift_m=0.1)
+SCALES = RewardScales(vx_sd_m_s=0.5, wz_sd_rad_s=0.25, drift_m_s=0.1, step_s=0.4, lift_m=0.1)
 
 
 @pytest.fixture
@@ -57,7 +57,7 @@ def standing():
         joint_acceleration=acceleration,
         torque_nm=torque,
         fallen=np.array([False]),
-        settings=SETTINGS,
+        scales=SCALES,
     )
 
 
@@ -209,7 +209,7 @@ def test_rewards_are_per_second(standing):
 
 def test_a_foot_that_is_lifted_as_the_other_comes_down_costs(standing):
     standing.gait.lifted[0, 1], standing.gait.both_s[0] = True, 0.02
-    missing_s = SETTINGS.double_support_s - 0.02
+    missing_s = SCALES.double_support_s - 0.02
     assert rewards.hasty_lift(standing)[0] == pytest.approx(missing_s / 0.02)
     standing.gait.both_s[0] = 0.3
     assert rewards.hasty_lift(standing)[0] == 0

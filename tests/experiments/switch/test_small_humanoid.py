@@ -27,7 +27,8 @@ def small(monkeypatch, spikeport, short, tmp_path):
     monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
     monkeypatch.setattr(driver, "draw_scenes", lambda *_: ())
     monkeypatch.setattr(rehearsal, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
-    monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
+    for name in ("STRAIGHT_S", "ROUGH_STRAIGHT_S"):
+        monkeypatch.setattr(gait, name, 2.5)
 
     def command(name, out, *settings, backend="native"):
         chosen = (f"schedule={short}", "n_neurons=2", *settings)

@@ -7,11 +7,14 @@ from spikeport.experiments.policy.settings import GAITS
 from spikeport.experiments.walk.gait import (
     COMMANDS,
     NARROWEST,
+    ROUGH_STRAIGHT_S,
     SIDEWAYS,
+    STRAIGHT_S,
     clipped_shares,
     drift_trim,
     encoding,
     record_gait,
+    walks,
 )
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.networks.region import Box
@@ -30,11 +33,23 @@ def test_the_trim_removes_the_drift_of_a_policy():
         seen[SIDEWAYS] -= PUSHED_M_S
         return exact(seen)
 
-    trim = drift_trim(drifting)
+    trim = drift_trim(drifting, STRAIGHT_S)
     assert np.flatnonzero(trim).tolist() == [SIDEWAYS]
     assert trim[SIDEWAYS] == pytest.approx(PUSHED_M_S, rel=0.1)  # its own drift is 0.005 m/s
-    left = drift_trim(lambda observation: drifting(observation + trim))
+    left = drift_trim(lambda observation: drifting(observation + trim), STRAIGHT_S)
     assert abs(left[SIDEWAYS]) < 0.1 * PUSHED_M_S
+
+
+@pytest.mark.parametrize(("gait", "seconds"), [("calm", STRAIGHT_S), ("rough", ROUGH_STRAIGHT_S)])
+def test_a_policy_for_a_rough_gait_is_trimmed_on_a_longer_walk(gait, seconds):
+    observed = []
+
+    def lies(observation):
+        observed.append(observation)
+        return np.zeros(19)
+
+    walks(GAITS[gait]).trim(lies)
+    assert len(observed) == round(seconds / 0.005)
 
 
 def test_a_rough_gait_has_wider_ranges_of_velocity_and_tilt_than_a_calm_one():
