@@ -151,10 +151,18 @@ def compile_command(
         int | None, typer.Option(help="Exit with 1 if the network takes more cores.")
     ] = None,
     max_power: Annotated[
-        float | None, typer.Option(metavar="W", help="Exit with 1 if the network takes more power.")
+        float | None,
+        typer.Option(
+            metavar="W",
+            help="Exit with 1 if the network takes more power; needs --rate-hz or --loss.",
+        ),
     ] = None,
     max_step_us: Annotated[
-        float | None, typer.Option(metavar="US", help="Exit with 1 if a step takes longer, in us.")
+        float | None,
+        typer.Option(
+            metavar="US",
+            help="Exit with 1 if a step takes longer, in us; needs --rate-hz or --loss.",
+        ),
     ] = None,
     cores: Annotated[
         bool, typer.Option("--cores", help="Print tables of all cores and modules.")

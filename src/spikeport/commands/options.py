@@ -90,8 +90,8 @@ FaultsOption = Annotated[
     list[str],
     typer.Option(
         metavar="KIND@STEP",
-        help="Inject a fault into the answers of a stub or served board, such as cut@20, slow=5@20 "
-        "(5 ms) or loss:0.1 (in a tenth of the steps); repeatable.",
+        help="Inject a fault into the answers of the stub (or of this board, with board serve), "
+        "such as cut@20, slow=5@20 (5 ms) or loss:0.1 (in a tenth of the steps); repeatable.",
         default_factory=list,
         show_default=False,
     ),
