@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -163,3 +164,13 @@ def nengo_defaults() -> Iterator[None]:
         parameter.default = value
     for state, before in zip(states, kept, strict=True):
         state.update(before)
+
+
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Let SIGINT and SIGHUP reach the process, also if tests were started in the background."""
+    usual = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: signal.SIG_DFL}
+    before = {number: signal.signal(number, handler) for number, handler in usual.items()}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)

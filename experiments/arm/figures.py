@@ -113,7 +113,7 @@ def _mark_limits(axes: Axes, run: ArmRun) -> None:
     """Draw ticks along the time axis where a joint was at its lowest or highest angle."""
     times = run.recording.time_s[run.at_limit]
     if len(times):
-        label = f"joint at its limit ({len(times)} steps)"
+        label = f"joint at its limit (steps: {len(times)})"
         axes.plot(times, np.zeros(len(times)), "|", color=LIMIT, ms=12, label=label)
 
 

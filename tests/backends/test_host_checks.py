@@ -40,22 +40,36 @@ def test_an_image_that_does_not_learn_takes_no_errors() -> None:
         checks.check_errors({0: np.zeros(1)})
 
 
-@pytest.mark.parametrize("listed", [[-1], [2], [0.0], [[0]]])
-def test_sources_that_the_image_does_not_have_are_refused(listed: list[Any]) -> None:
-    spikes = np.array(listed)
-    image = Parts([Block(n=4)], [Group([[0] * 4])], [2]).image()
-    refusals = []
-    for chip in (NativeChip(image, 0), NengoLoihiChip(image, 0)):
-        with pytest.raises(BackendError, match="the host") as refused:
-            chip.step(spikes, {})
-        refusals.append(str(refused.value))
-        chip.step(np.array([1]), {})
-        chip.close()
-    assert refusals[0] == refusals[1]
+RANGE = "but the image has only 2 sources, numbered from 0"
+GIVE = "give the numbers of the sources that spike, as a (n,) array of integers"
+KINDS = pytest.mark.parametrize("kind", [NativeChip, NengoLoihiChip])
+Kind = type[NativeChip] | type[NengoLoihiChip]
 
 
-def test_a_closed_chip_cannot_step() -> None:
-    for chip in (NativeChip(IMAGE, 0), NengoLoihiChip(IMAGE, 0)):
-        chip.close()
-        with pytest.raises(BackendError, match="the chip is closed"):
-            chip.step(np.zeros(0, dtype=int), {})
+@KINDS
+@pytest.mark.parametrize(
+    ("listed", "message"),
+    [
+        ([-1], f"the host sent 1 spikes of sources -1 to -1, {RANGE}"),
+        ([2], f"the host sent 1 spikes of sources 2 to 2, {RANGE}"),
+        ([0.0], f"the host's spikes are float64 of shape (1,); {GIVE}"),
+        ([[0]], f"the host's spikes are int64 of shape (1, 1); {GIVE}"),
+    ],
+)
+def test_sources_that_the_image_does_not_have_are_refused(
+    kind: Kind, listed: list[Any], message: str
+) -> None:
+    chip = kind(Parts([Block(n=4)], [Group([[0] * 4])], [2]).image(), 0)
+    with pytest.raises(BackendError) as refused:
+        chip.step(np.array(listed), {})
+    assert str(refused.value) == message
+    chip.step(np.array([1]), {})
+    chip.close()
+
+
+@KINDS
+def test_a_closed_chip_cannot_step(kind: Kind) -> None:
+    chip = kind(IMAGE, 0)
+    chip.close()
+    with pytest.raises(BackendError, match="the chip is closed"):
+        chip.step(np.zeros(0, dtype=int), {})

@@ -337,14 +337,6 @@ def test_time_steps_that_are_not_positive_and_finite_are_refused(dt_s):
     assert refusal(Loop, plant, []) == f"the plant's dt_s is {dt_s:g} s, {cure}"
 
 
-def test_a_port_in_place_of_a_sequence_of_ports_is_refused():
-    plant = Counter()
-    assert refusal(Loop, plant, Pusher("one", plant, [])) == (
-        "Loop(plant, ports): ports is one Pusher, expected a sequence of ports; cure: Loop(plant, "
-        "[port])"
-    )
-
-
 def unlike(**members):
     """Return a port whose members are replaced."""
     port = Pusher("odd", Counter(), [])
@@ -357,6 +349,7 @@ def unlike(**members):
     ("ports", "message"),
     [
         ([], "no port, at least 1; cure: Loop(plant, [port])"),
+        (unlike(), "ports is one Pusher, expected a sequence of ports; cure: Loop(plant, [port])"),
         ({"arm": unlike()}, "ports is one dict, expected a sequence of ports; cure: Loop(plant"),
         ([3.5], "3.5 is no port; cure: an object of a subclass of spikeport.experiments.loop.Port"),
         ([Pusher], "is no port; cure: an object of a subclass of spikeport.experiments.loop.Port"),
@@ -439,13 +432,16 @@ def test_a_plant_whose_time_goes_back_within_a_run_has_diverged():
 
 @pytest.mark.parametrize("time_s", [[0.0, 0.0, 0.02], [0.02, 0.02, 0.06]])
 def test_a_robot_at_the_end_of_a_link_may_be_held_or_miss_steps(time_s):
-    loop, times = counting(0.004), iter(time_s)
-    plant = loop.plant
+    plant, times = Counter(), iter(time_s)
     plant.link = {"states": 0}
     plant.step = lambda: setattr(plant, "time_s", next(times))
-    loop = Loop(plant, [Pusher("one", plant, [])], 0.004)
+    loop = Loop(plant, [port := Pusher("one", plant, [])], 0.004)
     loop.begin()
     for _ in time_s:
+        loop.step(np.zeros(2))
+    assert (len(port.driven), plant.time_s) == (3, time_s[-1])
+    plant.step = lambda: setattr(plant, "time_s", 0.0)
+    with pytest.raises(DivergedError):
         loop.step(np.zeros(2))
 
 

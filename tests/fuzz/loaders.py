@@ -43,7 +43,7 @@ from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.evaluate.comparison import compare, is_evaluation
 from spikeport.experiments.evaluate.interval import of_mean, of_share
-from spikeport.experiments.evaluate.table import TableRow, as_json
+from spikeport.experiments.evaluate.table import TableRow
 from spikeport.experiments.policy.observations import read_observations
 from spikeport.experiments.run_folder import write_dataset
 from spikeport.experiments.sweep.folder import SweepFolder, opened
@@ -90,6 +90,7 @@ from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import Plant
 from spikeport.training import checkpoint as training
 from tests.helpers import nir_graphs
+from tests.helpers.evaluations import write_evaluation
 from tests.helpers.event_files import process_of, random_events, write_events
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
 from tests.helpers.foreign import ENVIRONMENT, Policy, described, state
@@ -234,9 +235,7 @@ def _evaluation(folder: Path) -> None:
         "slip_m_s": None,
     }
     rows = [TableRow({}, 1, of_share(1, 2), means), TableRow({"push": 0.8}, 0, None, {})]
-    content = {"experiment": "evaluate walk", "backend": "native", "seconds": 20.0}
-    content |= {"settings": {"policy": "mlp", "network_seed": 0}, "rows": as_json(rows)}
-    write_json(folder / "result.json", content)
+    write_evaluation(folder / "result.json", *rows, policy="mlp", network_seed=0)
 
 
 def _compared(path: Path) -> None:

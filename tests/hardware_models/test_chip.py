@@ -168,7 +168,7 @@ def test_an_unknown_chip_is_refused_with_the_known_names():
     assert str(caught.value) == f"unknown chip 'lohi'; choose from: {', '.join(chips.names())}"
 
 
-def test_a_chip_file_of_another_format_is_refused_with_the_ending_of_its_name():
+def test_a_chip_file_with_another_ending_is_refused_with_the_right_one():
     with pytest.raises(UsageError, match=r"; the file of a chip ends in \.toml$"):
         chips.get("my.yaml")
 

@@ -1,3 +1,4 @@
+import re
 import struct
 import sys
 
@@ -118,14 +119,14 @@ def test_absent_package_names_the_setting_and_the_extra(monkeypatch, use, settin
 
 
 FOOTLESS = '<mujoco><worldbody><body name="left_ankle_link"/></worldbody></mujoco>'
-JUNK = "MuJoCo cannot read it (XML parse error 8: Error=XML_ERROR_PARSING_TEXT ErrorID=8 (0x8) "
+JUNK = r"MuJoCo cannot read it \(XML parse error .+\)"
 
 
 @pytest.mark.usefixtures("stand_in")
 @pytest.mark.parametrize(
     ("use", "model", "fault"),
     [
-        (with_its_feet, "junk", f"{JUNK}Line number=1)"),
+        (with_its_feet, "junk", JUNK),
         (with_its_feet, "<mujoco/>", "it has no body 'left_ankle_link'"),
         (
             with_its_feet,
@@ -133,12 +134,12 @@ JUNK = "MuJoCo cannot read it (XML parse error 8: Error=XML_ERROR_PARSING_TEXT E
             "its body 'left_ankle_link' lacks a capsule of class 'foot1' with a radius and two "
             "ends",
         ),
-        (dressed, "junk", f"{JUNK}Line number=1)"),
+        (dressed, "junk", JUNK),
         (dressed, "<mujoco/>", "it has no mesh on a body of the H1"),
         (
             dressed,
             STAND_IN.replace("brick", "none"),
-            "MuJoCo cannot compile it (Error: Error opening file 'assets/none.stl')",
+            r"MuJoCo cannot compile it \(.*none\.stl.*\)",
         ),
     ],
 )
@@ -147,10 +148,11 @@ def test_a_broken_model_is_refused_with_its_file_and_its_fault(tmp_path, use, mo
     file.write_text(model)
     with pytest.raises(UsageError) as error:
         use()
-    assert str(error.value) == (
-        f"Menagerie's unitree_h1 '{file}': {fault}; cure: set MENAGERIE_ROOT to a checkout of "
-        "github.com/google-deepmind/mujoco_menagerie"
+    start, cure = (
+        f"Menagerie's unitree_h1 '{file}': ",
+        ("; cure: set MENAGERIE_ROOT to a checkout of github.com/google-deepmind/mujoco_menagerie"),
     )
+    assert re.fullmatch(f"{re.escape(start)}{fault}{re.escape(cure)}", str(error.value))
 
 
 def tensors(model, body):

@@ -1,9 +1,8 @@
 """The command line, in this process and in one of its own, and a network that a user wrote."""
 
-import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -190,16 +189,6 @@ def start() -> Callable[..., subprocess.Popen[str]]:
         )
 
     return popen
-
-
-@pytest.fixture
-def interruptible() -> Iterator[None]:
-    """Let SIGINT and SIGHUP reach the process, also if tests were started in the background."""
-    usual = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: signal.SIG_DFL}
-    before = {number: signal.signal(number, handler) for number, handler in usual.items()}
-    yield
-    for number, handler in before.items():
-        signal.signal(number, handler)
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spikeport.angles import wrap
 from spikeport.robot import mirror
 from spikeport.robot.description import JOINTS
 from spikeport.robot.walk_interface import PARTS, POSE_RAD
@@ -182,11 +183,13 @@ def test_an_episode_begins_with_the_feet_of_its_own_robot(environment):
     begun = env.feet.height_m.mean()
     feet = standing_feet(env, steps=20)
     assert feet.height_m.mean() < begun / 2
-    env.age[0] = EPISODE_STEPS - 1
+    env.age[1] = EPISODE_STEPS - 1
     env.step(np.zeros((2, 19)))
-    assert env.age[0] == 0
-    assert env.feet.height_m[0].mean() == pytest.approx(begun, abs=0.02)
-    assert env.feet.height_m[1].mean() < begun / 2
+    assert env.age[1] == 0
+    along = (env.feet.points[1, :, 1] - env.feet.points[1, :, 0]).mean(axis=0)
+    assert abs(wrap(np.arctan2(along[1], along[0]) - env.motion.heading_rad[1])) < 0.15
+    assert env.feet.height_m[1].mean() == pytest.approx(begun, abs=0.02)
+    assert env.feet.height_m[0].mean() < begun / 2
 
 
 def test_commands_are_those_of_the_task(environment):

@@ -170,21 +170,26 @@ def test_a_robot_asked_to_stand_on_uneven_ground_may_step(standing):
     assert value("restless", swinging(rough)) == 0
 
 
-@pytest.mark.parametrize(
-    ("term", "joint"),
-    [
-        ("hips", "left_hip_yaw"),
-        ("torso", "torso"),
-        ("swinging_arms", "right_elbow"),
-        ("spread_arms", "left_shoulder_roll"),
-    ],
-)
+TERMS_OF_JOINTS = {
+    "hip_yaw": "hips",
+    "hip_roll": "hips",
+    "torso": "torso",
+    "shoulder_pitch": "swinging_arms",
+    "elbow": "swinging_arms",
+    "shoulder_roll": "spread_arms",
+    "shoulder_yaw": "spread_arms",
+}
+
+
 @pytest.mark.parametrize("turn_rad", [0.2, -0.3])
-def test_a_joint_that_is_turned_from_the_default_pose_costs_the_angle(
-    standing, term, joint, turn_rad
+@pytest.mark.parametrize("joint", JOINTS)
+def test_a_joint_turned_from_the_default_pose_costs_the_angle_in_its_term_alone(
+    standing, joint, turn_rad
 ):
     standing.motion.q[0, JOINTS.index(joint)] += turn_rad
-    assert value(term, standing) == pytest.approx(abs(turn_rad))
+    own = TERMS_OF_JOINTS.get(joint.removeprefix("left_").removeprefix("right_"))
+    costs = {term: value(term, standing) for term in set(TERMS_OF_JOINTS.values())}
+    assert costs == pytest.approx({term: abs(turn_rad) * (term == own) for term in costs})
 
 
 @pytest.mark.parametrize("ankle_rad", [-0.85, 0.5])

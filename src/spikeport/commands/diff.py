@@ -66,8 +66,8 @@ def _of_evaluations(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
     differences, compared = compare(a, b)
     by_chance = compared * (1 - CONFIDENCE)
     note = (
-        f"{compared} figures were compared by intervals of 95 %; between two evaluations of one "
-        f"policy, about {by_chance:.0f} would differ"
+        f"figures compared, by Fisher's test and intervals of 95 %: {compared}; between two "
+        f"evaluations of one policy, about {by_chance:.0f} would differ"
     )
     return [tuple(map(printable, one)) for one in differences], note
 

@@ -147,7 +147,13 @@ def test_passes_that_would_cut_ensembles_into_many_pieces_are_not_tried(
     found = advice(network, error, lambda p: calls.append(p) or 1, in_axons=in_axons)
     assert (calls == [COMPACT]) == tried
     assert ("compiles with" in found) == tried
-    assert advice(network, error, lambda _: 1, AS_WRITTEN, in_axons=1).endswith("on 1 core")
+
+
+@pytest.mark.parametrize("in_axons", [1, 0.5])
+def test_passes_that_cut_nothing_are_tried_whatever_the_pieces(in_axons: float) -> None:
+    network = sparse()
+    found = advice(network, refusal(network), lambda _: 1, AS_WRITTEN, in_axons=in_axons)
+    assert found == "more: it compiles with -p as_written, on 1 core"
 
 
 def test_passes_that_refuse_the_build_settings_are_not_advised() -> None:

@@ -33,15 +33,15 @@ def test_a_simulator_warns_of_lost_values_as_it_closes_and_reports_them():
     n_spikes = sim.activity.readout_spikes
     assert n_spikes > 0
     assert [hint["used"] for hint in sim.report()["hints"] if hint["id"] == "SP406"] == [
-        f"{n_spikes} spikes in 100 steps"
+        f"{n_spikes:,} spikes in 100 steps"
     ]
-    with pytest.warns(UserWarning, match=f"SP406 read-out saturation: {n_spikes} spikes in 100"):
+    with pytest.warns(UserWarning, match=f"SP406 read-out saturation: {n_spikes:,} spikes in 100"):
         sim.close()
     assert sim.closed
 
 
 @pytest.mark.filterwarnings("error::UserWarning")
-def test_no_warning_comes_without_steps_or_without_lost_values():
-    for factor, steps in ((30, 0), (1, 100)):
-        with Simulator(decoded(factor)) as sim:
-            sim.run_steps(steps)
+@pytest.mark.parametrize(("factor", "steps"), [(30, 0), (1, 100)])
+def test_no_warning_comes_without_steps_or_without_lost_values(factor, steps):
+    with Simulator(decoded(factor)) as sim:
+        sim.run_steps(steps)

@@ -56,12 +56,14 @@ def test_each_event_is_one_spike_in_its_step(tmp_path: Path) -> None:
     path = write_events(tmp_path / "camera.events", t=t, y=t * 0, x=[0, 1, 2, 2, 3], p=t * 0)
     steps = event_steps(process_of(path), dt_s=0.001)
     assert [steps.at(n).tolist() for n in range(8)] == [[], [0, 2], [4, 4], [], [], [], [6], []]
-    # A step of 0.246 ms is 245.99999999999997 us by its product with 1e6.
-    short = event_steps(process_of(write_events(path, t=[246], y=[0], x=[0], p=[0])), 0.000246)
-    assert short.step.tolist() == [2]
-    write_events(path, t=t, y=t * 0, x=[0, 1, 2, 2, 3], p=t * 0)
     late = event_steps(process_of(path, t_start=0.001), dt_s=0.002)
     assert [late.at(n).tolist() for n in range(1, 4)] == [[4, 4], [], [6]]
+
+
+def test_a_step_of_whole_microseconds_begins_exactly(tmp_path: Path) -> None:
+    # 0.000246 * 1e6 is 246.00000000000003, which would put the event into the first step.
+    path = write_events(tmp_path / "camera.events", t=[245, 246], y=[0, 0], x=[0, 0], p=[0, 0])
+    assert event_steps(process_of(path), 0.000246).step.tolist() == [1, 2]
 
 
 def test_a_file_without_events_gives_no_spikes(tmp_path: Path) -> None:

@@ -71,13 +71,13 @@ def test_auto_takes_the_path_with_the_least_error_within_the_allowed_cores() -> 
 
 
 def test_no_example_of_the_docs_takes_a_coarse_path() -> None:
-    page = Path(__file__).parents[3] / "docs" / "passes.md"
-    examples = re.findall(r"^    spikeport compile .* -p \"?(\S+?)\"?$", page.read_text(), re.M)
-    assert len(examples) == 4
-    slack = [
-        one.slack_cores for e in examples for one in parse(e).networks if one.name == "decode_path"
-    ]
-    assert set(slack) == {DecodePath().slack_cores}
+    root = Path(__file__).parents[3]
+    pages = [root / "README.md", *sorted((root / "docs").rglob("*.md"))]
+    pattern = r'^    spikeport compile [^#\n]*-p "?([^\s"]+)'
+    examples = {e for page in pages for e in re.findall(pattern, page.read_text(), re.M)}
+    assert "compact" in examples
+    paths = [one for e in examples for one in parse(e).networks if one.name == "decode_path"]
+    assert {one.slack_cores for one in paths} == {DecodePath().slack_cores}
 
 
 def beside(synapse: float, *fixed: float) -> nengo.Network:

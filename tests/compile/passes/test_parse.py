@@ -43,8 +43,7 @@ def test_the_name_of_a_pipeline_stands_for_its_passes() -> None:
 def test_the_pipeline_of_a_chip_file_is_refused_with_file_and_key(
     tmp_path: Path, passes: str | None
 ) -> None:
-    path = chip_file(tmp_path / "my.toml")
-    path.write_text(path.read_text().replace('pipeline = "as_written"', 'pipeline = "foo"'))
+    path = chip_file(tmp_path / "my.toml", pipeline="foo")
     start = f"{path}: not a chip:\n  pipeline: unknown pass or pipeline 'foo'; choose from: "
     with pytest.raises(ChipFileError, match=f"^{re.escape(start)}"):
         targeted(str(path), passes)

@@ -39,7 +39,7 @@ def test_the_table_has_a_row_for_each_resource(report):
     assert table.rows[1] == ("compartments", "20 / 131,072", "0.0", "20 / 1,024", "2.0", "0")
 
 
-def test_cores_of_the_whole_chip_are_no_cores_resource_whatever_an_ensemble_is_called():
+def test_the_chips_cores_have_no_fullest_core_even_if_an_ensemble_has_the_chips_name():
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(20, 1, label="loihi")
     rows = {row[0]: row[3:] for row in resources(compile_network(network).report).rows}

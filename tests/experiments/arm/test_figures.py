@@ -33,7 +33,7 @@ def test_a_joint_at_its_limit_is_marked_in_the_figure():
         return [text.get_text() for text in legend.get_texts()]
 
     assert marks([False, False]) == ["reached below 4 cm"]
-    assert marks([False, True]) == ["reached below 4 cm", "joint at its limit (1 steps)"]
+    assert marks([False, True]) == ["reached below 4 cm", "joint at its limit (steps: 1)"]
 
 
 def test_distances_are_in_cm_and_marks_are_where_they_say():

@@ -7,8 +7,9 @@ import pytest
 from spikeport.errors import UsageError
 from spikeport.experiments.evaluate.comparison import compare, is_evaluation
 from spikeport.experiments.evaluate.interval import Interval, of_share
-from spikeport.experiments.evaluate.table import TableRow, as_json
+from spikeport.experiments.evaluate.table import TableRow
 from spikeport.files import write_json
+from tests.helpers.evaluations import write_evaluation
 
 
 def mean(estimate, half, n=20):
@@ -25,10 +26,7 @@ def kept(tmp_path):
     """Return a function that keeps rows as an evaluation's result, and returns the file."""
 
     def keep(name, *rows, **settings):
-        content = {"experiment": "evaluate walk", "backend": "native", "seconds": 20.0}
-        path = tmp_path / f"{name}.json"
-        write_json(path, {**content, "settings": settings, "rows": as_json(rows)})
-        return path
+        return write_evaluation(tmp_path / f"{name}.json", *rows, **settings)
 
     return keep
 

@@ -21,6 +21,7 @@ from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.networks import walking_policy
 from spikeport.robot.perturbation import NONE, Perturbation
+from spikeport.simulator import Simulator
 
 OPTIONS = Options(2.0, backend="analytic", pipeline="compact")
 
@@ -76,10 +77,13 @@ def test_a_walker_that_is_replaced_is_closed_and_freed(monkeypatch):
     monkeypatch.setattr(walk_trial, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
     options = dataclasses.replace(OPTIONS, backend="native")
     settings = WalkSettings(n_neurons=2, calibrated=False)
+    closed, close = [], Simulator.close
     first = weakref.ref(find_walker(settings, options))
+    assert first() is not None
+    monkeypatch.setattr(Simulator, "close", lambda sim: (close(sim), closed.append(sim.closed))[0])
     find_walker(WalkSettings(), OPTIONS)
     gc.collect()
-    assert first() is None
+    assert (first(), closed) == (None, [True])
 
 
 @pytest.fixture

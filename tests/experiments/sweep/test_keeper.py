@@ -1,9 +1,11 @@
 """The network that a worker keeps for its next points."""
 
 import threading
+from types import SimpleNamespace
 
 import pytest
 
+from spikeport.errors import BackendError
 from spikeport.experiments.sweep.keeper import Keeper
 
 
@@ -35,6 +37,17 @@ def test_an_object_that_cannot_be_made_leaves_nothing():
         keeper.get(2, lambda: 1 / 0)
     assert keeper.kept is None
     assert closed == ["first"]
+
+
+def test_an_object_that_cannot_be_closed_is_not_kept():
+    def fails():
+        raise BackendError("gone")
+
+    keeper = Keeper()
+    keeper.get(1, lambda: SimpleNamespace(close=fails))
+    with pytest.raises(BackendError, match="gone"):
+        keeper.get(2, lambda: pytest.fail("made"))
+    assert keeper.kept is None
 
 
 def test_each_thread_keeps_its_own():

@@ -8,7 +8,6 @@ import xarray as xr
 from spikeport.experiments import driver
 from spikeport.experiments.switch import rehearsal
 from spikeport.experiments.walk import gait
-from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.arm import PRESETS, ArmSizes
 
 
@@ -21,14 +20,12 @@ def short(tmp_path, phases):
 
 
 @pytest.fixture
-def small(monkeypatch, spikeport, short, tmp_path):
+def small(monkeypatch, spikeport, short, short_gait, tmp_path):
     """Return a function that runs ``switch`` with few neurons and short rehearsals."""
     monkeypatch.setitem(PRESETS, "lean", ArmSizes(m1=60, cb=40, s1=10))
     monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
     monkeypatch.setattr(driver, "draw_scenes", lambda *_: ())
-    monkeypatch.setattr(rehearsal, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
-    for name in ("STRAIGHT_S", "ROUGH_STRAIGHT_S"):
-        monkeypatch.setattr(gait, name, 2.5)
+    monkeypatch.setattr(rehearsal, "record_gait", gait.record_gait)  # the short one
 
     def command(name, out, *settings, backend="native"):
         chosen = (f"schedule={short}", "n_neurons=2", *settings)

@@ -1,17 +1,15 @@
 """Agreement with NIR's equations, and the spikes it is measured on."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 import spikeport.nir
 from spikeport.commands.agreement import compartments, measured, moved, spikes_of
-from spikeport.compile.check.violation import Offloaded
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.differences import differences
 from spikeport.networks.loading.nir.populations import PopulationGraph
 from tests.helpers import nir_graphs
+from tests.helpers.chip_files import chip_file
 from tests.helpers.nir_graphs import DT_S, spikes, written
 
 
@@ -39,14 +37,14 @@ def test_compartments_of_both_populations_are_distinct_and_complete(network):
     assert sorted(np.concatenate(found).tolist()) == list(range(16))
 
 
-def test_a_population_that_was_moved_to_the_host_is_left_out_and_described(network):
-    compilation = spikeport.compile_network(network)
-    hidden = Offloaded("hidden", 12, "SP102", "in-axons", "hidden", 6)
-    report = replace(compilation.report, offloaded=(hidden,))
-    away = moved(network, report)
+def test_a_population_that_was_moved_to_the_host_is_left_out_and_described(tmp_path):
+    graph = written(tmp_path, nir_graphs.recurrent(bias=0.2))
+    network = spikeport.nir.load(graph, DT_S, parts=1)
+    chip = chip_file(tmp_path / "small.toml", in_axons=15)  # hidden needs 18, read 12
+    compilation = spikeport.compile_network(network, chip, offload=True)
+    away = moved(network, compilation.report)
     assert away == {"hidden"}
-    played = spikes_of(network.folded, "random")
-    (read,) = measured(network, replace(compilation, report=report), played)
+    (read,) = measured(network, compilation, spikes_of(network.folded, "random"))
     assert read.name == "read"
     texts = [text for name, text in differences(network, away) if name == "hidden"]
     assert texts == ["moved to the host, where Nengo computes it in floating point"]

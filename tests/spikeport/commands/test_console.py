@@ -24,8 +24,9 @@ def test_names_are_printed_as_they_are(printed, capsys):
     assert NAME in capsys.readouterr().out
 
 
-def test_every_command_prints_on_this_console():
+def test_no_command_uses_another_console_or_markup():
     folder = Path(module.__file__).parent
     others = [p for p in folder.glob("*.py") if p.name != "console.py"]
     assert len(others) > 30
-    assert [p.name for p in others if re.search(r"rich\.(console|markup)", p.read_text())] == []
+    other = r"(?m)rich\.(console|markup|print)|^\s*(import rich\b|from rich import)|from_markup"
+    assert [p.name for p in others if re.search(other, p.read_text())] == []

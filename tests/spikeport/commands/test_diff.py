@@ -5,9 +5,9 @@ import json
 import pytest
 
 from spikeport.experiments.evaluate.interval import of_share
-from spikeport.experiments.evaluate.table import TableRow, as_json
+from spikeport.experiments.evaluate.table import TableRow
 from spikeport.experiments.run_folder import RESULT_SCHEMA
-from spikeport.files import write_json
+from tests.helpers.evaluations import write_evaluation
 
 
 @pytest.fixture
@@ -97,29 +97,31 @@ def evaluations(tmp_path):
     """Return folders of two evaluations; in the second one, 15 of 20 pushed robots fell."""
     folders = [tmp_path / name for name in ("before", "after")]
     for folder, falls in zip(folders, (0, 15), strict=True):
-        rows = as_json([TableRow({"push": 0.8}, falls, of_share(falls, 20), {})])
-        content = {"experiment": "evaluate walk", "backend": "native", "seconds": 20.0}
         folder.mkdir()
-        write_json(folder / "result.json", {**content, "settings": {}, "rows": rows})
+        row = TableRow({"push": 0.8}, falls, of_share(falls, 20), {})
+        write_evaluation(folder / "result.json", row)
     return folders
 
 
-def test_evaluations_are_compared_by_chance(spikeport, evaluations):
+def test_evaluations_differ_by_what_exceeds_chance(spikeport, evaluations):
     before, after = evaluations
     done = spikeport("diff", before, after)
     assert (done.code, done.err) == (1, "")
     (line,) = (line for line in done.out.splitlines() if "push=0.8" in line)
     assert " ".join(line.split()) == "push=0.8: falls 0 of 20 15 of 20 p = 7.7e-07"
-    assert "1 figures were compared by intervals of 95 %" in done.out
+    assert "figures compared, by Fisher's test and intervals of 95 %: 1;" in done.out
     done = spikeport("diff", before, before / "result.json")
     assert (done.code, done.out.splitlines()[0]) == (0, "no difference")
 
 
-def test_an_evaluation_is_not_compared_with_a_report(spikeport, evaluations, two, tmp_path):
+def test_an_evaluation_is_not_compared_with_a_report(spikeport, evaluations, two):
     for pair in ((evaluations[0], two[0]), (two[0], evaluations[0])):
         done = spikeport("diff", *pair)
         assert (done.code, done.out) == (2, "")
         assert "an evaluation and a report have no figures in common" in done.err
+
+
+def test_an_evaluation_has_no_page(spikeport, evaluations, tmp_path):
     done = spikeport("diff", *evaluations, "--html", tmp_path / "page.html")
     assert done.code == 2
     assert done.err == "error: --html: an evaluation has no page; cure: leave it out\n"

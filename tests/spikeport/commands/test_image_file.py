@@ -4,12 +4,20 @@ from pathlib import Path
 
 import pytest
 
+from spikeport.commands import image_file as module
 from spikeport.commands.image_file import image_file
 
 
 def test_an_image_is_found_in_its_folder(tmp_path: Path) -> None:
     (tmp_path / "image.npz").touch()
     assert image_file(tmp_path) == image_file(tmp_path / "image.npz") == tmp_path / "image.npz"
+
+
+def test_these_are_the_commands_that_read_an_image() -> None:
+    folder = Path(module.__file__).parent
+    readers = {p.stem for p in folder.glob("*.py") if "ChipImage.load(" in p.read_text()}
+    # `board` only checks the file of --keep.
+    assert readers == {"show", "step", "export", "board", "board_check", "board_write"}
 
 
 @pytest.mark.parametrize(

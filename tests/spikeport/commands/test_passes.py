@@ -103,8 +103,7 @@ def test_a_wrong_pass_exits_with_2(spikeport, net_py):
 
 
 def test_print_after_names_a_chip_file_whose_pipeline_is_wrong(spikeport, net_py, tmp_path):
-    file = chip_file(tmp_path / "own.toml")
-    file.write_text(file.read_text().replace('pipeline = "as_written"', 'pipeline = "foo"'))
+    file = chip_file(tmp_path / "own.toml", pipeline="foo")
     done = spikeport("compile", f"{net_py}:make", "--chip", file, "--print-after", "all")
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith(f"error: {file}: not a chip:\n  pipeline: unknown pass")

@@ -61,6 +61,8 @@ class Shut:
     def __init__(self, *_: object, **__: object) -> None:
         self.connect = lambda: None
         self.run_steps = lambda *_, **__: None
+        self.host2chip = self.chip2host = lambda *_: None
+        self.snips = SimpleNamespace(probe_data={})
 
     def close(self) -> None:
         Path(os.environ["SHUT_DOWN"]).touch()
@@ -72,13 +74,17 @@ def stand_in() -> HardwareModules:
 
 
 @pytest.mark.slow
-def test_ctrl_c_lets_the_board_be_shut_down(
+@pytest.mark.usefixtures("interruptible")
+def test_after_ctrl_c_a_board_still_steps_and_is_shut_down(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("SHUT_DOWN", str(tmp_path / "shut"))
-    chip = NxsdkChip(RAMP, 0, stand_in)
+    image = Parts([Block(2, bias=[64, 0], vth=1280, refract_delay=2)], inputs=[]).image()
+    chip = NxsdkChip(image, 0, stand_in)
     pid = chip._process.pid
     assert pid is not None
     os.kill(pid, signal.SIGINT)  # a terminal sends it to all of its processes
+    assert chip.step(np.zeros(0, dtype=int), {}) == []
     chip.close()
+    assert chip._process.exitcode == 0  # 1 after a KeyboardInterrupt that nothing caught
     assert (tmp_path / "shut").exists()
