@@ -10,7 +10,7 @@ POINTS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
 
 
 class Feet:
-    """The feet of a model, in which the robot's shapes can only touch the floor.
+    """The feet of a model.
 
     Parameters
     ----------
@@ -21,12 +21,16 @@ class Feet:
     def __init__(self, model: mujoco.MjModel) -> None:
         parts = [[model.geom(f"{side}_{part}").id for part in PARTS] for side in SIDES]
         self._foot = {geom: foot for foot, geoms in enumerate(parts) for geom in geoms}
+        # Floors look for contacts, the robot's shapes only answer; named pairs touch each other.
+        self._floors = set(np.flatnonzero(model.geom_contype).tolist())
 
     def on_floor(self, data: mujoco.MjData) -> np.ndarray:
         """Return for each foot (2,), the left one first, whether it touches the floor."""
         on_floor = np.zeros(len(SIDES), dtype=bool)
         # Contacts are few, so a loop is faster than calls of NumPy.
-        for geom in data.contact.geom.ravel().tolist():
-            if geom in self._foot:
-                on_floor[self._foot[geom]] = True
+        for one, other in data.contact.geom.tolist():
+            if one in self._floors or other in self._floors:
+                foot = self._foot.get(one, self._foot.get(other))
+                if foot is not None:
+                    on_floor[foot] = True
         return on_floor

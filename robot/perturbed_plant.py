@@ -83,9 +83,11 @@ class PerturbedPlant(Plant):
             self.data.qvel[:2] += push
             # Recompute the quantities that depend on velocities after the jump.
             mujoco.mj_step1(self.model, self.data)
-        super().step()
-        # Ports read the command that was set, not the delayed one that acts now.
-        wanted.set_on(self.model, self.data)
+        try:
+            super().step()
+        finally:
+            # Ports read the command that was set, not the delayed one that acts now.
+            wanted.set_on(self.model, self.data)
         self._senses.look()
 
     @property

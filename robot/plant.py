@@ -240,8 +240,9 @@ class Plant:
         DivergedError
             A quantity of the state is not finite or out of the bounds of `divergence.Watch`.
         """
-        # Second half of this step, then first half of the next: sensors, sites and pictures then
-        # show the new state, not the one before it.
+        # Second half of this step, then first half of the next: sites, pictures, and sensors of
+        # position and velocity then show the new state, not the one before it. Forces, contact
+        # sensors and accelerometers are those of the step that led to it.
         mujoco.mj_step2(self.model, self.data)
         self._watch.check(self._history.record(self.data), self.data.time)
         mujoco.mj_step1(self.model, self.data)

@@ -4,6 +4,7 @@ Source: paper, sec. 4.1. Its target area and gains are not published; the boxes 
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -105,13 +106,13 @@ class ReachTask:
     ----------
     box : TargetBox
         The box that targets are drawn from.
-    seed : int
+    seed : int or sequence of int
         Seed of the targets.
     hand : (3,) array
         The hand's place at the start, in m.
     """
 
-    def __init__(self, box: TargetBox, seed: int, hand: np.ndarray) -> None:
+    def __init__(self, box: TargetBox, seed: int | Sequence[int], hand: np.ndarray) -> None:
         self._box = box
         self._rng = np.random.RandomState(seed)
         self.reach_times_s: list[float] = []

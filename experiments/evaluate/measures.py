@@ -23,6 +23,8 @@ CONTACT_N = 1.0
 IMPACT_S = 0.05
 MOVING = 0.2
 """The least command to move, in m/s and rad/s: with smaller ones a robot may stand."""
+SHORTEST_M = 1.0
+"""The shortest way ahead for which an episode has a cost of transport."""
 
 
 class Measure(NamedTuple):
@@ -65,7 +67,9 @@ MEASURES = {
         "impact, body weights", "mean of the largest force within 50 ms of a touch-down"
     ),
     "cost_of_transport": Measure(
-        "cost of transport", "positive work of the joints, divided by weight and distance"
+        "cost of transport",
+        "positive work of the joints, divided by weight and distance, while the robot is commanded "
+        "to move ahead",
     ),
 }
 """The figures of an episode, other than its fall."""
@@ -124,18 +128,38 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     peaks = np.concatenate([one.peaks(round(IMPACT_S / dt_s)) for one in steps])
     tops = np.concatenate([one.tops() for one in steps])
     weight_n = plant.model.body_mass.sum() * -plant.model.opt.gravity[2]
-    # Braking returns no energy: negative work counts as zero.
-    work_j = np.maximum(walked.torque_nm * walked.qvel[:, 6:], 0).sum() * dt_s
-    way_m = np.linalg.norm(walked.qvel[:, :2], axis=1).sum() * dt_s
+    load_n = force_n[1:]
     moving_s = np.count_nonzero(moves) * dt_s
     return {
         "clearance_m": float(tops.mean()) if len(tops) else None,
         "double_support": float(down[moves].all(axis=1).mean()) if moving_s else None,
         "steps_per_s": float(moves[begun].sum() / moving_s) if moving_s else None,
-        "slip_m_s": float((force_n * speed_m_s).sum() / force_n.sum()) if down.any() else None,
+        "slip_m_s": float(load_n.ravel() @ _during(speed_m_s).ravel() / load_n.sum())
+        if load_n.any()
+        else None,
         "impact_bw": float(peaks.mean() / weight_n) if len(peaks) else None,
-        "cost_of_transport": float(work_j / (weight_n * way_m)) if way_m else None,
+        "cost_of_transport": _cost_of_transport(walked, weight_n, dt_s),
     }
+
+
+def _during(values: np.ndarray) -> np.ndarray:
+    """Return the means (n - 1, ...) of values over the steps that end with rows 1 to n - 1.
+
+    A row's forces and torques acted during the step that ends with it.
+    """
+    return np.asarray((values[:-1] + values[1:]) / 2)
+
+
+def _cost_of_transport(walked: EpisodeRecording, weight_n: float, dt_s: float) -> float | None:
+    """Return the work for a weight and a distance while moving ahead; None after a short way."""
+    # Braking returns no energy: negative work counts as zero.
+    work_w = np.maximum(walked.torque_nm[1:] * _during(walked.qvel[:, 6:]), 0).sum(axis=1)
+    speed_m_s = np.linalg.norm(_during(walked.qvel[:, :2]), axis=1)
+    ahead = walked.command[1:, 0] > MOVING
+    way_m = speed_m_s[ahead].sum() * dt_s
+    if way_m < SHORTEST_M:
+        return None
+    return float(work_w[ahead].sum() * dt_s / (weight_n * way_m))
 
 
 def _soles(plant: PerturbedPlant, feet: FootReadings) -> tuple[np.ndarray, np.ndarray]:

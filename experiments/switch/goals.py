@@ -37,13 +37,14 @@ BOX = BOXES["small"]
 class Goal:
     """A phase, with the path to walk from the robot's place, or None if the arm works.
 
-    ``digit`` is the digit of a drawing phase, ``seed`` draws the targets of a reach phase.
+    ``digit`` is the digit of a drawing phase, ``seed`` (of the run, and the phase's number) draws
+    the targets of a reach phase.
     """
 
     phase: Phase
     path: WalkPath | None
     digit: int
-    seed: int
+    seed: tuple[int, int]
 
     def task(self, hand: np.ndarray) -> ArmTask | None:
         """Return the task of the arm, whose hand is at (3,) in m; None while the robot walks."""
@@ -69,7 +70,8 @@ def find_goals(schedule: Schedule, digit: int, seed: int) -> list[Goal]:
     UsageError
         If a path cannot be read or followed.
     """
-    return [Goal(phase, _path(phase), digit, seed) for phase in schedule.phases]
+    phases = enumerate(schedule.phases)
+    return [Goal(phase, _path(phase), digit, (seed, number)) for number, phase in phases]
 
 
 def _path(phase: Phase) -> WalkPath | None:

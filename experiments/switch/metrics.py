@@ -127,8 +127,13 @@ def _shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
 
 
 def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
-    """Return the time in s from which gates (n, actions) are open for the phase's action alone."""
-    during = gates[round(phase.begin_s / DT_S) : round(phase.end_s / DT_S)]
+    """Return the time in s from which gates (n, actions) are open for the phase's action alone.
+
+    Row i has the gates (i + 1) steps after the beginning of the run.
+    """
+    # The first one is that of the moment in which the phase begins, if a step ends with it.
+    begin = max(round(phase.begin_s / DT_S) - 1, 0)
+    during = gates[begin : round(phase.end_s / DT_S)]
     wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)
     wrong = np.flatnonzero(((during > OPEN) != wanted).any(axis=1))
     return float(wrong[-1] + 1) * DT_S if len(wrong) else 0.0

@@ -24,8 +24,9 @@ from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
 SECONDS = 40.0
-SEED = 1000
-"""The seed of gaits; no evaluation uses it."""
+SEED, OTHER = 1000, 100_000
+"""The seed of a gait's first walk, and the difference to the next walk's; no evaluation uses them.
+"""
 HELD_S = 2.5
 """The time for which a command is held."""
 TAIL = 0.001
@@ -63,7 +64,13 @@ def record_gait(
         return [rng.uniform(*reach) for reach in COMMANDS]
 
     plants = [Plant() if one == NONE else PerturbedPlant(one) for one in perturbations]
-    observed = np.concatenate([_walked(policy, plant, command, seconds) for plant in plants])
+    observed = np.concatenate(
+        # Each walk has pushes of its own.
+        [
+            _walked(policy, plant, command, seconds, SEED + OTHER * number)
+            for number, plant in enumerate(plants)
+        ]
+    )
     return np.concatenate((observed, mirror.OBSERVATION(observed)))
 
 
@@ -93,12 +100,16 @@ def trim_after(perturbations: Sequence[Perturbation]) -> Callable[[Policy], np.n
 
 
 def _walked(
-    policy: Policy, plant: Plant, command: Callable[[], Sequence[float]], seconds: float
+    policy: Policy,
+    plant: Plant,
+    command: Callable[[], Sequence[float]],
+    seconds: float,
+    seed: int = SEED,
 ) -> np.ndarray:
     """Return observations (n, 69) of a robot that gets a new command every 2.5 s."""
     rig = WalkRig(plant, None, OBSERVATION_DT_S, OBSERVATION_DT_S)
     line, action, observed = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
-    rig.begin(SEED, line)
+    rig.begin(seed, line)
     for step in range(round(seconds / OBSERVATION_DT_S)):
         if step % round(HELD_S / OBSERVATION_DT_S) == 0:
             wanted = command()
@@ -107,7 +118,7 @@ def _walked(
         action = policy(observed[-1])
         if rig.loop.over:
             # Another seed each time: from the same start it might fall the same way for ever.
-            rig.begin(SEED + step, line)
+            rig.begin(seed + step, line)
             action = np.zeros(ACTION_SIZE)
     return np.array(observed)
 

@@ -30,8 +30,12 @@ def test_a_bent_knee_lifts_its_foot(plant):
     assert on_floor(plant, right_knee=1.6) == [True, False]
 
 
-def test_a_robot_in_the_air_has_no_foot_on_the_floor(plant):
+@pytest.mark.parametrize("hip_roll_rad", [0.0, 0.25])
+def test_a_robot_in_the_air_has_no_foot_on_the_floor(plant, hip_roll_rad):
     plant.reset(0)
     plant.data.qpos[2] += 0.5
+    plant.data.joint("left_hip_roll").qpos -= hip_roll_rad
+    plant.data.joint("right_hip_roll").qpos += hip_roll_rad
     mujoco.mj_forward(plant.model, plant.data)
+    assert (plant.data.ncon > 0) == (hip_roll_rad > 0)  # toes touch each other
     assert not np.any(Feet(plant.model).on_floor(plant.data))

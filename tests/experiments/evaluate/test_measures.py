@@ -128,6 +128,29 @@ def test_the_last_second_before_a_fall_does_not_count():
     assert figures["speed_use"] == pytest.approx(0.5)
 
 
+def test_work_and_way_count_only_while_the_robot_is_commanded_ahead():
+    stage, gait = gliding()
+    without = figures_of(stage, gait)["cost_of_transport"]
+    gait.command[:300] = 0.0
+    gait.torque_nm[:300] *= 10
+    assert figures_of(stage, gait)["cost_of_transport"] == pytest.approx(without)
+    gait.command[100:] = 0.0
+    assert figures_of(stage, gait)["cost_of_transport"] is None
+
+
+def test_forces_and_torques_go_with_the_speed_of_the_step_that_they_acted_in():
+    stage, gait = gliding()
+    n, even = len(gait.time_s), np.arange(len(gait.time_s)) % 2 == 0
+    # Every other step, force and torque act while feet and a joint come to rest.
+    gait.feet.reshape(n, 2, 16)[even, :, 6:12] = 0.0
+    gait.feet.reshape(n, 2, 16)[~even, :, 13:16] = 0.0
+    gait.qvel[even, 6 + 3], gait.torque_nm[~even, 3] = 0.0, 0.0
+    whole = gliding()
+    before, after = figures_of(*whole), figures_of(stage, gait)
+    assert after["slip_m_s"] == pytest.approx(before["slip_m_s"] / 2)
+    assert after["cost_of_transport"] == pytest.approx(before["cost_of_transport"] / 4, rel=0.01)
+
+
 def test_a_joint_that_brakes_returns_no_energy():
     stage, gait = gliding()
     without = figures_of(stage, gait)["cost_of_transport"]

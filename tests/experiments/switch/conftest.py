@@ -63,7 +63,7 @@ def worked(monkeypatch: pytest.MonkeyPatch) -> Callable[..., SimpleNamespace]:
         monkeypatch.setattr(digit_reader, "can_read", lambda: read_as is not None)
         monkeypatch.setattr(digit_reader, "read_digit", lambda _trace: read_as)
         phase = Phase(name="work", begin_s=0, end_s=SECONDS, utilities=DRAW, arm=arm)
-        goal = Goal(phase, None, digit=8, seed=0)
+        goal = Goal(phase, None, digit=8, seed=(0, 0))
         time_s = DT_S * np.arange(1, 1 + round(SECONDS / DT_S))
         share = np.clip((time_s - DrawTask.begin_s) / (SECONDS - DrawTask.begin_s), 0, 1)
         on_sheet = goal.stroke[(share * (len(goal.stroke) - 1)).astype(int)]

@@ -1,5 +1,7 @@
 """Goals of a phase: a path from a stand to a stand, or a task of the arm."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from spikeport.experiments.arm.draw_task import Sheet
 from spikeport.experiments.switch.goals import (
     Goal,
     RetractTask,
+    find_goals,
     from_stand_to_stand,
     hanging_hand,
 )
@@ -36,6 +39,13 @@ def test_a_drawing_phase_draws_the_digit_asked_for():
     phase = Phase(
         name="draw", begin_s=0, end_s=6, utilities={"walk": 0.4, "draw": 0.8}, arm="digit"
     )
-    goal = Goal(phase, None, 5, 0)
+    goal = Goal(phase, None, 5, (0, 0))
     task = goal.task(np.zeros(3))
     assert np.array_equal(task.stroke, Sheet().stroke(5))
+
+
+def test_each_phase_that_reaches_draws_targets_of_its_own():
+    phase = Phase(name="one", begin_s=0, end_s=6, utilities={"walk": 0.4, "draw": 0.8}, arm="reach")
+    goals = find_goals(SimpleNamespace(phases=[phase, phase]), 8, 3)
+    first, second = (goal.task(np.zeros(3)).target for goal in goals)
+    assert not np.array_equal(first, second)

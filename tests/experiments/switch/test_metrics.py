@@ -20,8 +20,17 @@ def test_a_switch_is_over_once_the_gate_of_the_action_alone_stays_open():
     gates = np.tile([0.9, 0.1], (1000, 1))
     gates[500:] = 0.1, 0.9
     gates[520:530] = 0.6, 0.9
-    assert switched_after_s(gates, phase(0.5, 1.0, DRAW, arm="reach")) == pytest.approx(0.03)
+    assert switched_after_s(gates, phase(0.5, 1.0, DRAW, arm="reach")) == pytest.approx(0.031)
     assert switched_after_s(gates, phase(0.0, 0.5, WALK, path="line")) == 0
+
+
+@pytest.mark.parametrize("late", [1, 7])
+def test_a_switch_takes_the_steps_until_the_gate_opens(late):
+    # Row i is the gate at the end of step i + 1: row 499 as the phase begins.
+    gates = np.tile([0.9, 0.1], (1000, 1))
+    gates[499 + late :] = 0.1, 0.9
+    took = switched_after_s(gates, phase(0.5, 1.0, DRAW, arm="reach"))
+    assert took == pytest.approx(0.001 * late)
 
 
 @pytest.mark.parametrize(
