@@ -16,7 +16,7 @@ from spikeport.experiments.arm.recording import ArmRecording
 from spikeport.experiments.policy.calibration import Policy, Walks
 from spikeport.experiments.switch.gate import HumanoidRig
 from spikeport.experiments.switch.goals import Goal
-from spikeport.experiments.walk.gait import record_gait, trim_after
+from spikeport.experiments.walk.gait import drift_trim, record_gait
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -120,7 +120,7 @@ class Rehearsals:
     @property
     def walks(self) -> Walks:
         """The walks of a robot on another policy."""
-        return Walks(self._observations, trim_after(self.perturbations))
+        return Walks(self._observations, drift_trim)
 
     def _observations(self, policy: Policy) -> np.ndarray:
         """Return the observations (n, 69) of another policy, whether the robot falls or not."""

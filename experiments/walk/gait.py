@@ -24,9 +24,8 @@ from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
 SECONDS = 40.0
-SEED, OTHER = 1000, 100_000
-"""The seed of a gait's first walk, and the difference to the next walk's; no evaluation uses them.
-"""
+SEED = 1000
+"""The seed of gaits; no evaluation uses it."""
 HELD_S = 2.5
 """The time for which a command is held."""
 TAIL = 0.001
@@ -38,11 +37,6 @@ NARROWEST = 0.02
 STRAIGHT = (0.5, 0.0)
 """Forward speed in m/s and yaw rate in rad/s of a walk that shows how a policy drifts."""
 STRAIGHT_S = 20.0
-ROUGH_STRAIGHT_S = 80.0
-"""Durations of that walk for policies that are made for a calm gait, and for a rough one.
-
-In 20 s on the chip, the drift of the latter varies by 3 mm/s, that of the former by 1.
-"""
 SETTLED = 400
 """The number of observations after which the gait of a robot is settled."""
 SIDEWAYS = PARTS["linear velocity"].start + 1
@@ -64,52 +58,34 @@ def record_gait(
         return [rng.uniform(*reach) for reach in COMMANDS]
 
     plants = [Plant() if one == NONE else PerturbedPlant(one) for one in perturbations]
-    observed = np.concatenate(
-        # Each walk has pushes of its own.
-        [
-            _walked(policy, plant, command, seconds, SEED + OTHER * number)
-            for number, plant in enumerate(plants)
-        ]
-    )
+    observed = np.concatenate([_walked(policy, plant, command, seconds) for plant in plants])
     return np.concatenate((observed, mirror.OBSERVATION(observed)))
 
 
-def drift_trim(policy: Policy, seconds: float) -> np.ndarray:
+def drift_trim(policy: Policy) -> np.ndarray:
     """Return the offset of observations (69,) that keeps a robot straight, without drift.
 
     A policy that observes a sideways motion moves as much the other way: the trim is the mean
-    sideways velocity, from 2 s on, of a walk of ``seconds``.
+    sideways velocity.
     """
     trim = np.zeros(OBSERVATION_SIZE)
-    observed = _walked(policy, Plant(), lambda: STRAIGHT, seconds)
+    observed = _walked(policy, Plant(), lambda: STRAIGHT, STRAIGHT_S)
     trim[SIDEWAYS] = observed[SETTLED:, SIDEWAYS].mean()
     return trim
 
 
 def walks(perturbations: Sequence[Perturbation]) -> Walks:
     """Return the walks that calibrate a policy: perturbed, and straight on without perturbation."""
-    return Walks(
-        functools.partial(record_gait, perturbations=perturbations), trim_after(perturbations)
-    )
-
-
-def trim_after(perturbations: Sequence[Perturbation]) -> Callable[[Policy], np.ndarray]:
-    """Return the function that trims a policy made for these perturbations; see `drift_trim`."""
-    calm = all(one == NONE for one in perturbations)
-    return functools.partial(drift_trim, seconds=STRAIGHT_S if calm else ROUGH_STRAIGHT_S)
+    return Walks(functools.partial(record_gait, perturbations=perturbations), drift_trim)
 
 
 def _walked(
-    policy: Policy,
-    plant: Plant,
-    command: Callable[[], Sequence[float]],
-    seconds: float,
-    seed: int = SEED,
+    policy: Policy, plant: Plant, command: Callable[[], Sequence[float]], seconds: float
 ) -> np.ndarray:
     """Return observations (n, 69) of a robot that gets a new command every 2.5 s."""
     rig = WalkRig(plant, None, OBSERVATION_DT_S, OBSERVATION_DT_S)
     line, action, observed = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
-    rig.begin(seed, line)
+    rig.begin(SEED, line)
     for step in range(round(seconds / OBSERVATION_DT_S)):
         if step % round(HELD_S / OBSERVATION_DT_S) == 0:
             wanted = command()
@@ -118,7 +94,7 @@ def _walked(
         action = policy(observed[-1])
         if rig.loop.over:
             # Another seed each time: from the same start it might fall the same way for ever.
-            rig.begin(seed + step, line)
+            rig.begin(SEED + step, line)
             action = np.zeros(ACTION_SIZE)
     return np.array(observed)
 

@@ -83,8 +83,7 @@ def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
 
     for module in (gait, trial):
         monkeypatch.setattr(module, "record_gait", short)
-    for name in ("STRAIGHT_S", "ROUGH_STRAIGHT_S"):
-        monkeypatch.setattr(gait, name, 2.5)
+    monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
 
 
 @pytest.fixture(scope="session")

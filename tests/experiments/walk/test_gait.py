@@ -4,18 +4,14 @@ import numpy as np
 import pytest
 
 from spikeport.experiments.policy.settings import GAITS
-from spikeport.experiments.walk import gait as module
 from spikeport.experiments.walk.gait import (
     COMMANDS,
     NARROWEST,
-    ROUGH_STRAIGHT_S,
     SIDEWAYS,
-    STRAIGHT_S,
     clipped_shares,
     drift_trim,
     encoding,
     record_gait,
-    walks,
 )
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.networks.region import Box
@@ -34,18 +30,11 @@ def test_the_trim_removes_the_drift_of_a_policy():
         seen[SIDEWAYS] -= PUSHED_M_S
         return exact(seen)
 
-    trim = drift_trim(drifting, STRAIGHT_S)
+    trim = drift_trim(drifting)
     assert np.flatnonzero(trim).tolist() == [SIDEWAYS]
     assert trim[SIDEWAYS] == pytest.approx(PUSHED_M_S, rel=0.1)  # its own drift is 0.005 m/s
-    left = drift_trim(lambda observation: drifting(observation + trim), STRAIGHT_S)
+    left = drift_trim(lambda observation: drifting(observation + trim))
     assert abs(left[SIDEWAYS]) < 0.1 * PUSHED_M_S
-
-
-def test_a_policy_for_a_rough_gait_is_trimmed_on_a_longer_walk(monkeypatch):
-    monkeypatch.setattr(module, "drift_trim", lambda _policy, seconds: seconds)
-    calm, rough = (walks(GAITS[name]).trim(None) for name in ("calm", "rough"))
-    assert (calm, rough) == (STRAIGHT_S, ROUGH_STRAIGHT_S)
-    assert rough > calm
 
 
 def test_a_rough_gait_has_wider_ranges_of_velocity_and_tilt_than_a_calm_one():
