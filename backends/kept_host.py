@@ -21,6 +21,7 @@ from spikeport.backends.host_program import HostPort, HostProgram
 from spikeport.backends.kept_values import NotKeptError, Reader, Tree, Writer
 from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.pipeline import Compilation
+from spikeport.compile.rewriting.assembly import same
 
 OPERATORS: dict[str, type[operators.Operator]] = {
     kind.__name__: kind
@@ -54,7 +55,8 @@ class UsersObjects:
 
     def __init__(self, network: nengo.Network) -> None:
         self.objects: list[NengoObject] = list(network.all_objects)
-        self.called = [*_called(network)]
+        # Passes put nodes of their own between the user's.
+        self.called = [*_called(network), same]
 
     def references(self) -> dict[int, Tree]:
         """Return the references that stand for the objects and functions, by ``id``."""

@@ -59,6 +59,7 @@ from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.report.neurobench import neurobench
 from spikeport.compile.report.report import Report
 from spikeport.compile.report.summary import verdict
+from spikeport.compile.rewriting.called_once import called_once
 from spikeport.compile.rewriting.once import each_once
 from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.compile.rewriting.slices import whole_targets
@@ -348,7 +349,10 @@ def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
     """Return the rewritten network; check the rules before and after."""
     _refuse_unbuildable(job, names, run)
     once = each_once(Rewrite(job.network, names))
-    rewrite = whole_targets(run.networks(once), job.dt_s)
+    passed = run.networks(once)
+    if job.settings.remove_passthrough:
+        passed = called_once(passed, job.dt_s)
+    rewrite = whole_targets(passed, job.dt_s)
     # Check again: a pass may have broken a rule, or mended a violation.
     if broken := lint(rewrite.network, rewrite.names):
         raise DoesNotFitError(job.chip.name, broken)

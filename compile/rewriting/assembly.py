@@ -1,6 +1,6 @@
 """The flat network that is assembled from groups, edges and the objects that stay."""
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable
 
 import nengo
@@ -84,6 +84,16 @@ class FlatNetwork:
         """Give a new object the seed of an old one."""
         self.seeds[new] = self._all_seeds[old]
 
+    def computed(self, old: nengo.Connection, name: str) -> nengo.Node:
+        """Add a node with the values of a connection's function, and return it."""
+        pre, options = start(old)
+        with self.network, warnings_about(name):
+            node = nengo.Node(same, size_in=old.size_mid, label=f"{name} values")
+            # Nengo calls a function once to see how many values it returns.
+            connection = nengo.Connection(pre, node, synapse=None, **options)
+        self.inherit(connection, old)
+        return node
+
     def configure(self, new: NengoObject, old: NengoObject) -> None:
         """Give a new object the settings of an old one."""
         self._settings.copy(old, self.network, onto=new)
@@ -114,6 +124,23 @@ def sums_up(connection: nengo.Connection) -> bool:
     """Return whether a slice has an entry twice that no function reads, so that weights add up."""
     computes = isinstance(connection.pre_obj, nengo.Ensemble) or connection.function is not None
     return not computes and reads_twice(connection)
+
+
+def is_called(connection: nengo.Connection) -> bool:
+    """Return whether a run calls a connection's function in each step; it may have a state then.
+
+    Functions of ensembles, unless these are of type Direct, are only called as decoders are solved.
+    """
+    pre = connection.pre_obj
+    runs = isinstance(pre, nengo.Node) or isinstance(
+        getattr(pre, "neuron_type", None), nengo.Direct
+    )
+    return runs and callable(connection.function)
+
+
+def same(_time_s: float, values: np.ndarray) -> np.ndarray:
+    """Return the values: the function of a node that no pass takes for a passthrough node."""
+    return values
 
 
 def _of_all(connection: nengo.Connection) -> Callable[[np.ndarray], object]:
@@ -177,6 +204,7 @@ class Assembly:
             fixed = _is_constant(key, filtered_constants)
             of_kind = constant[key.target.group] if fixed else self._edges
             of_kind[key] = matrix
+        self._computed: dict[nengo.Connection, nengo.Node] = {}
         groups = _Groups(rewrite, solver, partition)
         with self.flat.network:
             self.ensembles = [
@@ -188,6 +216,7 @@ class Assembly:
         inputs: dict[int, Edges] = defaultdict(dict)
         outputs: dict[int, Edges] = defaultdict(dict)
         with self.flat.network:
+            self._compute_once()
             for key, matrix in self._edges.items():
                 if key.target.kind == "dimensions" and not self._from_chip(key.source):
                     inputs[key.target.group][key] = matrix
@@ -199,6 +228,14 @@ class Assembly:
                 self._connect_input(group, edges)
             for group, edges in outputs.items():
                 self._connect_output(group, edges)
+
+    def _compute_once(self) -> None:
+        """Make a node for each function that several edges start at, so that it is called once."""
+        found = Counter(key.source.connection for key in self._edges)
+        for old, n_edges in found.items():
+            if old is None or n_edges == 1 or not is_called(old):
+                continue
+            self._computed[old] = self.flat.computed(old, self._scope.names[old])
 
     def _connect_input(self, group: int, edges: Edges) -> None:
         """Sum all values that the host sends to a group, in units of the radius, in one node."""
@@ -240,7 +277,10 @@ class Assembly:
     def _connect(self, key: EdgeKey, target: End, matrix: sparse.csr_array) -> None:
         """Connect one edge as it is."""
         source, old = key.source, key.source.connection
-        pre, options = (self._start(source), {}) if old is None else start(old)
+        if old in self._computed:
+            pre, options, old = self._computed[old], {}, None
+        else:
+            pre, options = (self._start(source), {}) if old is None else start(old)
         # Nengo calls a function once to see how many values it returns.
         with warnings_about("" if old is None else self._scope.names[old]):
             connection = nengo.Connection(

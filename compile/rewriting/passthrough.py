@@ -35,20 +35,19 @@ def foldable(network: nengo.Network, on_chip: Callable[[End], bool]) -> list[nen
     on_chip : callable
         Returns whether an object is on the chip; a cluster that touches no such object stays.
     """
-    nodes = [node for node in network.all_nodes if is_passthrough(node)]
     probed = {probe.obj for probe in network.all_probes}
     order: list[nengo.Node] = []
-    for cluster, connections in _clusters(nodes, network.all_connections):
+    for cluster, connections in clusters(network):
         ends = [end for c in connections for end in (c.pre_obj, c.post_obj) if end not in cluster]
         if any(on_chip(end) for end in ends):
             order += _order(cluster, connections, probed)
     return order
 
 
-def _clusters(
-    nodes: list[nengo.Node], connections: Connections
-) -> list[tuple[dict[nengo.Node, None], Connections]]:
-    """Return the clusters of connected nodes, each with all connections that touch it."""
+def clusters(network: nengo.Network) -> list[tuple[dict[nengo.Node, None], Connections]]:
+    """Return the clusters of passthrough nodes, each with all connections that touch it."""
+    nodes = [node for node in network.all_nodes if is_passthrough(node)]
+    connections = network.all_connections
     number = {node: i for i, node in enumerate(nodes)}
     inner = [
         (number[c.pre_obj], number[c.post_obj])
@@ -59,14 +58,14 @@ def _clusters(
     graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(nodes),) * 2)
     _, label = sparse.csgraph.connected_components(graph, directed=False) if nodes else (0, [])
     # Dicts, as sets with an order: the image must not depend on memory addresses.
-    clusters: dict[int, tuple[dict[nengo.Node, None], Connections]] = defaultdict(lambda: ({}, []))
+    found: dict[int, tuple[dict[nengo.Node, None], Connections]] = defaultdict(lambda: ({}, []))
     for node in nodes:
-        clusters[label[number[node]]][0][node] = None
+        found[label[number[node]]][0][node] = None
     for c in connections:
         touched = (label[number[end]] for end in (c.pre_obj, c.post_obj) if end in number)
         for one in dict.fromkeys(touched):
-            clusters[one][1].append(c)
-    return list(clusters.values())
+            found[one][1].append(c)
+    return list(found.values())
 
 
 def _order(

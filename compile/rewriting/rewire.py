@@ -9,7 +9,7 @@ from spikeport.compile.ground.matrices import full
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
-from spikeport.compile.rewriting.assembly import FlatNetwork, decoding, start, sums_up
+from spikeport.compile.rewriting.assembly import FlatNetwork, decoding, same, start, sums_up
 from spikeport.compile.rewriting.decode_paths import link
 
 
@@ -74,7 +74,7 @@ def _connect_over_host(
     """Connect to a node on the host, and from the node to the target."""
     with flat.network:
         # The node has a function, the identity: a passthrough node would be removed again.
-        node = nengo.Node(lambda _t, x: x, size_in=connection.size_out)
+        node = nengo.Node(same, size_in=connection.size_out)
         into = _without_sparse(connection, node, solver)
         whole = np.eye(connection.post_obj.size_in)[:, connection.post_slice]
         nengo.Connection(node, connection.post_obj, transform=whole, synapse=None)
