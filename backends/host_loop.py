@@ -6,27 +6,21 @@ The chip steps. Its outputs are decoded, and wait for the host's next step.
 """
 
 import functools
-from collections.abc import Mapping
-from typing import Any
 
 import nengo
 import numpy as np
 from nengo.base import NengoObject
-from nengo.builder.connection import BuiltConnection
-from nengo.builder.ensemble import BuiltEnsemble
 
+from spikeport.backends.built import BuiltParameters
 from spikeport.backends.chip import Chip, Joinable, Joined
 from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.generators import own_generators
 from spikeport.backends.host_program import HostProgram
-from spikeport.backends.kept import program_of
+from spikeport.backends.kept import fresh, program_of
 from spikeport.backends.sampling import recorded
 from spikeport.backends.tape import Flattener, PooledSignals
-from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.rewrite import Built, Rewrite
-from spikeport.compile.ground.scope import target_rows
+from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.image.tables import offsets, part
-from spikeport.compile.loihi.solver import CHIP, FLOAT, ParameterSolver
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
 
@@ -67,7 +61,6 @@ class HostLoop:
             self._flatten(program)
         first = offsets(image.inputs.size)
         self._events = [(first[i], one) for i, one in program.events.items()]
-        self._params = program.params
         self._n_steps = 0
         self._joined = self._join()
 
@@ -151,56 +144,11 @@ class HostLoop:
 
     def built(self, obj: NengoObject) -> Built:
         """Return the built parameters; see `spikeport.backends.execution.Execution.built`."""
-        if isinstance(obj, nengo.Ensemble):
-            return self._built_ensemble(obj)
-        if isinstance(obj, nengo.Connection) and obj.solver.weights:
-            return self._built_full(obj)
-        if obj in self.compilation.built:
-            return self.compilation.built[obj]
-        model = self.compilation.model
-        if obj in model.toplevel.all_connections and obj not in model.host.params:
-            return self._solvers[model.split.on_chip(base(obj.pre_obj))].built(obj)
-        return self._either(obj)
-
-    def _either(self, obj: NengoObject) -> Built:
-        params = self._params
-        return params[obj] if obj in params else self._host.model.params[obj]
-
-    def _built_ensemble(self, ensemble: nengo.Ensemble) -> BuiltEnsemble:
-        for params in (self.compilation.built, self._params):
-            if ensemble in params:
-                # nengo-loihi does not divide its scaled encoders by the radius, as Nengo does.
-                found = params[ensemble]
-                return found._replace(scaled_encoders=found.scaled_encoders / ensemble.radius)
-        return self._host.model.params[ensemble]
-
-    def _built_full(self, connection: nengo.Connection) -> BuiltConnection:
-        """Return a connection with the target's encoders included in its weights, as in Nengo."""
-        found, model = self.compilation.built.get(connection), self.compilation.model
-        target = base(connection.post_obj)
-        if found is not None:  # passes separated encoders and decoders
-            encoders = self._built_ensemble(target).scaled_encoders
-            return found._replace(weights=encoders[:, target_rows(connection)] @ found.weights)
-        if connection not in model.params:
-            return self._either(connection)
-        # nengo-loihi uses its own unit for spikes, and does not divide by the radius.
-        spike = getattr(connection.pre_obj.neuron_type, "amplitude", 1) / model.dt
-        full = model.params[connection]
-        return full._replace(weights=full.weights / spike / target.radius)
+        return self._built[obj]
 
     @functools.cached_property
-    def _solvers(self) -> dict[bool, ParameterSolver]:
-        """Solvers in Nengo's units of connections from the chip (True) and the host (False).
-
-        nengo-loihi keeps connections in units of its own, and does not keep all of them.
-        """
-        model = self.compilation.model
-        rewrite = Rewrite(model.toplevel, Names(model.toplevel), seeds=model.seeds)
-        sides = {True: (CHIP, model.params), False: (FLOAT, model.host.params)}
-        return {
-            on_chip: ParameterSolver(rewrite, model.dt, builder, _ensembles(params))
-            for on_chip, (builder, params) in sides.items()
-        }
+    def _built(self) -> BuiltParameters:
+        return BuiltParameters(fresh(self.compilation))
 
     def clear_probes(self) -> None:
         """Forget the values that probes recorded so far."""
@@ -216,7 +164,3 @@ class HostLoop:
         """Free host and chip."""
         self._host.close()
         self._chip.close()
-
-
-def _ensembles(params: Mapping[object, Any]) -> dict[nengo.Ensemble, BuiltEnsemble]:
-    return {one: params[one] for one in params if isinstance(one, nengo.Ensemble)}

@@ -5,9 +5,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import nengo
-from nengo.base import NengoObject
 
-from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.pipeline import Compilation
 
 if TYPE_CHECKING:
@@ -38,8 +36,8 @@ class HostProgram:
     ``model`` is Nengo's built model. ``senders`` collect the spikes of each input,
     ``error_senders`` the errors of groups that learn; ``receivers`` pairs outputs, by number,
     with the processes that take their values; ``probes`` maps probes of on-chip objects to the
-    output they record, and ``params`` maps objects of the network to their built parameters;
-    ``events`` maps the numbers of inputs that are read from files to their spikes.
+    output they record; ``events`` maps the numbers of inputs that are read from files to their
+    spikes.
     """
 
     model: nengo.builder.Model
@@ -47,7 +45,6 @@ class HostProgram:
     error_senders: tuple[HostPort, ...]
     receivers: tuple[tuple[int, nengo.Process], ...]
     probes: dict[nengo.Probe, int]
-    params: Mapping[NengoObject, Built] = field(default_factory=dict)
     events: Mapping[int, "EventSteps"] = field(default_factory=dict)
 
 
@@ -75,7 +72,6 @@ def host_program(compilation: Compilation) -> HostProgram:
             for probe, node in model.chip2host_receivers.items()
         ),
         probes={probe: outputs[id(model.objs[probe]["out"])] for probe in on_chip},
-        params=model.params,
         events=compilation.blocks.floats.events,
     )
 

@@ -6,13 +6,12 @@ A network is compiled again if anything that decides the result has changed: see
 
 import functools
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import nengo
 import numpy as np
-from nengo.base import NengoObject
 from nengo.exceptions import NengoException
 
 from spikeport.backends.host_program import HostProgram, host_program
@@ -20,12 +19,10 @@ from spikeport.backends.kept_host import (
     HostReader,
     HostWriter,
     UsersObjects,
-    built_parameters,
 )
 from spikeport.backends.kept_values import NotKeptError, Reader
 from spikeport.cache import Arrays, Cache, Nothing, digest_of
 from spikeport.compile.ground.identity import identity
-from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Header, read_header
 from spikeport.compile.loihi.build_settings import BuildSettings
@@ -59,9 +56,14 @@ Compile = Callable[[], Compilation]
 
 @dataclass(frozen=True)
 class KeptCompilation(Compilation):
-    """A compiled network from a cache, with its host; its blocks are compiled at first use."""
+    """A compiled network from a cache, with its host; its blocks are compiled at first use.
+
+    ``again`` compiles the network, once. The built parameters need that: they include the points
+    that decoders are solved at, whose size can be a hundred times that of everything that runs.
+    """
 
     program: HostProgram | None = None
+    again: Compile | None = None
 
 
 def program_of(compilation: Compilation) -> HostProgram:
@@ -71,29 +73,11 @@ def program_of(compilation: Compilation) -> HostProgram:
     return host_program(compilation)
 
 
-class BuiltParameters(Mapping[NengoObject, Built]):
-    """Nengo's built parameters of a network, which are compiled again at first use.
-
-    They include the points that decoders are solved at, whose size can be a hundred times that of
-    everything that runs.
-    """
-
-    def __init__(self, compile_it: Compile, users: UsersObjects) -> None:
-        self._compile_it, self._users = compile_it, users
-
-    @functools.cached_property
-    def _built(self) -> dict[NengoObject, Built]:
-        compilation = self._compile_it()
-        return built_parameters(compilation, host_program(compilation), self._users)
-
-    def __getitem__(self, obj: NengoObject) -> Built:
-        return self._built[obj]
-
-    def __iter__(self) -> Iterator[NengoObject]:
-        return iter(self._built)
-
-    def __len__(self) -> int:
-        return len(self._built)
+def fresh(compilation: Compilation) -> Compilation:
+    """Return a compilation with all that a compile makes: one from a cache is compiled again."""
+    if isinstance(compilation, KeptCompilation) and compilation.again is not None:
+        return compilation.again()
+    return compilation
 
 
 class CompileRequest(NamedTuple):
@@ -200,15 +184,14 @@ def _read(arrays: Arrays, request: CompileRequest, compile_it: Compile) -> KeptC
     reader = Reader(arrays)
     host = HostReader(reader, reader.tree["host"], users)
     report: Report = reader.read(reader.tree["report"])
-    program = host.program()
     # One compile gives both the blocks and Nengo's parameters, whichever is used first.
     again = functools.cache(compile_it)
-    program = replace(program, params=BuiltParameters(again, users))
     return KeptCompilation(
         image.checked,
         replace(report, chip=request.chip),
         lambda: again().blocks,
-        program=program,
+        program=host.program(),
+        again=again,
     )
 
 

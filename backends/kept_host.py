@@ -19,8 +19,6 @@ from nengo.builder.signal import Signal
 
 from spikeport.backends.host_program import HostPort, HostProgram
 from spikeport.backends.kept_values import NotKeptError, Reader, Tree, Writer
-from spikeport.compile.ground.rewrite import Built
-from spikeport.compile.pipeline import Compilation
 from spikeport.compile.rewriting.assembly import same
 
 OPERATORS: dict[str, type[operators.Operator]] = {
@@ -246,16 +244,3 @@ class HostReader:
         made = Signal(view.copy(), name=name, readonly=readonly, offset=offset)
         made._initial_value, made._base = view, whole
         return made
-
-
-def built_parameters(
-    compilation: Compilation, program: HostProgram, users: UsersObjects
-) -> dict[NengoObject, Built]:
-    """Return the built parameters of the user's ensembles and connections."""
-    found = {}
-    for obj in users.objects:
-        for some in (compilation.built, compilation.model.params, program.model.params):
-            if obj in some and not isinstance(obj, nengo.Probe):
-                found[obj] = some[obj]
-                break
-    return found
