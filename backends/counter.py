@@ -53,8 +53,11 @@ class Counter:
         ----------
         delivered : (n,) int array
             Sources whose spikes arrive at synapses in this step.
-        spiked, active : (n_compartments,) bool array
-            Masks of the compartments that spike in this step, and that are not at rest.
+        spiked : (n_compartments,) bool array, or (n,) int array
+            A mask of the compartments that spike in this step, or the number of the compartment of
+            each spike, if one can spike several times.
+        active : (n_compartments,) bool array
+            A mask of the compartments that are not at rest.
         learning_updates : (n_cores,) int array, optional
             Weights changed by learning in this step.
         from_host : int

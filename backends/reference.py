@@ -6,7 +6,8 @@ up to rounding, and has far fewer operators.
 The counts are those of a network wired neuron to neuron: every ensemble is a core of its own, a
 spike costs one message to each ensemble that its neuron connects to, and one synaptic operation for
 each of that ensemble's neurons. Relays, splits and read-outs of a chip are not counted, nor are
-signals that reach an ensemble through a node.
+signals that reach an ensemble through a node. Neurons whose type does not spike, as `nengo.Sigmoid`
+and `nengo.LIFRate`, are updated in each step, but their outputs are no spikes, and cost nothing.
 """
 
 import nengo
@@ -58,6 +59,7 @@ class Reference:
         ensembles = [
             e for e in network.all_ensembles if not isinstance(e.neuron_type, nengo.Direct)
         ]
+        self._spikes = _Spikes([e.neuron_type for e in ensembles], dt_s)
         names = rewrite.names
         cores = np.repeat(np.arange(len(ensembles)), [e.n_neurons for e in ensembles])
         self._counter = Counter(
@@ -71,9 +73,9 @@ class Reference:
         """Advance by one step."""
         self._sim.step()
         outputs = [self._sim.signals[out] for out in self._outputs]
-        spiked = np.concatenate([np.zeros(0), *outputs]) != 0
+        spiked = self._spikes.sources(outputs)
         self._counter.step(self._arriving, spiked, self._all_active)
-        self._arriving = np.flatnonzero(spiked)
+        self._arriving = spiked
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """Return the values that a probe recorded, (n_steps, size)."""
@@ -96,6 +98,27 @@ class Reference:
         """Free the simulator."""
         self._counter.close()
         self._sim.close()
+
+
+class _Spikes:
+    """The spikes in the outputs of ensembles, whose neurons may spike several times in a step.
+
+    spikes = |output| dt / amplitude        0 for types that do not spike
+    """
+
+    def __init__(self, kinds: list[nengo.neurons.NeuronType], dt_s: float) -> None:
+        # Some types, as Izhikevich, have no amplitude: each of their spikes is 1 / dt.
+        amplitudes = [getattr(kind, "amplitude", 1.0) for kind in kinds]
+        self._per_output = [
+            dt_s / amplitude if kind.spiking else 0.0
+            for kind, amplitude in zip(kinds, amplitudes, strict=True)
+        ]
+
+    def sources(self, outputs: list[np.ndarray]) -> np.ndarray:
+        """Return the numbers of the neurons that spike, each once for every spike."""
+        spikes = [abs(one) * by for one, by in zip(outputs, self._per_output, strict=True)]
+        counts = np.rint(np.concatenate([np.zeros(0), *spikes])).astype(np.int64)
+        return np.repeat(np.arange(len(counts)), counts)
 
 
 def fused(network: nengo.Network, chip: ChipModel, dt_s: float, pipeline: Pipeline) -> Rewrite:

@@ -277,10 +277,9 @@ class Assembly:
     def _connect(self, key: EdgeKey, target: End, matrix: sparse.csr_array) -> None:
         """Connect one edge as it is."""
         source, old = key.source, key.source.connection
+        pre, options = (self._start(source), {}) if old is None else start(old)
         if old in self._computed:
             pre, options, old = self._computed[old], {}, None
-        else:
-            pre, options = (self._start(source), {}) if old is None else start(old)
         # Nengo calls a function once to see how many values it returns.
         with warnings_about("" if old is None else self._scope.names[old]):
             connection = nengo.Connection(

@@ -143,3 +143,48 @@ def test_a_loop_that_nengo_refuses_has_a_cure_that_works() -> None:
     hints = [str(hint) for hint in spikeport.compile_network(around(None)).report.hints]
     assert any(hint.startswith("b -> a: SP416 loop without a synapse") for hint in hints)
     run(around(nengo.Lowpass(0.001)), steps=2)
+
+
+MANY = nengo.PoissonSpiking(nengo.LIFRate(tau_ref=0.0005), amplitude=0.5)
+
+
+@pytest.mark.parametrize(
+    "kind", [nengo.LIF(amplitude=3.0), nengo.Izhikevich(), nengo.AdaptiveLIF(), MANY]
+)
+def test_every_spike_is_counted_and_delivered(kind: nengo.neurons.NeuronType) -> None:
+    with nengo.Network(seed=1) as network:
+        options = {"max_rates": nengo.dists.Choice([1500 if kind is MANY else 200])}
+        a, b = nengo.Ensemble(30, 1, neuron_type=kind, **options), nengo.Ensemble(7, 1)
+        nengo.Connection(nengo.Node(0.9), a)
+        nengo.Connection(a, b)
+        probe = nengo.Probe(a.neurons)
+    simulator = run(network)
+    amplitude = getattr(kind, "amplitude", 1.0)
+    spikes = np.rint(simulator.data[probe] * simulator.dt / amplitude).astype(int).sum(axis=1)
+    activity = simulator.activity
+    assert np.array_equal(activity.spikes[:, 0], spikes)
+    assert spikes.sum() > 0
+    assert np.array_equal(activity.synaptic_operations[1:, 1], 7 * spikes[:-1])
+    assert activity.messages[0, 1] == spikes[:-1].sum()
+
+
+def test_a_neuron_that_spikes_twice_in_a_step_is_counted_twice() -> None:
+    with nengo.Network(seed=1) as network:
+        kind = nengo.SpikingRectifiedLinear()
+        one = {"gain": [1.0], "bias": [2500.0], "encoders": [[1.0]]}
+        nengo.Ensemble(1, 1, neuron_type=kind, **one)
+    activity = run(network, steps=100).activity
+    assert activity.spikes.max() == 3
+    assert activity.totals()["spikes"] == 250
+
+
+@pytest.mark.parametrize("kind", [nengo.RectifiedLinear(), nengo.Sigmoid(), nengo.LIFRate()])
+def test_neurons_that_do_not_spike_have_no_spikes(kind: nengo.neurons.NeuronType) -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(20, 1, neuron_type=kind), nengo.Ensemble(5, 1)
+        nengo.Connection(a, b)
+    activity = run(network).activity
+    assert activity.spikes[:, 0].sum() == 0
+    assert activity.spikes[:, 1].sum() > 0
+    assert activity.messages.sum() == 0
+    assert activity.updates_active[0].tolist() == [20, 5]
