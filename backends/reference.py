@@ -26,6 +26,7 @@ from spikeport.compile.loihi.solver import FLOAT
 from spikeport.compile.passes.base import Context
 from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.passes.pipeline import Pipeline
+from spikeport.compile.rewriting.once import each_once
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
 
@@ -123,7 +124,8 @@ class _Spikes:
 
 def fused(network: nengo.Network, chip: ChipModel, dt_s: float, pipeline: Pipeline) -> Rewrite:
     """Return a network as float Nengo runs it: rewritten by `Fuse`, if the pipeline has it."""
-    rewrite = Rewrite(network, Names(network))
+    # A network may list an object twice: it is built, and counted, once.
+    rewrite = each_once(Rewrite(network, Names(network)))
     context = Context(chip, dt_s, note=lambda _key, _value: None)
     for one in pipeline.passes:
         if isinstance(one, Fuse):

@@ -188,3 +188,27 @@ def test_neurons_that_do_not_spike_have_no_spikes(kind: nengo.neurons.NeuronType
     assert activity.spikes[:, 1].sum() > 0
     assert activity.messages.sum() == 0
     assert activity.updates_active[0].tolist() == [20, 5]
+
+
+def listed(twice: bool, pipeline: str) -> tuple[Activity, np.ndarray]:
+    """Return the counts and values of a network whose ensemble and connection two networks list."""
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(20, 1, label="a"), nengo.Ensemble(10, 1, label="b")
+        wired = nengo.Connection(a, b)
+        probe = nengo.Probe(b, synapse=0.01)
+        if twice:
+            with nengo.Network(label="other"):
+                for one in (b, wired, probe):
+                    nengo.Network.add(one)
+    with spikeport.Simulator(network, backend="reference", pipeline=pipeline) as simulator:
+        simulator.run_steps(STEPS)
+        return simulator.activity, simulator.data[probe]
+
+
+@pytest.mark.parametrize("pipeline", ["", "fuse"])
+def test_an_object_that_two_networks_list_is_counted_once(pipeline: str) -> None:
+    (activity, values), (wanted, same) = (listed(twice, pipeline) for twice in (True, False))
+    assert activity.cores == wanted.cores
+    for name in ("spikes", "synaptic_operations", "messages", "updates_active"):
+        assert np.array_equal(getattr(activity, name), getattr(wanted, name)), name
+    assert np.array_equal(values, same)
