@@ -46,6 +46,7 @@ class Rule(BaseModel):
         words = {
             "parts": "n",
             "gb": "n",
+            "factor": "n",
             "tau_s": "tau",
             "instead": "one of these",
             "kept": "it",

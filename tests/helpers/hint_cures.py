@@ -187,6 +187,41 @@ def compared(make: Callable[[], object], passes: str, loss_s: float | None = Non
     return check
 
 
+def learned(
+    radius: float = 1.0, amplitude: float = 1.0, times: float = 1.0, rule: bool = True
+) -> nengo.Probe:
+    """Add a connection from the chip that learns half of full scale, and probe its values."""
+    source, end = nengo.Node(radius / 2), nengo.Node(size_in=1)
+    error = nengo.Node(lambda t, x: x, size_in=1)
+    kind = nengo.LIF(amplitude=amplitude)
+    a = nengo.Ensemble(60, 1, radius=radius, neuron_type=kind, label="a")
+    nengo.Connection(source, a, synapse=None)
+    rate = times * 2e-4 / amplitude**2
+    pes = nengo.PES(rate) if rule else None
+    learns = nengo.Connection(a, end, function=lambda x: 0 * x, learning_rule_type=pes)
+    if rule:
+        nengo.Connection(end, error)
+        nengo.Connection(source, error, transform=-1 / radius)
+        nengo.Connection(error, learns.learning_rule)
+    return nengo.Probe(end, synapse=0.02)
+
+
+def unlike_nengo(radius: float, amplitude: float, times: float) -> Check:
+    """Return a check of what was learned with another rate, against float Nengo without it."""
+
+    def check() -> set[str]:
+        values = []
+        for backend, factor in (("reference", 1.0), ("native", times)):
+            network = network_of(partial(learned, radius, amplitude, factor))
+            (probe,) = network.all_probes
+            with spikeport.Simulator(network, backend=backend, pipeline="as_written") as sim:
+                sim.run(0.3)
+                values.append(sim.data[probe][100::50, 0])
+        return {"SP420"} if abs(values[1] - values[0]).max() > 0.1 else set()
+
+    return check
+
+
 CASES = [
     Case(
         "SP409",
@@ -339,6 +374,24 @@ CASES = [
         (
             hinted(relayed_pair, "decode_path"),
             hinted(partial(relayed_pair, "preset10"), "decode_path{slack_cores=0}"),
+        ),
+    ),
+    Case(
+        "SP420",
+        "multiply its learning_rate by {factor}",
+        lambda: (
+            hinted(partial(learned, 4.0))()
+            & hinted(partial(learned, amplitude=3.0))()
+            & unlike_nengo(4.0, 1.0, 1.0)()
+            & unlike_nengo(1.0, 3.0, 1.0)()
+        ),
+        (
+            hinted(learned),
+            hinted(partial(learned, 4.0, rule=False)),
+            unlike_nengo(1.0, 1.0, 1.0),
+            unlike_nengo(4.0, 1.0, 0.25),
+            unlike_nengo(0.25, 1.0, 4.0),
+            unlike_nengo(1.0, 3.0, 9.0),
         ),
     ),
 ]
