@@ -19,7 +19,7 @@ from nengo.builder.signal import Signal
 
 from spikeport.backends.host_program import HostPort, HostProgram
 from spikeport.backends.kept_values import NotKeptError, Reader, Tree, Writer
-from spikeport.compile.rewriting.assembly import same
+from spikeport.compile.ground.scope import same
 
 OPERATORS: dict[str, type[operators.Operator]] = {
     kind.__name__: kind

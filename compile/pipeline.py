@@ -14,6 +14,7 @@ from nengo.base import NengoObject
 
 from spikeport import freed_memory
 from spikeport.compile.check.advice import AS_WRITTEN, COMPACT, advice
+from spikeport.compile.check.cut_off import cut_off_hints
 from spikeport.compile.check.hints import (
     filter_hints,
     image_hints,
@@ -278,7 +279,11 @@ def _compiled(job: Job) -> Compilation:
         passes=tuple(run.record),
         lower_bound=lower_bound(block_loads(image, target), capacity(target)),
         neurobench=neurobench(image, cores),
-        hints=(*_hints(job, names, blocks, unplaced), *relay_hints(run.record)),
+        hints=(
+            *_hints(job, names, blocks, unplaced),
+            *cut_off_hints(network, rewrite, job.settings.remove_passthrough),
+            *relay_hints(run.record),
+        ),
         on_host=_on_host(network, names),
         host=host_traffic(image, target),
     )

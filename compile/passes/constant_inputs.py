@@ -31,7 +31,8 @@ class ConstantInputs(NetworkPass):
 
     A bias acts from the first step. The first steps therefore differ where a connection has a
     synapse, and on the chip, which filters all values from the host for 5 ms. Later steps are the
-    same, but a constant beyond the radius, where the host would cut it off, counts in full.
+    same, but a constant beyond the radius, or for neurons beyond 1, where the host would cut it
+    off, counts in full.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ from nengo.solvers import NoSolver
 from spikeport.compile.ground.names import End, Named
 from spikeport.compile.ground.refusal import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
-from spikeport.compile.ground.scope import Scope, reads_twice, source_rows
+from spikeport.compile.ground.scope import Scope, reads_twice, same, source_rows
 from spikeport.compile.ground.settings import NetworkSettings, add_params
 from spikeport.compile.loihi.readout import readout_scale
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
@@ -136,11 +136,6 @@ def is_called(connection: nengo.Connection) -> bool:
         getattr(pre, "neuron_type", None), nengo.Direct
     )
     return runs and callable(connection.function)
-
-
-def same(_time_s: float, values: np.ndarray) -> np.ndarray:
-    """Return the values: the function of a node that no pass takes for a passthrough node."""
-    return values
 
 
 def _of_all(connection: nengo.Connection) -> Callable[[np.ndarray], object]:

@@ -9,11 +9,11 @@ from collections.abc import Iterator
 
 import nengo
 
+from spikeport.compile.ground.clusters import replaced
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.loihi.solver import FLOAT, ParameterSolver
 from spikeport.compile.rewriting.assembly import FlatNetwork, is_called
-from spikeport.compile.rewriting.passthrough import clusters
 
 
 def called_once(rewrite: Rewrite, dt_s: float) -> Rewrite:
@@ -57,11 +57,6 @@ def called_once(rewrite: Rewrite, dt_s: float) -> Rewrite:
 def _multiplied(scope: Scope) -> Iterator[nengo.Connection]:
     """Yield the connections whose function nengo-loihi would call several times in a step."""
     probed = {probe.obj for probe in scope.network.all_probes}
-    for cluster, connections in clusters(scope.network):
-        into = [c for c in connections if c.pre_obj not in cluster]
-        out_of = [c for c in connections if c.post_obj not in cluster]
-        replaced = any(scope.on_chip(c.pre_obj) for c in into) and any(
-            scope.on_chip(c.post_obj) for c in out_of
-        )
-        if replaced and len(out_of) + len(probed & cluster.keys()) > 1:
+    for cluster, into, out_of in replaced(scope.network, scope.on_chip):
+        if len(out_of) + len(probed & cluster.keys()) > 1:
             yield from filter(is_called, into)

@@ -13,16 +13,13 @@ from collections.abc import Callable, Container
 from graphlib import CycleError, TopologicalSorter
 
 import nengo
-import numpy as np
-import scipy.sparse as sparse
 from nengo.base import NengoObject
 from nengo.connection import LearningRule
 
+from spikeport.compile.ground.clusters import Connections, clusters
 from spikeport.compile.ground.names import End
-from spikeport.compile.ground.scope import is_passthrough
 
 PLAIN = (nengo.Dense, nengo.transforms.NoTransform)
-Connections = list[nengo.Connection]
 
 
 def foldable(network: nengo.Network, on_chip: Callable[[End], bool]) -> list[nengo.Node]:
@@ -42,30 +39,6 @@ def foldable(network: nengo.Network, on_chip: Callable[[End], bool]) -> list[nen
         if any(on_chip(end) for end in ends):
             order += _order(cluster, connections, probed)
     return order
-
-
-def clusters(network: nengo.Network) -> list[tuple[dict[nengo.Node, None], Connections]]:
-    """Return the clusters of passthrough nodes, each with all connections that touch it."""
-    nodes = [node for node in network.all_nodes if is_passthrough(node)]
-    connections = network.all_connections
-    number = {node: i for i, node in enumerate(nodes)}
-    inner = [
-        (number[c.pre_obj], number[c.post_obj])
-        for c in connections
-        if c.pre_obj in number and c.post_obj in number
-    ]
-    rows, columns = np.array(inner, dtype=int).reshape(-1, 2).T
-    graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(nodes),) * 2)
-    _, label = sparse.csgraph.connected_components(graph, directed=False) if nodes else (0, [])
-    # Dicts, as sets with an order: the image must not depend on memory addresses.
-    found: dict[int, tuple[dict[nengo.Node, None], Connections]] = defaultdict(lambda: ({}, []))
-    for node in nodes:
-        found[label[number[node]]][0][node] = None
-    for c in connections:
-        touched = (label[number[end]] for end in (c.pre_obj, c.post_obj) if end in number)
-        for one in dict.fromkeys(touched):
-            found[one][1].append(c)
-    return list(found.values())
 
 
 def _order(

@@ -8,8 +8,9 @@ import numpy as np
 from spikeport.compile.ground.matrices import full
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import same
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
-from spikeport.compile.rewriting.assembly import FlatNetwork, decoding, same, start, sums_up
+from spikeport.compile.rewriting.assembly import FlatNetwork, decoding, start, sums_up
 from spikeport.compile.rewriting.decode_paths import link
 
 

@@ -222,6 +222,12 @@ def unlike_nengo(radius: float, amplitude: float, times: float) -> Check:
     return check
 
 
+def into_neurons(value: float, scale: float) -> None:
+    """Add a constant that is sent into neurons."""
+    a = nengo.Ensemble(20, 1)
+    nengo.Connection(nengo.Node([value]), a.neurons, transform=np.full((20, 1), scale))
+
+
 CASES = [
     Case(
         "SP409",
@@ -393,5 +399,11 @@ CASES = [
             unlike_nengo(0.25, 1.0, 4.0),
             unlike_nengo(1.0, 3.0, 9.0),
         ),
+    ),
+    Case(
+        "SP421",
+        "if values go beyond the limit, divide them by their full scale",
+        hinted(partial(into_neurons, 3.0, 1.0)),
+        (hinted(partial(into_neurons, 1.0, 3.0)),),
     ),
 ]

@@ -66,5 +66,6 @@ def test_every_hint_on_a_loss_has_a_cure() -> None:
         "decoded by its full scale, and multiply on the host",
         "a: SP407 rate aliasing: 50 % off; cure: lower the maximum rates, or take a shorter dt",
         "input 0: SP408 input saturation: 50 % of the time; cure: widen the ensemble's radius "
-        "beyond the input's largest value, or scale the input down",
+        "beyond the input's largest value, or scale the input down; what is sent into neurons is "
+        "cut off at 1, whatever the radius: scale it down, and its transform up",
     ]

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from spikeport import Simulator
+from spikeport.compile.ground.scope import is_passthrough
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.rewriting.passthrough import foldable, is_passthrough
+from spikeport.compile.rewriting.passthrough import foldable
 from tests.helpers.small_networks import FAST, SLOW, scope_of
 
 
