@@ -120,25 +120,54 @@ def _rounded(compartment: Compartment, largest: float) -> Compartment:
     raise refusals[0]
 
 
-def weight_exponent(block: LoihiBlock, k: np.ndarray) -> float:
-    """Return the exponent of the largest weights, if compartments are scaled by 2^-k.
+def scaled_info(
+    compartment: Compartment, largest: np.ndarray, k: np.ndarray
+) -> Mapping[str, Any] | None:
+    """Return the scales that a block is rounded with, if compartments are scaled by 2^-k.
 
-    It is 0, less if a threshold or a bias leaves the weights fewer than 8 bits, and minus infinity
-    if no scale fits all numbers.
+    Parameters
+    ----------
+    compartment : Compartment
+        The compartments of the block, in floating point.
+    largest : (n_compartments,) array
+        The largest absolute weight into each compartment.
+    k : (n_compartments,) array
+        The exponents.
+
+    Returns
+    -------
+    info : mapping or None
+        nengo-loihi's ``discretize_info``; None if no scale fits all numbers.
     """
     factor = np.exp2(-k).astype(np.float32)
-    compartment = copy.copy(block.compartment)
+    compartment = copy.copy(compartment)
     compartment.vth, compartment.bias = compartment.vth * factor, compartment.bias * factor
-    largest = (largest_weights(block) * factor).max(initial=0.0)
     try:
         with numpy1_semantics(), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            info = _rounded(compartment, largest).discretize_info
+            rounded = _rounded(compartment, (largest * factor).max(initial=0.0))
     except (BuildError, AssertionError):
-        return -np.inf
-    # A largest weight that was assumed to be larger has lost bits, too.
-    exponent: float = info["w_exp"] - np.log2(info["w_max"] / largest) if largest else 0.0
-    return exponent
+        return None
+    info: Mapping[str, Any] = rounded.discretize_info
+    return info
+
+
+def stored(weights: np.ndarray, rows: np.ndarray, info: Mapping[str, Any]) -> np.ndarray:
+    """Return the weights (n,) of one group into the compartments ``rows``, as the chip has them.
+
+    They are the integers that a block with the scales ``info`` has, divided by these scales.
+    """
+    if weights.size == 0:
+        return weights
+    synapse = Synapse(1)
+    with numpy1_semantics(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # here nothing is lost yet
+        synapse.set_weights(weights[np.newaxis])
+        synapse.indices = [rows[np.newaxis]]
+        discretize_synapse(synapse, *_scale(synapse, info))
+    scale = np.broadcast_to(info["w_scale"], rows.max() + 1)[rows]
+    result: np.ndarray = synapse.weights[0][0] / (scale * SynapseConfig.get_scale(info["w_exp"]))
+    return result
 
 
 def largest_weights(block: LoihiBlock) -> np.ndarray:

@@ -5,6 +5,7 @@ rewrite a network with explicit matrices get these parameters here, from nengo-l
 """
 
 import collections
+import copy
 from collections.abc import Callable, Mapping
 from typing import NamedTuple, TypeAlias, TypeVar
 
@@ -15,6 +16,7 @@ import scipy.sparse as sparse
 from nengo.base import NengoObject
 from nengo.builder.connection import BuiltConnection
 from nengo.builder.ensemble import BuiltEnsemble
+from nengo_loihi.block import Compartment
 from nengo_loihi.builder import Model
 from nengo_loihi.builder.ensemble import build_ensemble
 from nengo_loihi.compat import sample_transform
@@ -95,6 +97,11 @@ class ParameterSolver:
         if ensemble not in self._model.params:
             self._guarded(self._builder.build_ensemble, ensemble)
         return self._model.params[ensemble]
+
+    def compartment(self, ensemble: nengo.Ensemble) -> Compartment:
+        """Return a copy of the compartments of an ensemble on the chip, in floating point."""
+        self.ensemble(ensemble)
+        return copy.deepcopy(self._model.objs[ensemble]["in"].compartment)
 
     def initial_state(self, ensemble: nengo.Ensemble) -> dict[str, np.ndarray]:
         """Return the state that float Nengo's neurons start in; on the chip they start at zero."""

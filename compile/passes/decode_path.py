@@ -16,6 +16,7 @@ from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.base import Context, NetworkPass
+from spikeport.compile.passes.scale_rows import ScaleRows
 from spikeport.compile.rewriting.decode_paths import (
     EPSILON_S,
     PathCost,
@@ -27,6 +28,7 @@ from spikeport.compile.rewriting.decode_paths import (
     path_costs,
     rejected,
 )
+from spikeport.compile.rewriting.direct_errors import DirectErrors
 from spikeport.compile.rewriting.passthrough import PLAIN
 from spikeport.compile.rewriting.rewire import rewire
 
@@ -71,20 +73,38 @@ class DecodePath(NetworkPass):
         solver = ParameterSolver(rewrite, context.dt_s)
         scope = Scope(rewrite.network, rewrite.names)
         links = [c for c in rewrite.network.all_connections if _is_link(c, scope)]
+        wanted = self._wanted(links, NetworkSettings(rewrite.network))
+        found = {c: link(c, solver) for c in links}
+        errors = DirectErrors(found, scope, solver, context.dt_s, _profiles(context))
+        possible = [c for c in links if wanted[c] in ("auto", "direct")]
         costs = {
-            c: path_costs(link(c, solver), context.chip.limits, context.dt_s, self.rate_hz)
+            c: path_costs(
+                found[c],
+                errors.of(c, possible, time_constant_s(c)),
+                context.chip.limits,
+                context.dt_s,
+                self.rate_hz,
+            )
             for c in links
         }
-        wanted = self._wanted(links, NetworkSettings(rewrite.network))
-        # Reject paths twice: the connections that may be direct decide a target's filter, and the
-        # filter then decides which of them are direct.
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
-        free = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
         relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
-        filters = target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
-        for c in free:
-            shared = -EPSILON_S <= filters[c.post_obj] - time_constant_s(c) <= relay_s
-            reasons[c] = self._rejected(costs[c], wanted[c], shared)
+        left = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
+        # Reject paths again until none changes: the connections that may be direct decide a
+        # target's filter and the scale of its weights, and these decide which of them are direct.
+        while True:
+            free = left
+            filters = target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
+            direct = [c for c in links if wanted[c] == "direct" or c in free]
+            for c in direct:
+                error = errors.of(c, direct, filters[c.post_obj])
+                costs[c] = [costs[c][0]._replace(error=error), *costs[c][1:]]
+            for c in free:
+                shared = -EPSILON_S <= filters[c.post_obj] - time_constant_s(c) <= relay_s
+                reasons[c] = self._rejected(costs[c], wanted[c], shared)
+            left = [c for c in free if "direct" not in reasons[c]]
+            if left == free:
+                break
         for c in links:
             context.note(rewrite.names[c], _note(costs[c], reasons[c]))
         paths = {c: chosen(costs[c], reasons[c]) for c in links}
@@ -100,6 +120,12 @@ class DecodePath(NetworkPass):
         if wanted != "auto":
             return all_but(wanted, costs)
         return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), shared)
+
+
+def _profiles(context: Context) -> int:
+    """Return the most thresholds that the passes after this one give to a block."""
+    following = [one for one in context.following if isinstance(one, ScaleRows)]
+    return max((one.most(context.chip) for one in following), default=1)
 
 
 def _is_link(connection: nengo.Connection, scope: Scope) -> bool:

@@ -8,12 +8,10 @@ from nengo_loihi.block import LoihiBlock, Synapse
 from pydantic import Field
 
 from spikeport.compile.loihi.blocks import FloatBlocks, copied
-from spikeport.compile.loihi.discretise import largest_weights, weight_exponent
+from spikeport.compile.loihi.discretise import largest_weights
+from spikeport.compile.loihi.row_scales import exponents
 from spikeport.compile.passes.base import BlockPass, Context
-
-LEAST = 2.0**-12
-"""The share of the block's largest weight below which weights do not count: numbers that are 0
-up to rounding are scattered over all magnitudes, and a threshold has 17 bits."""
+from spikeport.hardware_models.chip import ChipModel
 
 
 @dataclass(frozen=True)
@@ -39,19 +37,23 @@ class ScaleRows(BlockPass):
 
     def apply(self, floats: FloatBlocks, context: Context) -> FloatBlocks:
         """Scale the compartments of every block that can be scaled."""
-        most = int(min(self.profiles, context.chip.limits.most("threshold_profiles")))
+        most = self.most(context.chip)
         read = _read(floats)
         changed = {
-            block: exponents
+            block: k
             for block in floats.blocks
             if block not in read
             and _can_scale(block)
-            and (exponents := _exponents(block, most)).any()
+            and (k := exponents(block.compartment, largest_weights(block), most)).any()
         }
         context.note("blocks", {"scaled": len(changed), "of": len(floats.blocks)})
         return floats.with_blocks(
             _scaled(block, changed[block]) if block in changed else block for block in floats.blocks
         )
+
+    def most(self, chip: ChipModel) -> int:
+        """Return the most thresholds of a block on a chip."""
+        return int(min(self.profiles, chip.limits.most("threshold_profiles")))
 
 
 def _read(floats: FloatBlocks) -> set[LoihiBlock]:
@@ -76,48 +78,9 @@ def _shifted(synapse: Synapse) -> bool:
     return bases is not None and bool(np.any(np.asarray(bases) > 0))
 
 
-def _exponents(block: LoihiBlock, profiles: int) -> np.ndarray:
-    """Return the k of each compartment, (n,), with at most ``profiles`` different values.
-
-    Compartments with k = 0 keep their threshold. If it is large beside the weights, it limits the
-    block's scale: scaled compartments would lose bits, and others gain none. Then k is smaller, or
-    0.
-    """
-    wanted = _wanted(largest_weights(block))
-    if not wanted.any():
-        return wanted
-    unscaled = weight_exponent(block, np.zeros_like(wanted))
-    for most in range(wanted.max(), 0, -1):
-        k = _thinned(wanted.clip(max=most), profiles)
-        if weight_exponent(block, k) >= unscaled:
-            return k
-    return np.zeros_like(wanted)
-
-
-def _wanted(largest: np.ndarray) -> np.ndarray:
-    """Return the k, (n,), that bring the largest weights into all compartments to one size.
-
-    This size is the 10 % quantile of the largest weights, so that outliers cost no profiles.
-    """
-    used = largest[largest > LEAST * largest.max(initial=0)]
-    if used.size == 0:
-        return np.zeros(len(largest), dtype=int)
-    with np.errstate(divide="ignore"):
-        k = np.floor(np.log2(largest / np.quantile(used, 0.1))).clip(min=0)
-    result: np.ndarray = k.astype(int)
-    return result
-
-
-def _thinned(k: np.ndarray, profiles: int) -> np.ndarray:
-    """Round k down to fewer different values, since a core has few threshold profiles."""
-    step = -(-(k.max() + 1) // profiles)
-    result: np.ndarray = k // step * step
-    return result
-
-
-def _scaled(block: LoihiBlock, exponents: np.ndarray) -> LoihiBlock:
+def _scaled(block: LoihiBlock, k: np.ndarray) -> LoihiBlock:
     # Powers of two lose nothing.
-    factor = np.exp2(-exponents).astype(np.float32)
+    factor = np.exp2(-k).astype(np.float32)
     block = copied(block)
     block.compartment.vth *= factor
     block.compartment.bias *= factor

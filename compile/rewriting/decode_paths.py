@@ -51,8 +51,8 @@ class PathCost(NamedTuple):
     delay_s : float
         Delay that the path adds to the connection's own synapse.
     error : float
-        Relative rms error: rounding of weights, and of thresholds where weights are large, and
-        noise of a relay behind a 5 ms filter.
+        Relative rms error: rounding of weights and thresholds as the chip stores them, or noise of
+        a relay behind a 5 ms filter.
     """
 
     path: str
@@ -78,13 +78,13 @@ class Link:
         Decoders of values in units of the target's radius.
     encoders : (n_post, d) array
         Encoders of the target.
-    jumps : (n_post,) array
-        The voltage that a spike of weight 1 adds to each neuron, in units of its threshold.
+    gains : (n_post,) array
+        Gains of the target.
     """
 
     decoders: sparse.csr_array
     encoders: sparse.csr_array
-    jumps: np.ndarray
+    gains: np.ndarray
 
     @functools.cached_property
     def _columns(self) -> tuple[sparse.csc_array, np.ndarray]:
@@ -132,19 +132,20 @@ def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:
     shape = (post.size_in, weights.shape[1])
     decoders = sparse.coo_array((weights.data, (rows, weights.col)), shape=shape)
     built = solver.ensemble(post)
-    leak_s = getattr(post.neuron_type, "tau_rc", 1.0)  # without leak, input is not scaled
-    return Link(
-        sparse.csr_array(decoders), sparse.csr_array(built.encoders), jumps=built.gain / leak_s
-    )
+    return Link(sparse.csr_array(decoders), sparse.csr_array(built.encoders), gains=built.gain)
 
 
-def path_costs(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> list[PathCost]:
+def path_costs(
+    link: Link, error: float, limits: Limits, dt_s: float, rate_hz: float
+) -> list[PathCost]:
     """Estimate the cost of every path.
 
     Parameters
     ----------
     link : Link
         The connection.
+    error : float
+        The error of direct wiring, see `spikeport.compile.rewriting.direct_errors`.
     limits : Limits
         The limits of a core.
     dt_s : float
@@ -153,7 +154,7 @@ def path_costs(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> list[
         The firing rate of its neurons, in spikes per second.
     """
     relays = [_relay(path, link, limits, dt_s, rate_hz) for path in RELAYS]
-    return [_direct(link, limits, rate_hz), *relays, _host(link, limits, dt_s, rate_hz)]
+    return [_direct(link, error, limits, rate_hz), *relays, _host(link, limits, dt_s, rate_hz)]
 
 
 def pareto(costs: list[PathCost]) -> list[PathCost]:
@@ -161,21 +162,10 @@ def pareto(costs: list[PathCost]) -> list[PathCost]:
     return [one for one in costs if not any(other.dominates(one) for other in costs)]
 
 
-def _direct(link: Link, limits: Limits, rate_hz: float) -> PathCost:
-    weights = link.distinct_weights
-    cores = _cores(limits, in_axons=link.axons.shape[1], synapse_bits=WEIGHT_BITS * weights.nnz)
-    error = float(np.hypot(rounding(weights), _coarseness(link, weights)))
+def _direct(link: Link, error: float, limits: Limits, rate_hz: float) -> PathCost:
+    bits = WEIGHT_BITS * link.distinct_weights.nnz
+    cores = _cores(limits, in_axons=link.axons.shape[1], synapse_bits=bits)
     return PathCost("direct", cores, rate_hz * link.n_weights, 0.0, 0.0, error)
-
-
-def _coarseness(link: Link, weights: sparse.csr_array) -> float:
-    r"""Return the relative rms error of thresholds, since a weight has at most 255 steps.
-
-    .. math:: e = \max_n |W_n| j_n / (255 \sqrt{12})
-    """
-    # A weight that spans many thresholds has few steps for each of them.
-    largest = abs(weights).max(axis=1).toarray().ravel() if weights.nnz else np.zeros(1)
-    return float((largest * link.jumps).max() / LEVELS / np.sqrt(12))
 
 
 def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:

@@ -86,7 +86,9 @@ def beside(synapse: float, *fixed: float) -> nengo.Network:
     first, second = network.ensembles
     with network:
         for tau in fixed:
-            nengo.Connection(first.neurons, second.neurons, transform=np.eye(60), synapse=tau)
+            nengo.Connection(
+                first.neurons, second.neurons, transform=1e-3 * np.eye(60), synapse=tau
+            )
     return network
 
 
@@ -227,3 +229,27 @@ def test_direct_wiring_follows_values_better_than_decode_neurons() -> None:
     wanted = np.sin(12 * np.arange(1, 601) * 0.001)[:, np.newaxis]
     error = {path: np.std(run(chain(path)) - wanted) for path in ("direct", "onoff")}
     assert error["direct"] < error["onoff"]
+
+
+def integrator(seed: int) -> nengo.Network:
+    """Return the integrator of the NEF: its input has the synapse and a transform of 0.1 s."""
+    with nengo.Network(seed=seed) as network:
+        stimulus = nengo.Node([0.6])
+        first, memory = nengo.Ensemble(100, 1), nengo.Ensemble(100, 1)
+        nengo.Connection(stimulus, first)
+        nengo.Connection(memory, memory, synapse=0.1)
+        nengo.Connection(first, memory, transform=0.1, synapse=0.1)
+        nengo.Probe(memory, synapse=0.02)
+    return network
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_an_integrator_integrates_as_it_does_as_written(seed: int) -> None:
+    ends = {}
+    for pipeline in ("as_written", "compact"):
+        network = integrator(seed)
+        with spikeport.Simulator(network, pipeline=pipeline, progress_bar=False) as simulator:
+            simulator.run(1.0)
+            ends[pipeline] = float(simulator.data[network.probes[0]][-100:].mean())
+    assert ends["compact"] == pytest.approx(ends["as_written"], abs=0.12)
+    assert ends["compact"] > 0.4

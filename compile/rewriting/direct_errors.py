@@ -1,0 +1,193 @@
+"""The errors of connections that are wired neuron to neuron, as the chip would round them.
+
+All groups of weights into an ensemble share a scale, which its thresholds, its biases and the
+largest of all weights bound. So an error depends on the target's other inputs: relays and the host
+send values, whose weights are encoders times gains, far above those of single neurons.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
+
+import nengo
+import numpy as np
+import scipy.sparse as sparse
+from nengo.ensemble import Neurons
+from nengo.exceptions import BuildError
+from scipy.sparse.linalg import norm
+
+from spikeport.compile.ground.matrices import full
+from spikeport.compile.ground.names import base
+from spikeport.compile.ground.scope import MATRICES, Scope, full_weights, target_rows
+from spikeport.compile.loihi.relay import RELAYS
+from spikeport.compile.loihi.row_scales import LEAST, RowScales
+from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.rewriting.decode_paths import Link, rounding
+from spikeport.neurons import OWN_TYPES
+
+
+class DirectErrors:
+    """The error of each link, if it is wired directly, for any set of links that are.
+
+    Parameters
+    ----------
+    links : mapping of nengo.Connection to Link
+        The connections that have a choice.
+    scope : Scope
+        The network.
+    solver : ParameterSolver
+        Solves the network's ensembles.
+    dt_s : float
+        The time step, in seconds.
+    profiles : int
+        The most thresholds in one block.
+    """
+
+    def __init__(
+        self,
+        links: Mapping[nengo.Connection, Link],
+        scope: Scope,
+        solver: ParameterSolver,
+        dt_s: float,
+        profiles: int,
+    ) -> None:
+        self._links, self._solver, self._dt_s, self._profiles = links, solver, dt_s, profiles
+        self._largest = {c: _largest(self._weights(c)) for c in links}
+        self._others = defaultdict(list)
+        for c in scope.network.all_connections:
+            if c not in links and scope.on_chip(c.post_obj):
+                self._others[base(c.post_obj)].append(c)
+        self._into = defaultdict(list)
+        for c in links:
+            self._into[c.post_obj].append(c)
+        self._fixed = {post: self._of_others(post, scope) for post in self._into}
+        self._found: dict[tuple[object, ...], RowScales | None] = {}
+
+    def of(self, link: nengo.Connection, direct: Iterable[nengo.Connection], tau_s: float) -> float:
+        """Return the relative rms error of a link's weights.
+
+        Parameters
+        ----------
+        link : nengo.Connection
+            The link, which is wired directly.
+        direct : iterable of nengo.Connection
+            All links into its target that are; a relay sends the values of the others.
+        tau_s : float
+            The time constant of the target's compartments, in seconds.
+        """
+        if isinstance(link.post_obj.neuron_type, OWN_TYPES):
+            # Each group of weights into these neurons has a scale of its own.
+            return rounding(self._links[link].distinct_weights)
+        found = self._links[link]
+        among = frozenset((link, *direct)).intersection(self._into[link.post_obj])
+        scales = self._scales(link.post_obj, among, tau_s)
+        if scales is None:
+            return 1.0
+        units = self._units(link)
+        per_unit = np.divide(1.0, units, out=np.zeros_like(units), where=units != 0)
+        lost = _per_row(scales.lost(self._weights(link)), per_unit)
+        return float(np.hypot(_of_values(found, lost), scales.coarseness()))
+
+    def _units(self, link: nengo.Connection) -> np.ndarray:
+        """Return the weight, in the units of the target's compartments, of a weight of 1, (n,)."""
+        units: np.ndarray = self._links[link].gains * _height(link) / self._dt_s
+        return units
+
+    def _weights(self, link: nengo.Connection) -> sparse.csr_array:
+        """Return the weights (n_post, n) in the units of the target's compartments.
+
+        .. math:: w = g E T D / dt
+        """
+        # Blocks have weights of 32 bits.
+        weights = _per_row(self._links[link].distinct_weights, self._units(link))
+        return weights.astype(np.float32)
+
+    def _scales(
+        self, post: nengo.Ensemble, direct: frozenset[nengo.Connection], tau_s: float
+    ) -> RowScales | None:
+        key = post, direct, tau_s
+        if key not in self._found:
+            rows = [self._fixed[post], *(self._largest[c] for c in direct)]
+            if not direct.issuperset(self._into[post]):
+                rows.append(self._encoders(post, "preset10"))
+            self._found[key] = self._scaled(post, np.max(rows, axis=0), tau_s)
+        return self._found[key]
+
+    def _scaled(self, post: nengo.Ensemble, largest: np.ndarray, tau_s: float) -> RowScales | None:
+        """Return the scales of an ensemble's rows; None if the chip has no such filter."""
+        compartment = self._solver.compartment(post)
+        compartment.tau_s = None  # nengo-loihi would not lower it
+        try:
+            compartment.configure_filter(tau_s, dt=self._dt_s)
+        except BuildError:
+            return None
+        return RowScales.of(compartment, largest, self._profiles)
+
+    def _of_others(self, post: nengo.Ensemble, scope: Scope) -> np.ndarray:
+        """Return the largest weights (n,) of the inputs of an ensemble that are no links."""
+        largest: np.ndarray = np.max([np.zeros(post.n_neurons), *self._rows(post, scope)], axis=0)
+        return largest
+
+    def _rows(self, post: nengo.Ensemble, scope: Scope) -> Iterator[np.ndarray]:
+        for c in self._others[post]:
+            from_chip = scope.on_chip(c.pre_obj)
+            if isinstance(c.post_obj, Neurons):
+                yield self._to_neurons(c, spikes=from_chip or isinstance(c.pre_obj, Neurons))
+            elif not (from_chip and full_weights(c)):
+                yield self._encoders(post, "preset10" if from_chip else "onoff")
+
+    def _encoders(self, post: nengo.Ensemble, path: str) -> np.ndarray:
+        """Return the largest weights (n,) from values, which decode neurons send."""
+        built = self._solver.ensemble(post)
+        scale = RELAYS[path](dt=self._dt_s).scale
+        largest: np.ndarray = np.abs(built.scaled_encoders).max(axis=1) * scale
+        return largest
+
+    def _to_neurons(self, connection: nengo.Connection, spikes: bool) -> np.ndarray:
+        post = base(connection.post_obj)
+        largest = np.zeros(post.n_neurons)
+        if isinstance(connection.transform, MATRICES):
+            matrix = full(self._solver.transform(connection), connection.size_mid)
+            height = _height(connection) / self._dt_s if spikes else 1.0
+            np.maximum.at(largest, target_rows(connection), height * np.abs(matrix).max(axis=1))
+        gained: np.ndarray = largest * self._solver.ensemble(post).gain
+        return gained
+
+
+def _height(connection: nengo.Connection) -> float:
+    """Return the factor of a source's spikes; 1 for sources that are no neurons."""
+    return float(getattr(getattr(base(connection.pre_obj), "neuron_type", None), "amplitude", 1.0))
+
+
+def _per_row(matrix: sparse.csr_array, factors: np.ndarray) -> sparse.csr_array:
+    data = matrix.data * np.repeat(factors, np.diff(matrix.indptr))
+    return sparse.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+
+
+def _of_values(link: Link, lost: sparse.csr_array) -> float:
+    r"""Return the relative rms error of the decoded values, from that of weights E T D.
+
+    .. math:: e^2 = \langle |e_k^T \Delta W|^2 / (|e_k|^2 |(T D)_k|)^2 \rangle_k
+
+    over the dimensions k of the target, with its encoders e_k. Errors of single neurons, of either
+    sign, average out as they do in the decoded value; weights that become 0 do not. All neurons
+    count alike, so that those of large gain do not hide what others lose.
+    """
+    decoders = norm(link.axons, axis=1)
+    used = decoders > LEAST * decoders.max(initial=0)
+    if not used.any():
+        return 0.0
+    encoders = link.encoders[:, used]
+    errors = norm(sparse.csr_array(encoders.T @ lost), axis=1)
+    wanted = norm(encoders, axis=0) ** 2 * decoders[used]
+    # Encoders of a dimension may all be 0: its values then go nowhere.
+    reached = wanted > 0
+    return (
+        float(np.sqrt(np.mean((errors[reached] / wanted[reached]) ** 2))) if reached.any() else 0.0
+    )
+
+
+def _largest(weights: sparse.csr_array) -> np.ndarray:
+    if not weights.nnz:
+        return np.zeros(weights.shape[0])
+    largest: np.ndarray = abs(weights).max(axis=1).toarray().ravel()
+    return largest
