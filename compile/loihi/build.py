@@ -90,6 +90,8 @@ class OrderedModel(Model):
             if isinstance(obj, nengo.Connection) and self._ends_on_chip(obj):
                 fit_range(self, obj)
                 self.target_filters_s[obj] = self._target_filter_s(obj)
+            for probe in list(self.probes)[n_probes:]:
+                probe.weights = [_as_matrix(weights) for weights in probe.weights]
         if isinstance(obj, NAMED):
             # Builders call each other: the outermost call builds the object of the network.
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
@@ -180,6 +182,16 @@ class OrderedModel(Model):
             *(*ends, *slices, getattr(function, "__qualname__", ""), init.tobytes().hex()),
             *(*kinds, *map(_as_text, (*more, solver, decoders))),
         )
+
+
+def _as_matrix(weights: np.ndarray | None) -> np.ndarray | None:
+    """Return the weights of a read-out with a matrix in place of a factor for each of its values.
+
+    nengo-loihi keeps the factors of ``transform=[1, 2, 3]``; an image has a matrix or one factor.
+    """
+    if weights is None or weights.ndim != 1 or weights.size == 1:
+        return weights
+    return np.diag(weights).T  # in nengo-loihi's order in memory, on which rounding depends
 
 
 def _as_text(value: object) -> str:

@@ -18,6 +18,7 @@ from nengo_loihi.passthrough import PassthroughSplit
 
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import CompileError
+from spikeport.simulator import Simulator
 from tests.helpers.chip_networks import integer_blocks, recurrent
 
 
@@ -46,6 +47,56 @@ def test_a_transform_that_is_not_finite_is_refused() -> None:
         "a -> b: SP011 finite numbers: NaN or infinity in weights or biases, limit finite numbers; "
         "cure: look for a division by zero, a root or logarithm out of range, or an overflow there"
     )
+
+
+def spikes_to_node(
+    transform: object, n: int = 10, neurons: slice = slice(3), **options: object
+) -> nengo.Network:
+    """Return neurons on the chip whose spikes go to a node on the host."""
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(n, 1, label="a", **options)
+        node = nengo.Node(lambda _t, x: x, size_in=len(range(n)[neurons]), label="node")
+        nengo.Connection(a.neurons[neurons], node, transform=transform, synapse=None)
+        nengo.Probe(node)
+    return network
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+@pytest.mark.parametrize("amplitude", [1.0, 0.5])
+def test_a_factor_for_each_spike_that_is_read_equals_the_matrix_of_factors(
+    pipeline: str, amplitude: float
+) -> None:
+    factors, kind = [1.0, 2.0, 3.0], nengo.LIF(amplitude=amplitude)
+    found, wanted = (
+        compile_network(spikes_to_node(one, neuron_type=kind), pipeline=pipeline).image
+        for one in (factors, np.diag(factors))
+    )
+    assert found.digest == wanted.digest
+
+
+def test_factors_of_spikes_are_received_on_the_host() -> None:
+    data = []
+    for factors in ([1.0, 2.0, 3.0], [1.0, 1.0, 1.0]):
+        network = spikes_to_node(factors, intercepts=nengo.dists.Choice([-1.0]))
+        with Simulator(network, progress_bar=False) as simulator:
+            simulator.run_steps(100)
+            data.append(simulator.data[network.probes[0]])
+    assert data[1].any(axis=0).all()
+    np.testing.assert_allclose(data[0], data[1] * [1, 2, 3])
+
+
+def test_a_factor_for_each_neuron_of_a_split_ensemble_equals_the_matrix_of_factors() -> None:
+    factors = np.linspace(1, 2, 1500)
+    found, wanted = (
+        compile_network(spikes_to_node(one, 1500, slice(None))).image
+        for one in (factors, np.diag(factors))
+    )
+    assert found.digest == wanted.digest
+
+
+def test_one_factor_of_one_neuron_stays_a_factor() -> None:
+    image = compile_network(spikes_to_node([2.0], neurons=slice(1))).image
+    assert [one.weights for one in image.manifest.outputs] == ["scale"]
 
 
 HOST = (
