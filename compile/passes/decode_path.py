@@ -76,7 +76,7 @@ class DecodePath(NetworkPass):
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
         found = {c: link(c, solver) for c in links}
         errors = DirectErrors(found, scope, solver, context.dt_s, _profiles(context))
-        possible = [c for c in links if wanted[c] in ("auto", "direct")]
+        possible = {c for c in links if wanted[c] in ("auto", "direct")}
         costs = {
             c: path_costs(
                 found[c],
@@ -89,22 +89,19 @@ class DecodePath(NetworkPass):
         }
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
         relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
-        left = [c for c in links if wanted[c] == "auto" and "direct" not in reasons[c]]
+        free, left = None, [c for c in links if _is_free(wanted[c], reasons[c])]
         # Reject paths again until none changes: the connections that may be direct decide a
         # target's filter and the scale of its weights, and these decide which of them are direct.
-        while True:
+        while left != free:
             free = left
             filters = target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
-            direct = [c for c in links if wanted[c] == "direct" or c in free]
+            direct = {*free, *(c for c in links if wanted[c] == "direct")}
             for c in direct:
-                error = errors.of(c, direct, filters[c.post_obj])
-                costs[c] = [costs[c][0]._replace(error=error), *costs[c][1:]]
+                costs[c] = _with_error(costs[c], errors.of(c, direct, filters[c.post_obj]))
             for c in free:
                 shared = -EPSILON_S <= filters[c.post_obj] - time_constant_s(c) <= relay_s
                 reasons[c] = self._rejected(costs[c], wanted[c], shared)
-            left = [c for c in free if "direct" not in reasons[c]]
-            if left == free:
-                break
+            left = [c for c in free if _is_free(wanted[c], reasons[c])]
         for c in links:
             context.note(rewrite.names[c], _note(costs[c], reasons[c]))
         paths = {c: chosen(costs[c], reasons[c]) for c in links}
@@ -120,6 +117,16 @@ class DecodePath(NetworkPass):
         if wanted != "auto":
             return all_but(wanted, costs)
         return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), shared)
+
+
+def _is_free(wanted: str, reasons: Mapping[str, str]) -> bool:
+    """Return whether a connection may be wired directly, by choice."""
+    return wanted == "auto" and "direct" not in reasons
+
+
+def _with_error(costs: list[PathCost], error: float) -> list[PathCost]:
+    """Return the costs of all paths, with another error of direct wiring."""
+    return [one._replace(error=error) if one.path == "direct" else one for one in costs]
 
 
 def _profiles(context: Context) -> int:

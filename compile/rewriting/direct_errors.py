@@ -1,12 +1,12 @@
 """The errors of connections that are wired neuron to neuron, as the chip would round them.
 
-All groups of weights into an ensemble share a scale, which its thresholds, its biases and the
-largest of all weights bound. So an error depends on the target's other inputs: relays and the host
+The groups of weights into an ensemble share a scale, which its thresholds, its biases and the
+largest of these weights bound. So an error depends on the target's other inputs: relays and the host
 send values, whose weights are encoders times gains, far above those of single neurons.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 
 import nengo
 import numpy as np
@@ -62,30 +62,29 @@ class DirectErrors:
         self._fixed = {post: self._of_others(post, scope) for post in self._into}
         self._found: dict[tuple[object, ...], RowScales | None] = {}
 
-    def of(self, link: nengo.Connection, direct: Iterable[nengo.Connection], tau_s: float) -> float:
-        """Return the relative rms error of a link's weights.
+    def of(self, link: nengo.Connection, direct: Set[nengo.Connection], tau_s: float) -> float:
+        """Return the relative rms error of a link's weights, as it is in decoded values.
 
         Parameters
         ----------
         link : nengo.Connection
             The link, which is wired directly.
-        direct : iterable of nengo.Connection
-            All links into its target that are; a relay sends the values of the others.
+        direct : set of nengo.Connection
+            All links that are; relays send the values of the others.
         tau_s : float
             The time constant of the target's compartments, in seconds.
         """
         if isinstance(link.post_obj.neuron_type, OWN_TYPES):
             # Each group of weights into these neurons has a scale of its own.
             return rounding(self._links[link].distinct_weights)
-        found = self._links[link]
-        among = frozenset((link, *direct)).intersection(self._into[link.post_obj])
+        among = frozenset(c for c in self._into[link.post_obj] if c is link or c in direct)
         scales = self._scales(link.post_obj, among, tau_s)
         if scales is None:
             return 1.0
         units = self._units(link)
         per_unit = np.divide(1.0, units, out=np.zeros_like(units), where=units != 0)
         lost = _per_row(scales.lost(self._weights(link)), per_unit)
-        return float(np.hypot(_of_values(found, lost), scales.coarseness()))
+        return float(np.hypot(_of_values(self._links[link], lost), scales.coarseness()))
 
     def _units(self, link: nengo.Connection) -> np.ndarray:
         """Return the weight, in the units of the target's compartments, of a weight of 1, (n,)."""
@@ -169,8 +168,8 @@ def _of_values(link: Link, lost: sparse.csr_array) -> float:
     .. math:: e^2 = \langle |e_k^T \Delta W|^2 / (|e_k|^2 |(T D)_k|)^2 \rangle_k
 
     over the dimensions k of the target, with its encoders e_k. Errors of single neurons, of either
-    sign, average out as they do in the decoded value; weights that become 0 do not. All neurons
-    count alike, so that those of large gain do not hide what others lose.
+    sign, average out as they do in the decoded value; weights that become 0 do not. Neurons
+    count alike, whatever their gains, so that large ones do not hide what others lose.
     """
     decoders = norm(link.axons, axis=1)
     used = decoders > LEAST * decoders.max(initial=0)
