@@ -1,8 +1,8 @@
 """The errors of connections that are wired neuron to neuron, as the chip would round them.
 
 The groups of weights into an ensemble share a scale, which its thresholds, its biases and the
-largest of these weights bound. So an error depends on the target's other inputs: relays and the host
-send values, whose weights are encoders times gains, far above those of single neurons.
+largest of these weights bound. So an error depends on the target's other inputs: relays and the
+host send values, whose weights are encoders times gains, far above those of single neurons.
 """
 
 from collections import defaultdict
