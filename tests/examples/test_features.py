@@ -153,7 +153,11 @@ def live_camera() -> None:
 
 
 CASES: list[tuple[str, Callable[[], None], str | None]] = [
-    ("`LIF`, `SpikingRectifiedLinear`, `RegularSpiking`", neurons_of_the_chip, None),
+    (
+        "`LIF`, `SpikingRectifiedLinear`, `RegularSpiking` of `LIFRate` or `RectifiedLinear`",
+        neurons_of_the_chip,
+        None,
+    ),
     ("rate neurons, other neuron types", rate_neurons_of_the_host, None),
     ("rate neurons, other neuron types", rate_neurons, "SP002"),
     ("decoded connections: functions, transforms, recurrence", decoded, None),
