@@ -21,7 +21,8 @@ class Feet:
     def __init__(self, model: mujoco.MjModel) -> None:
         parts = [[model.geom(f"{side}_{part}").id for part in PARTS] for side in SIDES]
         self._foot = {geom: foot for foot, geoms in enumerate(parts) for geom in geoms}
-        # Floors look for contacts, the robot's shapes only answer; named pairs touch each other.
+        # Floors have MuJoCo's contype. The robot's shapes lack it, but pairs that the model names,
+        # such as both toes, touch each other.
         self._floors = set(np.flatnonzero(model.geom_contype).tolist())
 
     def on_floor(self, data: mujoco.MjData) -> np.ndarray:

@@ -35,6 +35,7 @@ from spikeport.training.velocity_belief import VelocityBelief
 EPISODE_STEPS = 1000
 START_HEIGHT_M = 1.04
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
+"""MuJoCo's kind of state: time, positions and velocities."""
 VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
 

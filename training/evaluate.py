@@ -21,6 +21,7 @@ SMOOTHING_S = 0.2
 
 
 NO_REWARDS = Weights(**{term.name: 0.0 for term in fields(Weights)})
+"""Weights with which no term of the reward is computed, since an evaluation uses none."""
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ of the ensemble before the connection. nengo-loihi converts decoders to the chip
 their change by PES; spikeport keeps its bits.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 
 import nengo
 import numpy as np
@@ -21,23 +21,13 @@ def learning_rate_hints(network: nengo.Network, names: Names) -> Iterator[Violat
     """Yield a hint on each connection that learns on the chip at another rate than in Nengo."""
     scope = Scope(network, names)
     for connection in network.all_connections:
-        pre = connection.pre_obj
-        if not (isinstance(pre, nengo.Ensemble) and scope.on_chip(pre)):
+        pre, rule = connection.pre_obj, connection.learning_rule_type
+        # Rules of other types, and lists of rules, are refused on the chip.
+        learns = isinstance(rule, nengo.PES) and isinstance(pre, nengo.Ensemble)
+        if not (learns and scope.on_chip(pre)):
             continue
         times = pre.radius / getattr(pre.neuron_type, "amplitude", 1.0) ** 2
-        for one in filter(lambda one: isinstance(one, nengo.PES), _learning(connection)):
-            if not np.isclose(times, 1):
-                rate = one.learning_rate
-                used = f"{rate:g} acts as {rate * times:.4g}, {times:.4g} times as much"
-                name = names[connection]
-                yield rules.get("SP420").broken(name, used, factor=f"{1 / times:.4g}")
-
-
-def _learning(connection: nengo.Connection) -> Sequence[nengo.learning_rules.LearningRuleType]:
-    """Return the learning rules of a connection, which has one, several or none."""
-    found = connection.learning_rule_type
-    if isinstance(found, Mapping):
-        return [*found.values()]
-    if isinstance(found, Iterable):
-        return [*found]
-    return [] if found is None else [found]
+        if not np.isclose(times, 1):
+            acts = rule.learning_rate * times
+            used = f"{rule.learning_rate:g} acts as {acts:.4g}, {times:.4g} times as much"
+            yield rules.get("SP420").broken(names[connection], used, factor=f"{1 / times:.4g}")

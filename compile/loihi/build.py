@@ -91,7 +91,7 @@ class OrderedModel(Model):
                 fit_range(self, obj)
                 self.target_filters_s[obj] = self._target_filter_s(obj)
             for probe in list(self.probes)[n_probes:]:
-                probe.weights = [_as_matrix(weights) for weights in probe.weights]
+                probe.weights = [_without_factors(weights) for weights in probe.weights]
         if isinstance(obj, NAMED):
             # Builders call each other: the outermost call builds the object of the network.
             crossing = [*list(self.inputs)[n_inputs:], *list(self.probes)[n_probes:]]
@@ -184,7 +184,7 @@ class OrderedModel(Model):
         )
 
 
-def _as_matrix(weights: np.ndarray | None) -> np.ndarray | None:
+def _without_factors(weights: np.ndarray | None) -> np.ndarray | None:
     """Return the weights of a read-out with a matrix in place of a factor for each of its values.
 
     nengo-loihi keeps the factors of ``transform=[1, 2, 3]``; an image has a matrix or one factor.

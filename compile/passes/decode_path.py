@@ -1,7 +1,7 @@
 """`DecodePath`: a path for each decoded connection between ensembles on the chip."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
@@ -19,6 +19,7 @@ from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.passes.scale_rows import ScaleRows
 from spikeport.compile.rewriting.decode_paths import (
     EPSILON_S,
+    Link,
     PathCost,
     Slack,
     all_but,
@@ -34,6 +35,11 @@ from spikeport.compile.rewriting.rewire import rewire
 
 PathChoice = Literal["auto", "direct", "onoff", "preset10", "host"]
 LINEAR = (*PLAIN, nengo.Sparse)
+
+Costs = dict[nengo.Connection, list[PathCost]]
+"""The costs of all paths of each connection."""
+Filters = dict[nengo.Ensemble, float]
+"""The time constant of each target's compartments, in seconds."""
 
 
 @dataclass(frozen=True)
@@ -76,36 +82,57 @@ class DecodePath(NetworkPass):
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
         found = {c: link(c, solver) for c in links}
         errors = DirectErrors(found, scope, solver, context.dt_s, _profiles(context))
-        possible = {c for c in links if wanted[c] in ("auto", "direct")}
-        costs = {
-            c: path_costs(
-                found[c],
-                errors.of(c, possible, time_constant_s(c)),
-                context.chip.limits,
-                context.dt_s,
-                self.rate_hz,
-            )
-            for c in links
-        }
-        reasons = {c: self._rejected(costs[c], wanted[c]) for c in links}
+        costs = self._costs(found, errors, wanted, context)
         relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
-        free, left = None, [c for c in links if _is_free(wanted[c], reasons[c])]
-        # Reject paths again until none changes: the connections that may be direct decide a
-        # target's filter and the scale of its weights, and these decide which of them are direct.
+
+        def filters_of(free: Sequence[nengo.Connection]) -> Filters:
+            return target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
+
+        reasons, filters = self._settled(costs, wanted, errors, filters_of, relay_s)
+        for c in links:
+            context.note(rewrite.names[c], _note(costs[c], reasons[c]))
+        paths = {c: chosen(costs[c], reasons[c]) for c in links}
+        return rewire(rewrite, paths, filters, solver)
+
+    def _costs(
+        self,
+        links: Mapping[nengo.Connection, Link],
+        errors: DirectErrors,
+        wanted: Mapping[nengo.Connection, str],
+        context: Context,
+    ) -> Costs:
+        """Return the costs of all paths, as if every connection were direct that may be."""
+        direct = {c for c in links if wanted[c] in ("auto", "direct")}
+        limits, dt_s = context.chip.limits, context.dt_s
+        lost = {c: errors.of(c, direct, time_constant_s(c)) for c in links}
+        return {c: path_costs(one, lost[c], limits, dt_s, self.rate_hz) for c, one in links.items()}
+
+    def _settled(
+        self,
+        costs: Costs,
+        wanted: Mapping[nengo.Connection, str],
+        errors: DirectErrors,
+        filters_of: Callable[[Sequence[nengo.Connection]], Filters],
+        relay_s: float,
+    ) -> tuple[dict[nengo.Connection, dict[str, str]], Filters]:
+        """Reject paths until none changes; return the reasons, and the filters of the targets.
+
+        The connections that may be direct decide a target's filter and the scale of its weights,
+        and these decide which of them are direct. ``costs`` then has the errors of these.
+        """
+        reasons = {c: self._rejected(costs[c], wanted[c]) for c in costs}
+        set_direct = [c for c in costs if wanted[c] == "direct"]
+        free, left = None, [c for c in costs if _is_free(wanted[c], reasons[c])]
         while left != free:
             free = left
-            filters = target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
-            direct = {*free, *(c for c in links if wanted[c] == "direct")}
+            filters, direct = filters_of(free), {*free, *set_direct}
             for c in direct:
                 costs[c] = _with_error(costs[c], errors.of(c, direct, filters[c.post_obj]))
             for c in free:
                 shared = -EPSILON_S <= filters[c.post_obj] - time_constant_s(c) <= relay_s
                 reasons[c] = self._rejected(costs[c], wanted[c], shared)
             left = [c for c in free if _is_free(wanted[c], reasons[c])]
-        for c in links:
-            context.note(rewrite.names[c], _note(costs[c], reasons[c]))
-        paths = {c: chosen(costs[c], reasons[c]) for c in links}
-        return rewire(rewrite, paths, filters, solver)
+        return reasons, filters
 
     def _wanted(
         self, links: Sequence[nengo.Connection], settings: NetworkSettings
@@ -154,7 +181,7 @@ def target_filters(
     wanted: Mapping[nengo.Connection, str],
     free: Sequence[nengo.Connection],
     relay_s: float,
-) -> dict[nengo.Ensemble, float]:
+) -> Filters:
     """Return the time constant of each target's compartments, in seconds.
 
     Parameters

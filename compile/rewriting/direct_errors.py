@@ -171,18 +171,14 @@ def _of_values(link: Link, lost: sparse.csr_array) -> float:
     sign, average out as they do in the decoded value; weights that become 0 do not. Neurons
     count alike, whatever their gains, so that large ones do not hide what others lose.
     """
-    decoders = norm(link.axons, axis=1)
-    used = decoders > LEAST * decoders.max(initial=0)
+    decoders, encoders = norm(link.axons, axis=1), link.encoders
+    wanted = norm(encoders, axis=0) ** 2 * decoders
+    # Encoders of a dimension may all be 0: its values then go nowhere.
+    used = (decoders > LEAST * decoders.max(initial=0)) & (wanted > 0)
     if not used.any():
         return 0.0
-    encoders = link.encoders[:, used]
-    errors = norm(sparse.csr_array(encoders.T @ lost), axis=1)
-    wanted = norm(encoders, axis=0) ** 2 * decoders[used]
-    # Encoders of a dimension may all be 0: its values then go nowhere.
-    reached = wanted > 0
-    return (
-        float(np.sqrt(np.mean((errors[reached] / wanted[reached]) ** 2))) if reached.any() else 0.0
-    )
+    errors = norm(sparse.csr_array(encoders[:, used].T @ lost), axis=1)
+    return float(np.sqrt(np.mean((errors / wanted[used]) ** 2)))
 
 
 def _largest(weights: sparse.csr_array) -> np.ndarray:

@@ -128,15 +128,12 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     peaks = np.concatenate([one.peaks(round(IMPACT_S / dt_s)) for one in steps])
     tops = np.concatenate([one.tops() for one in steps])
     weight_n = plant.model.body_mass.sum() * -plant.model.opt.gravity[2]
-    load_n = force_n[1:]
     moving_s = np.count_nonzero(moves) * dt_s
     return {
         "clearance_m": float(tops.mean()) if len(tops) else None,
         "double_support": float(down[moves].all(axis=1).mean()) if moving_s else None,
         "steps_per_s": float(moves[begun].sum() / moving_s) if moving_s else None,
-        "slip_m_s": float(load_n.ravel() @ _during(speed_m_s).ravel() / load_n.sum())
-        if load_n.any()
-        else None,
+        "slip_m_s": _slip_m_s(force_n, speed_m_s),
         "impact_bw": float(peaks.mean() / weight_n) if len(peaks) else None,
         "cost_of_transport": _cost_of_transport(walked, weight_n, dt_s),
     }
@@ -148,6 +145,12 @@ def _during(values: np.ndarray) -> np.ndarray:
     A row's forces and torques acted during the step that ends with it.
     """
     return np.asarray((values[:-1] + values[1:]) / 2)
+
+
+def _slip_m_s(force_n: np.ndarray, speed_m_s: np.ndarray) -> float | None:
+    """Return the mean speed of feet (n, 2), weighted by their loads; None without a load."""
+    load_n = force_n[1:]
+    return float((load_n * _during(speed_m_s)).sum() / load_n.sum()) if load_n.any() else None
 
 
 def _cost_of_transport(walked: EpisodeRecording, weight_n: float, dt_s: float) -> float | None:

@@ -131,7 +131,7 @@ def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
 
     Row i has the gates (i + 1) steps after the beginning of the run.
     """
-    # The first one is that of the moment in which the phase begins, if a step ends with it.
+    # The first row is of the moment in which the phase begins; the run's beginning has no row.
     begin = max(round(phase.begin_s / DT_S) - 1, 0)
     during = gates[begin : round(phase.end_s / DT_S)]
     wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from spikeport.errors import DivergedError
 from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 from spikeport.robot.perturbation import NONE, Perturbation
@@ -65,6 +66,22 @@ def test_commands_are_late_by_the_action_delay():
     plant.step()
     now.step()
     assert plant.data.qpos[-5] != now.data.qpos[-5]
+
+
+def test_a_step_that_diverges_leaves_the_command_that_was_set(monkeypatch):
+    plant = PerturbedPlant(Perturbation(action_delay=0.02), anchored=True)
+    plant.reset(3)
+    plant.torque(["right_elbow"], [3.0])
+    wanted = plant.data.ctrl.copy(), plant.model.actuator_gainprm.copy()
+
+    def diverge(_plant):
+        raise DivergedError("")
+
+    monkeypatch.setattr(Plant, "step", diverge)
+    with pytest.raises(DivergedError):
+        plant.step()
+    np.testing.assert_array_equal(plant.data.ctrl, wanted[0])
+    np.testing.assert_array_equal(plant.model.actuator_gainprm, wanted[1])
 
 
 def test_delayed_torques_stay_torques_and_delayed_angles_stay_angles():

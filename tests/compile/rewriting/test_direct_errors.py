@@ -68,16 +68,13 @@ def estimated(network: nengo.Network, profiles: int = 3) -> float:
 @pytest.mark.parametrize("tau", [0.05, 0.1, 0.2])
 def test_the_estimate_is_the_loss_after_rounding(transform: float, tau: float) -> None:
     network = pair(transform, tau)
-    found = measured(network)
-    assert estimated(network) == pytest.approx(found, rel=1.0, abs=0.0)
-    assert estimated(network) > found / 2
+    assert measured(network) / 2 < estimated(network) < measured(network) * 2
 
 
 def test_values_from_the_host_coarsen_the_weights_beside_them() -> None:
     alone, beside = pair(1.0, 0.01), pair(1.0, 0.01, n_host=1)
     assert estimated(beside) > 2 * estimated(alone)
-    assert estimated(beside) > measured(beside) / 2
-    assert estimated(beside) < measured(beside) * 2
+    assert measured(beside) / 2 < estimated(beside) < measured(beside) * 2
 
 
 def test_weights_that_all_become_zero_are_lost_as_a_whole() -> None:
