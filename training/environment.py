@@ -36,6 +36,8 @@ EPISODE_STEPS = 1000
 START_HEIGHT_M = 1.04
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 """MuJoCo's kind of state: time, positions and velocities."""
+_HEIGHT = 3
+"""Place of the pelvis' height in a state."""
 VELOCITY_SMOOTHING, YAW_RATE_SMOOTHING, DRIFT_SMOOTHING = 0.3, 0.1, 0.04
 
 
@@ -92,7 +94,7 @@ class WalkEnvironment:
         self.states = np.tile(self._start, (n, 1))
         # The states of a control step's physics steps, for delayed observations.
         self._recent = np.tile(self._start, (n, SUBSTEPS + 1, 1))
-        self._targets = np.tile(POSE_RAD, (n, 1))
+        self._targets, self._arrived_targets = np.tile(POSE_RAD, (2, n, 1))
         newest, last, oldest = np.zeros((3, n, ACTION_SIZE))
         self.actions = (newest, last, oldest)
         self.delay, self.observation_delay = np.zeros((2, n), int)
@@ -165,7 +167,7 @@ class WalkEnvironment:
         self._sensors = np.nan_to_num(sensors[:, -1])
         self._update_feet()
         self._lay_planes()
-        self._targets = targets
+        self._targets, self._arrived_targets = targets, control[:, -1]
         return diverged
 
     def _update_feet(self) -> None:
@@ -186,6 +188,8 @@ class WalkEnvironment:
         self.ground_m = self._ground.height_m(self.states[:, None, 1:3])[:, 0]
         late = self._recent[np.arange(self.n), SUBSTEPS - self.observation_delay]
         self.observed = Motion.from_states(late[:, 1:27], late[:, 27:])
+        age = self.observation_delay / SUBSTEPS
+        self.estimated_velocity = self.belief.estimate(self.observed.velocity, age)
 
     @property
     def pelvis_m(self) -> Floats:
@@ -203,7 +207,7 @@ class WalkEnvironment:
 
     def _reward_step(self, dq_before: Floats, feet_before: FeetMotion, fallen: Flags) -> Step:
         motion = self.motion
-        torque = models.KP * (self._targets - motion.q) - models.KD * motion.dq
+        torque = models.KP * (self._arrived_targets - motion.q) - models.KD * motion.dq
         return Step(
             motion=motion,
             feet=self.feet,
@@ -252,8 +256,11 @@ class WalkEnvironment:
         )
         self._ground.draw(which, ranges.terrain)
         self.states[which] = self._standing(which)
-        self._recent[which] = self.states[which, None]
         self._feel(which)
+        # Until a foot touches the floor: nobody earns the fall from further up.
+        self.states[which, _HEIGHT] -= self.feet.clearance_m[which].min(axis=(1, 2))
+        self._feel(which)
+        self._recent[which] = self.states[which, None]
         self.belief.restart(which)
         self._targets[which] = POSE_RAD
         for past in self.actions:

@@ -33,17 +33,21 @@ class Gait:
         self.contact = np.ones((n, 2), bool)
         self.touched_down, self.lifted = np.zeros((2, n, 2), bool)
         self.both_s = np.zeros(n)
+        self._landed = np.zeros((n, 2), bool)
 
     def reset(self, which: Flags) -> None:
-        """Start anew with both feet on the floor."""
+        """Start anew; a foot counts as on the floor until it first touches it."""
         for clock in (self.air_s, self.contact_s, self.since_lift_s, self.last_air_s):
             clock[which] = 0.0
         self.contact[which] = True
         self.touched_down[which], self.lifted[which] = False, False
         self.both_s[which] = 0.0
+        self._landed[which] = False
 
     def update(self, contact: Flags) -> None:
         """Advance by one control step with the feet on the floor or not, ``(n, 2)``."""
+        self._landed |= contact
+        contact = contact | ~self._landed
         self.touched_down = contact & ~self.contact
         self.last_air_s = np.where(self.touched_down, self.air_s, self.last_air_s)
         self.lifted = ~contact & self.contact

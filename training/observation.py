@@ -49,7 +49,7 @@ def exact_observation(env: "WalkEnvironment", motion: Motion) -> np.ndarray:
 def noisy(env: "WalkEnvironment", rng: np.random.Generator) -> np.ndarray:
     """Return the policy's observations, ``(n, 69)``: delayed, estimated, and with noise."""
     observed = exact_observation(env, env.observed)
-    observed[:, PARTS["linear velocity"]] += env.belief.error
+    observed[:, PARTS["linear velocity"]] = env.estimated_velocity
     scale = env.task.randomisation.observation_noise
     return observed + scale * _NOISE * rng.uniform(-1, 1, observed.shape) if scale else observed
 
@@ -81,7 +81,7 @@ def privileged(env: "WalkEnvironment") -> np.ndarray:
         "smoothed yaw rate": env.yaw_rate[:, None],
         "velocity of feet": turned_back(feet.velocity, env.motion.heading_rad).reshape(env.n, 6),
         "observation delay": env.observation_delay[:, None] / 4.0,
-        "error of the velocity": env.belief.error,
+        "error of the velocity": env.estimated_velocity - env.observed.velocity,
         "ground below heels and toes": ground_m.reshape(env.n, 4) * 10,
     }
     return np.concatenate([parts[name] for name in _MIRRORS], axis=1)

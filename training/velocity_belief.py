@@ -5,6 +5,7 @@
 
 u is the velocity of the lowest points of the feet, which leg odometry assumes to be at rest
 (`spikeport.robot.estimator.leg_odometry`); a and the kind of estimator are drawn for an episode.
+An observation that is late has the estimate of its own time.
 """
 
 from dataclasses import dataclass
@@ -48,16 +49,11 @@ class VelocityBelief:
         The estimators' errors.
     rng : Generator
         Draws kinds, scales and wandering.
-
-    Attributes
-    ----------
-    error : ndarray, (n, 3)
-        Estimate less true velocity, in the pelvis frame, m/s.
     """
 
     def __init__(self, n: int, errors: EstimatorErrors, rng: np.random.Generator) -> None:
         self._errors, self._rng = errors, rng
-        self.error, self._odometry_m_s, self._wander = np.zeros((3, n, 3))
+        self._odometry_m_s, self._odometry_before_m_s, self._wander = np.zeros((3, n, 3))
         self._scale = np.zeros((n, 1))
         self._has_odometry = np.zeros((n, 1), bool)
 
@@ -67,14 +63,26 @@ class VelocityBelief:
         self._has_odometry[which] = rng.random((k, 1)) < errors.odometry
         self._scale[which] = rng.uniform(-errors.scale, errors.scale, (k, 1))
         self._wander[which] = errors.wander_m_s * rng.standard_normal((k, 3))
-        self._odometry_m_s[which], self.error[which] = 0.0, 0.0
+        self._odometry_m_s[which], self._odometry_before_m_s[which] = 0.0, 0.0
 
     def update(self, velocity: Floats, slip: Floats) -> None:
         """Advance by one control step, with v and u in the pelvis frame, ``(n, 3)``."""
         share = -np.expm1(-CONTROL_DT_S / ODOMETRY.filter_s)
-        self._odometry_m_s += share * (velocity - slip - self._odometry_m_s)
+        self._odometry_before_m_s = self._odometry_m_s
+        self._odometry_m_s = (1 - share) * self._odometry_m_s + share * (velocity - slip)
         kept = np.exp(-CONTROL_DT_S / WANDER_S)
         spread = self._errors.wander_m_s * np.sqrt(1 - kept**2)
         self._wander = kept * self._wander + spread * self._rng.standard_normal(velocity.shape)
-        other = self._scale * velocity + self._wander
-        self.error = np.where(self._has_odometry, self._odometry_m_s - velocity, other)
+
+    def estimate(self, velocity: Floats, age: Floats) -> Floats:
+        """Return the estimates ``(n, 3)`` of velocities ``(n, 3)``, in the pelvis frame, m/s.
+
+        Parameters
+        ----------
+        age : ndarray, (n,)
+            Age of the velocities as a share of a control step, 0 to 1.
+        """
+        before, now = self._odometry_before_m_s, self._odometry_m_s
+        odometry = now + age[:, None] * (before - now)
+        other = (1 + self._scale) * velocity + self._wander
+        return np.where(self._has_odometry, odometry, other)

@@ -14,6 +14,7 @@ from spikeport.training.model import floor_pairs
 from spikeport.training.observation import PRIVILEGED
 from spikeport.training.rewards import Weights
 from spikeport.training.terrain import Terrain
+from spikeport.training.velocity_belief import EstimatorErrors
 
 UNEVEN = randomisation.UNDISTURBED
 CALM = TrainingTask(randomisation=randomisation.UNDISTURBED)
@@ -178,18 +179,43 @@ def test_bodies_differ_within_their_ranges(environment):
     assert 17.789 - 2 <= min(masses) < max(masses) <= 17.789 + 2
 
 
-def test_an_episode_begins_with_the_feet_of_its_own_robot(environment):
-    env = environment(n=2)
-    begun = env.feet.height_m.mean()
-    feet = standing_feet(env, steps=20)
-    assert feet.height_m.mean() < begun / 2
+def test_an_episode_begins_with_a_foot_on_the_floor(environment):
+    rough = Terrain(rough=1.0, slope_rad=0.1, relief_m=0.02, box_m=0.03)
+    env = environment(n=8, task=replace(CALM, randomisation=replace(UNEVEN, terrain=rough)))
+    np.testing.assert_allclose(env.feet.height_m.min(axis=1), 0.0, atol=1e-9)
+    standing_feet(env, steps=30)
+    assert env.feet.contact.all()
     env.age[1] = EPISODE_STEPS - 1
-    env.step(np.zeros((2, 19)))
+    env.step(np.zeros((8, 19)))
     assert env.age[1] == 0
+    assert env.feet.height_m[1].min() == pytest.approx(0.0, abs=1e-9)
     along = (env.feet.points[1, :, 1] - env.feet.points[1, :, 0]).mean(axis=0)
     assert abs(wrap(np.arctan2(along[1], along[0]) - env.motion.heading_rad[1])) < 0.15
-    assert env.feet.height_m[1].mean() == pytest.approx(begun, abs=0.02)
-    assert env.feet.height_m[0].mean() < begun / 2
+
+
+def test_a_push_shows_in_leg_odometry_a_step_later(environment):
+    odometry = replace(randomisation.UNDISTURBED, estimator=EstimatorErrors(odometry=1.0))
+    still, pushed = (
+        environment(n=20, task=replace(CALM, randomisation=replace(odometry, push_m_s=push)))
+        for push in (0.0, 2.0)
+    )
+    pushed.task = replace(
+        pushed.task, randomisation=replace(pushed.task.randomisation, push_every_s=0.02)
+    )
+    for env in (still, pushed):
+        env.step(np.zeros((20, 19)))
+    assert np.abs(pushed.motion.velocity - still.motion.velocity).max() > 0.5
+    np.testing.assert_array_equal(pushed.estimated_velocity, still.estimated_velocity)
+
+
+def test_torques_are_those_of_targets_that_have_arrived(environment):
+    def torque_cost(delay_steps):
+        late = replace(randomisation.UNDISTURBED, delay_steps=(delay_steps, delay_steps))
+        env = environment(n=1, task=replace(CALM, randomisation=late))
+        outcome = env.step(np.eye(19)[10:11])
+        return -outcome.terms["torque"][0]
+
+    assert torque_cost(0) > 10 * torque_cost(4)
 
 
 def test_commands_are_those_of_the_task(environment):
