@@ -222,7 +222,12 @@ FLOAT = Builder(_new_float_model, nengo.builder.Model.build, _build_float_decode
 
 def nengo_transform(matrix: sparse.csr_array) -> np.ndarray | nengo.Sparse:
     """Return a matrix as a Nengo transform, a sparse one where indices cost less than zeros."""
-    # nengo-loihi has no bits for the indices of a matrix without entries.
-    if not matrix.nnz or matrix.nnz > DENSE_FROM * np.prod(matrix.shape):
+    if not is_sparse(matrix.nnz, matrix.shape):
         return matrix.toarray()
     return nengo.Sparse(matrix.shape, init=sparse.csr_matrix(matrix))
+
+
+def is_sparse(n_entries: int, shape: tuple[int, int]) -> bool:
+    """Return whether the indices of a matrix cost less than its zeros."""
+    # nengo-loihi has no bits for the indices of a matrix without entries.
+    return 0 < n_entries <= DENSE_FROM * shape[0] * shape[1]

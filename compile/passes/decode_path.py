@@ -92,7 +92,7 @@ class DecodePath(NetworkPass):
         for c in links:
             context.note(rewrite.names[c], _note(costs[c], reasons[c]))
         paths = {c: chosen(costs[c], reasons[c]) for c in links}
-        return rewire(rewrite, paths, filters, solver)
+        return rewire(rewrite, paths, found, filters, solver)
 
     def _costs(
         self,

@@ -21,7 +21,7 @@ from spikeport.compile.ground.filters import DECODE_TAU_S
 from spikeport.compile.ground.scope import target_rows
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.relay import RELAYS
-from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.loihi.solver import ParameterSolver, is_sparse
 from spikeport.hardware_models.chip import Limits
 
 WEIGHT_BITS = 9
@@ -102,13 +102,18 @@ class Link:
 
     @functools.cached_property
     def distinct_weights(self) -> sparse.csr_array:
-        """The distinct columns of `weights`, (n_post, n)."""
+        """The distinct columns of the weights W = E T D from neuron to neuron, (n_post, n)."""
         return sparse.csr_array(self.encoders @ self._columns[0])
 
     @property
-    def weights(self) -> sparse.csr_array:
-        """The weights (n_post, n_pre) from neuron to neuron, W = E T D."""
-        return self.distinct_weights[:, self._columns[1]]
+    def transform(self) -> np.ndarray | nengo.Sparse:
+        """The weights (n_post, n_pre) from neuron to neuron, as a Nengo transform."""
+        distinct, columns = self.distinct_weights, self._columns[1]
+        shape = distinct.shape[0], len(columns)
+        if is_sparse(self.n_weights, shape):
+            return nengo.Sparse(shape, init=sparse.csr_matrix(distinct[:, columns]))
+        # Columns of a dense matrix are taken sooner than those of a sparse one.
+        return np.take(distinct.toarray(), columns, axis=1)
 
     @property
     def n_weights(self) -> int:

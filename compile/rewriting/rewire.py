@@ -9,14 +9,15 @@ from spikeport.compile.ground.matrices import full
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import same
-from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
+from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.assembly import FlatNetwork, decoding, start, sums_up
-from spikeport.compile.rewriting.decode_paths import link
+from spikeport.compile.rewriting.decode_paths import Link
 
 
 def rewire(
     rewrite: Rewrite,
     chosen: Mapping[nengo.Connection, str],
+    links: Mapping[nengo.Connection, Link],
     filters: Mapping[nengo.Ensemble, float],
     solver: ParameterSolver,
 ) -> Rewrite:
@@ -28,6 +29,8 @@ def rewire(
         The network.
     chosen : mapping of nengo.Connection to str
         A path of `spikeport.compile.rewriting.decode_paths` for each of these connections.
+    links : mapping of nengo.Connection to Link
+        Their decoders and encoders.
     filters : mapping of nengo.Ensemble to float
         The time constant of each target's compartments, in seconds.
     solver : ParameterSolver
@@ -37,7 +40,7 @@ def rewire(
     def connect(connection: nengo.Connection, flat: FlatNetwork) -> None:
         path = chosen.get(connection)
         if path == "direct":
-            _connect_directly(connection, flat, solver)
+            _connect_directly(connection, flat, links[connection])
         elif path == "host":
             _connect_over_host(connection, flat, solver)
         elif path is None:
@@ -54,16 +57,14 @@ def rewire(
     return rewrite.then(flat.network, {}, {c: solver.built(c) for c in gone}, flat.seeds)
 
 
-def _connect_directly(
-    connection: nengo.Connection, flat: FlatNetwork, solver: ParameterSolver
-) -> None:
+def _connect_directly(connection: nengo.Connection, flat: FlatNetwork, link: Link) -> None:
     """Connect neuron to neuron: W = E T D."""
     pre = connection.pre_obj
     with flat.network:
         wired = nengo.Connection(
             pre.neurons if isinstance(pre, nengo.Ensemble) else pre,
             connection.post_obj.neurons,
-            transform=nengo_transform(link(connection, solver).weights),
+            transform=link.transform,
             synapse=connection.synapse,
         )
     flat.network.config[wired].decode_path = "direct"

@@ -1,5 +1,7 @@
 """Costs of the paths that decoded values can take, and the choice of a path."""
 
+from dataclasses import replace
+
 import nengo
 import numpy as np
 import pytest
@@ -111,9 +113,13 @@ def test_direct_wiring_takes_axons_and_weights() -> None:
 
 
 def test_weights_of_a_link_are_encoders_times_decoders_of_each_neuron() -> None:
-    weights = LINK.encoders @ LINK.decoders
-    assert np.array_equal(LINK.weights.toarray(), weights.toarray())
-    assert LINK.n_weights == weights.nnz
+    weights = (LINK.encoders @ LINK.decoders).toarray()
+    np.testing.assert_array_equal(LINK.transform, weights)
+    assert LINK.n_weights == np.count_nonzero(weights)
+    apart = replace(LINK, encoders=sparse.csr_array(LINK.encoders.toarray() * np.eye(3, 2)))
+    few = (apart.encoders @ apart.decoders).toarray()
+    assert isinstance(apart.transform, nengo.Sparse)
+    np.testing.assert_array_equal(apart.transform.sample().toarray(), few)
 
 
 def test_the_error_of_direct_wiring_is_given() -> None:

@@ -7,6 +7,7 @@ import pytest
 import spikeport
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.rewriting.decode_paths import link
 from spikeport.compile.rewriting.rewire import rewire
 from tests.helpers.small_networks import DT_S, FAST, SLOW, decode, decoders, ensemble, rewrite_of
 
@@ -25,7 +26,9 @@ def rewired(network: nengo.Network, path: str) -> Rewrite:
     rewrite = rewrite_of(network)
     solver = ParameterSolver(rewrite, DT_S)
     filters = dict.fromkeys(network.ensembles, 0.005)
-    return rewire(rewrite, {network.connections[0]: path}, filters, solver)
+    connection = network.connections[0]
+    links = {connection: link(connection, solver)}
+    return rewire(rewrite, {connection: path}, links, filters, solver)
 
 
 def test_direct_wiring_is_encoders_times_decoders() -> None:
