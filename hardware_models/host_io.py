@@ -126,7 +126,11 @@ class HostIoReport:
 
 
 def host_io(
-    traffic: HostTraffic, chip: ChipModel, activity: Activity | None = None, counted: bool = True
+    traffic: HostTraffic,
+    chip: ChipModel,
+    activity: Activity | None = None,
+    counted: bool = True,
+    stated: bool = True,
 ) -> HostIoReport:
     """Return the host's input and output on a chip.
 
@@ -140,16 +144,18 @@ def host_io(
         The counts of a run, or those expected of one.
     counted : bool
         True if the activity is that of a run.
+    stated : bool
+        True if an expected activity has the spikes of sources that do not encode values.
     """
     counted = counted and activity is not None
     sent = None if activity is None else activity.from_host
-    # Stated rates are those of all sources.
-    unknown = 0 if activity is not None and not counted else traffic.unknown_sources
+    # Rates of ensembles alone say nothing of sources that send spikes.
+    known = activity is not None and not counted and stated
     verdict, reason = _judged(traffic, chip)
     return HostIoReport(
         counted=counted,
         sources=traffic.sources,
-        unknown_sources=unknown,
+        unknown_sources=0 if known else traffic.unknown_sources,
         spikes=traffic.spikes if sent is None else sent.mean,
         most_spikes=int(sent.most) if sent is not None and counted else None,
         values_back=traffic.values_back,

@@ -34,11 +34,22 @@ class Rates:
 
     Names are those of ensembles (or of connections, for the neurons that relay them), and ``host``
     for the spikes that come in from the host. If ``host`` is not named, sources that encode values
-    spike at the rate of `mean_rate_hz`. Read-outs do not spike.
+    spike at the rate of `mean_rate_hz`. Read-outs do not spike. Without ``all_hz``, neurons that
+    are not named are silent, and the rates of sources that send spikes are unknown.
     """
 
-    all_hz: float = 0.0
+    all_hz: float | None = None
     by_name_hz: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def others_hz(self) -> float:
+        """The rate of everything that is not named."""
+        return 0.0 if self.all_hz is None else self.all_hz
+
+    @property
+    def of_host(self) -> bool:
+        """True if the rates of sources that send spikes are stated."""
+        return self.all_hz is not None or HOST in self.by_name_hz
 
 
 def expected_activity(image: ChipImage, rates: Rates) -> Activity:
@@ -78,7 +89,7 @@ def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
     """Return the rates of compartments, then of the inputs' neurons, in Hz, (n_sources,)."""
     _check(image, rates)
     sizes = np.diff(image.blocks.start)
-    named = [rates.by_name_hz.get(name, rates.all_hz) for name in module_of_blocks(image)]
+    named = [rates.by_name_hz.get(name, rates.others_hz) for name in module_of_blocks(image)]
     inputs = [np.full(e.size, _host_hz(e.encoding, image, rates)) for e in image.manifest.inputs]
     of_sources = np.concatenate([np.repeat(named, sizes), *inputs])
     # Read-outs hold values, and do not spike, whatever the rate of their module.
@@ -91,7 +102,7 @@ def _host_hz(encoding: Encoding, image: ChipImage, rates: Rates) -> float:
     if HOST in rates.by_name_hz:
         return rates.by_name_hz[HOST]
     if encoding.kind == "spikes":
-        return rates.all_hz  # their rate is not known otherwise
+        return rates.others_hz  # their rate is not known otherwise
     return mean_rate_hz(encoding, image.manifest.dt_s)
 
 
@@ -100,7 +111,7 @@ def _check(image: ChipImage, rates: Rates) -> None:
     if odd := [name for name in rates.by_name_hz if name not in known]:
         raise unknown("ensemble", odd[0], known)
     fastest = 1 / image.manifest.dt_s
-    for name, rate in [("all", rates.all_hz), *rates.by_name_hz.items()]:
+    for name, rate in [("all", rates.others_hz), *rates.by_name_hz.items()]:
         if not 0 <= rate <= fastest:
             raise UsageError(
                 f"rate of {name}: {rate:g} Hz; a neuron spikes from 0 to {fastest:g} times a second"

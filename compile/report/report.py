@@ -109,7 +109,8 @@ class Report:
         """Return the host's input and output; None without an image. See `to_dict`."""
         if self.host is None:
             return None
-        return host_io(self.host, self.chip, activity, counted=rates is None)
+        stated = rates is None or rates.of_host
+        return host_io(self.host, self.chip, activity, counted=rates is None, stated=stated)
 
     def to_dict(
         self,
@@ -212,7 +213,7 @@ def _basis(activity: Activity | None, rates: Rates | None) -> Json | None:
     """Return the basis of energy and timing: the steps of a run, or stated rates."""
     if activity is None:
         return None
-    stated = None if rates is None else {"all": rates.all_hz, **rates.by_name_hz}
+    stated = None if rates is None else {"all": rates.others_hz, **rates.by_name_hz}
     return {"n_steps": activity.n_steps, "dt_s": activity.dt_s, "rates_hz": stated}
 
 

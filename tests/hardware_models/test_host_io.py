@@ -90,10 +90,12 @@ def test_spikes_are_expected_before_a_run_and_counted_in_one(make_activity):
     stated = make_activity(n_steps=1, host_spikes=[2.5])
     found = host_io(TRAFFIC, chips.get("loihi"), stated, counted=False)
     assert (found.counted, found.spikes, found.most_spikes) == (False, 2.5, None)
-    rows = [dict(one.rows())["spikes in"] for one in (before, found)]
+    of_others = host_io(TRAFFIC, chips.get("loihi"), stated, counted=False, stated=False)
+    rows = [dict(one.rows())["spikes in"] for one in (before, found, of_others)]
     assert rows == [
         "4.5 expected, of 10 sources; not counting the spikes of 1 with unknown rates",
         "2.5 expected, of 10 sources",
+        "2.5 expected, of 10 sources; not counting the spikes of 1 with unknown rates",
     ]
 
 

@@ -20,7 +20,7 @@ def parse(texts: list[str]) -> Rates | None:
         if name in stated:
             raise UsageError(f"--rate-hz {text}: the rate of {name or 'all'} is stated twice")
         stated[name] = _number(number, text)
-    return Rates(stated.pop("", 0.0), stated)
+    return Rates(stated.pop("", None), stated)
 
 
 def _number(number: str, text: str) -> float:

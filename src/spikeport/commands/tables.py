@@ -69,7 +69,7 @@ def _basis(activity: Activity, rates: Rates | None) -> str:
     if rates is None:
         return f"from the counts of {activity.n_steps:,} steps"
     named = [f"{name} {rate:g} Hz" for name, rate in rates.by_name_hz.items()]
-    return f"expected at {', '.join([f'{rates.all_hz:g} Hz', *named])}"
+    return f"expected at {', '.join([f'{rates.others_hz:g} Hz', *named])}"
 
 
 def _cost_rows(

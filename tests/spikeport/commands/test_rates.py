@@ -74,3 +74,30 @@ def test_the_report_says_which_figures_are_not_public(spikeport, net_py, report)
     assert written["energy"]["intel-relative"]["dynamic"] is None
     assert written["resources"]["in_axons"]["limit"] is None
     assert ReportData.model_validate(written).chip == "loihi2"
+
+
+SENDING = """
+import nengo
+import spikeport
+
+with nengo.Network(seed=1) as network:
+    spikeport.add_params(network)
+    sender, receiver = nengo.Ensemble(20, 1), nengo.Ensemble(10, 1, label="receiver")
+    network.config[sender].on_chip = False
+    nengo.Connection(sender.neurons, receiver.neurons, transform=[[0.01] * 20] * 10)
+"""
+
+
+@pytest.mark.parametrize(
+    ("rates", "unknown"),
+    [((), 20), (("receiver=50",), 20), (("50",), 0), (("receiver=50", "host=50"), 0)],
+)
+def test_spikes_of_hosts_neurons_are_unknown_unless_their_rate_is_stated(
+    spikeport, tmp_path, report, rates: tuple[str, ...], unknown: int
+) -> None:
+    (tmp_path / "sending.py").write_text(SENDING)
+    options = [text for rate in rates for text in ("--rate-hz", rate)]
+    done = spikeport("compile", tmp_path / "sending.py", *options, *report.option)
+    assert done.code == 0
+    assert report.read()["host_io"]["unknown_sources"] == unknown
+    assert ("with unknown rates" in " ".join(done.out.split())) == bool(unknown)
