@@ -19,10 +19,15 @@ MOST_ENSEMBLES = 300
 """Ensembles of a network above which compiling it as written may take minutes."""
 
 
+def is_rewritten(network: nengo.Network, passes: str | Pipeline) -> bool:
+    """Return True if passes rewrite a network that is small enough to be compiled as written."""
+    pipeline = parse(passes) if isinstance(passes, str) else passes
+    return bool(pipeline.networks) and len(network.all_ensembles) <= MOST_ENSEMBLES
+
+
 def as_written(network: nengo.Network, chip: str, passes: str | Pipeline) -> Compilation | None:
     """Compile a network as written; None if no pass rewrites it, if it is large, or if it fails."""
-    pipeline = parse(passes) if isinstance(passes, str) else passes
-    if not pipeline.networks or len(network.all_ensembles) > MOST_ENSEMBLES:
+    if not is_rewritten(network, passes):
         return None
     try:
         return compile_network(network, chip, pipeline=PIPELINES["as_written"])

@@ -7,7 +7,7 @@ import nengo
 
 from spikeport.backends.loss import measure, network_error
 from spikeport.commands import nir, rates
-from spikeport.commands.against_written import as_written, more_cores, more_loss
+from spikeport.commands.against_written import as_written, is_rewritten, more_cores, more_loss
 from spikeport.commands.destinations import Destinations
 from spikeport.commands.options import check_seconds
 from spikeport.commands.passes import printer
@@ -28,6 +28,7 @@ from spikeport.compile.report.report import Modules, Report
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.find_network import find_network, needed_passes
+from spikeport.fresh_copy import fresh_copy
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.progress import Progress
@@ -82,15 +83,7 @@ def run(request: CompileRequest) -> None:
             # not into the folder, where an image of an earlier compile may lie
             replace(request.to, out=None).write_report(report.to_dict(), request.network)
             raise
-        if request.loss_s is None:
-            findings = _reckoned(compilation, stated)
-        else:
-            findings = _measured(network, compilation, request.loss_s, progress)
-        # On one core a pipeline cannot take more cores than another, but it may lose more.
-        if request.loss_s is not None or compilation.image.n_cores > 1:
-            progress("compiling as written", None)
-            written = as_written(network, request.chip, passes)
-            findings = _compared(findings, network, compilation, written, request.loss_s)
+        findings = _findings(network, compilation, request, passes, stated, progress)
     request.to.write_image(compilation.image)
     request.to.write_report(findings.to_dict(), request.network)
     show_findings(findings, request.cores)
@@ -144,6 +137,31 @@ def _checked_rates(request: CompileRequest) -> Rates | None:
     nir.check_loss(request.network, request.loss_s, request.spikes)
     request.budget.check_basis(stated is not None or request.loss_s is not None)
     return stated
+
+
+def _findings(
+    network: nengo.Network,
+    compilation: Compilation,
+    request: CompileRequest,
+    passes: str,
+    stated: Rates | None,
+    progress: Progress,
+) -> Findings:
+    """Return the findings on a compile, with hints from a compile of the network as written."""
+    beside = network
+    if request.loss_s is None:
+        findings = _reckoned(compilation, stated)
+    else:
+        # The run leaves a state in the functions that it calls, and the run of the network as
+        # written has to begin without one.
+        beside = fresh_copy(network) if is_rewritten(network, passes) else network
+        findings = _measured(network, compilation, request.loss_s, progress)
+    # On one core a pipeline cannot take more cores than another, but it may lose more.
+    if request.loss_s is None and compilation.image.n_cores == 1:
+        return findings
+    progress("compiling as written", None)
+    written = as_written(beside, request.chip, passes)
+    return _compared(findings, beside, compilation, written, request.loss_s)
 
 
 def _reckoned(compilation: Compilation, stated: Rates | None) -> Findings:

@@ -370,6 +370,33 @@ def test_a_node_that_raises_fails_the_run_of_loss_but_not_the_compile(spikeport,
     )
 
 
+STEPPING = """
+import nengo
+
+class Inputs:
+    def __init__(self):
+        self.left = [0.5, -0.5] * 25
+    def __call__(self, t):
+        return self.left.pop()
+
+with nengo.Network(seed=1) as model:
+    a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+    nengo.Connection(nengo.Node(Inputs(), size_out=1), a)
+    nengo.Connection(a, b)
+    nengo.Probe(b)
+"""
+
+
+def test_the_run_as_written_begins_with_the_state_that_functions_have_before_a_run(
+    spikeport, tmp_path
+):
+    (tmp_path / "stepping.py").write_text(STEPPING)
+    # The inputs are of 50 steps: a second run that went on with them would fail.
+    options = ("--loss", "0.05", "-p", "compact")
+    done = spikeport("compile", tmp_path / "stepping.py", *options)
+    assert (done.code, done.err) == (0, "")
+
+
 LEARNING = """
 import nengo
 with nengo.Network(seed=1) as model:
