@@ -43,8 +43,8 @@ def error_against_float(
     Returns
     -------
     error : float or None
-        None if no value is probed, if the run was too short for a sample, or if a random input
-        differs from run to run.
+        None if no value is probed, if the run was too short for a sample, if all values are 0 in
+        float Nengo, or if a random input differs from run to run.
 
     Raises
     ------
@@ -64,7 +64,8 @@ def error_against_float(
     steps = [probe.sample_every or dt_s for probe in probes]
     ours = _joined([loop.data(probe) for probe in probes], steps)
     exact = _joined([wanted[twin] for twin in probes.values()], steps)
-    return relative_rms(ours, exact) if exact.size else None
+    # No error is relative to zero.
+    return relative_rms(ours, exact) if exact.any() else None
 
 
 def _is_value(probe: nengo.Probe) -> bool:

@@ -30,6 +30,7 @@ from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.numbers import Numbers, restored, wanted
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.loss import Loss, LossPart
+from spikeport.errors import BackendError
 from spikeport.fresh_copy import fresh_copy
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress
@@ -93,7 +94,8 @@ def measure(
     Raises
     ------
     BackendError
-        If blocks learn or have noise, nothing is read out, or a function of the network fails.
+        If blocks learn or have noise, nothing is read out, outputs are 0 in floating point alone,
+        or a function of the network fails.
     """
     blocks = compilation.blocks
     image = extract(blocks, compilation.image.manifest.chip)
@@ -101,12 +103,13 @@ def measure(
     progress("running the network", None)
     spikes, activity, against_float = _run(network, compilation, seconds, seed)
     rerun, exact = Rerun(image, spikes), wanted(blocks)
-    baseline = rerun.floats(exact)
+    baseline, rounded = rerun.floats(exact), rerun.integers()
+    _check_relative(baseline, rounded)
     loss = Loss(
         n_steps=len(spikes),
         tau_s=TAU_S,
         network_error=against_float,
-        output_error=relative_rms(rerun.integers(), baseline),
+        output_error=relative_rms(rounded, baseline),
         floor=relative_rms(rerun.floats(replace(exact, bias=exact.bias * LAST_BIT)), baseline),
         parts=_parts(rerun, exact, restored(blocks), baseline, list(causes(image)), progress),
         aliasing=rate_aliasing(blocks.floats),
@@ -114,6 +117,15 @@ def measure(
         saturated_inputs=_saturated(image, spikes),
     )
     return MeasuredLoss(loss, activity, _counts(by_module(compilation.image), spikes))
+
+
+def _check_relative(baseline: np.ndarray, rounded: np.ndarray) -> None:
+    """Refuse outputs whose error is relative to zero."""
+    if rounded.any() and not baseline.any():
+        raise BackendError(
+            "cannot measure the loss: the outputs are 0 in floating point, but not on the chip, "
+            "and no error is relative to 0; measure a longer time, or give the network an input"
+        )
 
 
 def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:

@@ -47,7 +47,8 @@ class Loss:
         Time constant of the filter the outputs are compared through.
     network_error : float or None
         Error of the probes against the network as it was written, in float Nengo; None where no
-        value is probed, none was sampled in the time, or input is random and has no seed.
+        value is probed, none was sampled in the time, all are 0 in float, or input is random and
+        has no seed.
     output_error : float
         Error of the integer blocks.
     floor : float

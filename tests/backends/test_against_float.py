@@ -43,6 +43,14 @@ def test_nothing_is_compared_where_no_probe_took_a_sample() -> None:
     assert found(channel([0.7], sample_every=0.5)) is None
 
 
+def test_nothing_is_compared_where_all_values_are_0_in_float() -> None:
+    with nengo.Network(seed=1) as network:
+        # A neuron just below its threshold in float, which its rounded bias exceeds.
+        one = nengo.Ensemble(5, 1, gain=np.ones(5), bias=np.full(5, 0.99999))
+        nengo.Probe(one, synapse=0.02)
+    assert found(network) is None
+
+
 def test_a_transform_changed_after_compiling_shows_as_an_error() -> None:
     network = channel([0.7])
     compilation = compile_network(network)

@@ -229,6 +229,17 @@ def test_networks_that_cannot_be_compared_are_refused_before_they_run() -> None:
     )
 
 
+def test_an_error_relative_to_outputs_of_0_is_refused() -> None:
+    with nengo.Network(seed=1) as network:
+        # A neuron just below its threshold in float, which its rounded bias exceeds.
+        one = nengo.Ensemble(5, 1, gain=np.ones(5), bias=np.full(5, 0.99999))
+        nengo.Probe(one.neurons)
+    with pytest.raises(BackendError, match="are 0 in floating point, but not on the chip"):
+        measured_of(network, 0.5)
+    one.bias = np.zeros(5)
+    assert measured_of(network, 0.5).loss.output_error == 0
+
+
 def network_with(node: object) -> nengo.Network:
     with nengo.Network(seed=1) as network:
         ensemble = nengo.Ensemble(5, 1)

@@ -138,8 +138,8 @@ def against_float(loss: Loss) -> str:
     """Return the error of probes against the network as it was written, in words."""
     if loss.network_error is None:
         return (
-            "not compared with float Nengo: no value is probed, or sampled in this time, or input "
-            "is random"
+            "not compared with float Nengo: no value is probed, or sampled in this time, or all "
+            "are 0, or input is random"
         )
     return (
         f"probes against the network as written, in float Nengo: {100 * loss.network_error:.2g} %"
