@@ -1,6 +1,6 @@
 """The report on a compiled network: resources, energy, time, and the cost of rounding."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypeAlias
 
@@ -150,7 +150,7 @@ class Report:
             "passes": [dict(one) for one in self.passes],
             "quantisation": [error._asdict() for error in self.errors],
             "neurobench": self._neurobench(activity),
-            "hints": [hint._asdict() for hint in (*self.hints, *_hints_of(activity))],
+            "hints": [hint._asdict() for hint in self._hints(activity)],
             "offloaded": [one._asdict() for one in self.offloaded],
             "on_host": [one._asdict() for one in self.on_host],
             "warnings": list(self.warnings),
@@ -170,6 +170,10 @@ class Report:
         rows = {n: {"used": u.used, "limit": u.limit} for n, u in self.resources().items()}
         rows["cores"]["lower_bound"] = self.lower_bound.get("cores")
         return rows
+
+    def _hints(self, activity: Activity | None) -> Iterable[Violation]:
+        # Once, though a measured loss has the hint on read-outs, too.
+        return dict.fromkeys((*self.hints, *_hints_of(activity)))
 
     def _neurobench(self, activity: Activity | None) -> Json | None:
         if self.neurobench is None:

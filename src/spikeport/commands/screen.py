@@ -1,7 +1,7 @@
 """The report on a compile, on one screen, and the last line of commands that write a folder."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from spikeport.commands.console import Console
@@ -41,8 +41,11 @@ class Findings:
 
     def to_dict(self) -> Json:
         """Return plain data, ready for JSON."""
-        loss = None if self.loss is None else self.loss.to_dict()
-        return self.report.to_dict(self.activity, self.rates, loss, self.modules)
+        report, loss = self.report, None
+        if self.loss is not None:
+            report = replace(report, hints=(*report.hints, *self.loss.hints))
+            loss = self.loss.to_dict()
+        return report.to_dict(self.activity, self.rates, loss, self.modules)
 
 
 def show_findings(findings: Findings, cores: bool) -> None:

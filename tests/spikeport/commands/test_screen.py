@@ -1,5 +1,7 @@
 """The report on one screen: its last line, its hints and NeuroBench's metrics."""
 
+from dataclasses import replace
+
 import pytest
 
 from spikeport.commands.console import Console
@@ -7,6 +9,7 @@ from spikeport.commands.screen import Findings, neurobench_line, print_written, 
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.pipeline import compile_network
+from spikeport.compile.report.loss import Loss
 from spikeport.find_network import find_network
 
 
@@ -39,6 +42,23 @@ def test_hints_of_one_rule_are_one_line_that_names_the_first_objects(compilation
         "hint: SP404 copies: n0 (0 of 9), n1 (1 of 9), n2 (2 of 9), 2 more; cure: redraw "
         "hint: SP402 zeros: z (all); cure: remove"
     ) in printed
+
+
+def test_the_report_as_data_has_the_hints_of_a_loss_once(compilation):
+    activity = replace(expected_activity(compilation.image, Rates(100.0)), readout_spikes=3)
+    loss = Loss(
+        n_steps=activity.n_steps,
+        tau_s=0.02,
+        network_error=None,
+        output_error=0.5,
+        floor=0.0,
+        parts=(),
+        aliasing={"a": 0.5},
+        readout_spikes=3,
+        saturated_inputs={"input": 0.5},
+    )
+    written = Findings(compilation.report, activity, loss=loss).to_dict()
+    assert [hint["id"] for hint in written["hints"]] == ["SP406", "SP407", "SP408"]
 
 
 def test_tables_of_cores_are_shown_only_if_they_are_asked_for(compilation, capsys):
