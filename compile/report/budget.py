@@ -83,9 +83,15 @@ class Budget:
         powers = {name: _power(one) for name, one in spent.items()}
         times = {c.name: timing(activity, chip, c).worst for c in chip.calibrations if c.has_times}
         if self.power_w is not None:
-            for found in _held("SP302", chip.name, powers, self.power_w, f"{self.power_w:g} W"):
-                at_rest = [one.static.power for one in spent.values() if one.static is not None]
-                yield _at_rest(found, at_rest, self.power_w)
+            held = [*_held("SP302", chip.name, powers, self.power_w, f"{self.power_w:g} W")]
+            at_rest = [one.static.power for one in spent.values() if one.static is not None]
+            if not (held or at_rest):
+                # The dynamic power alone exceeds nothing, but it is not all that the chip draws.
+                raise UsageError(
+                    f"--max-power: chip '{chip.name}' has no public static power, so that its "
+                    "power is not known to be within a limit"
+                )
+            yield from (_at_rest(found, at_rest, self.power_w) for found in held)
         if self.step_us is not None:
             yield from _held("SP303", chip.name, times, self.step_us / 1e6, f"{self.step_us:g} us")
 

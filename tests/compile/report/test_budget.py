@@ -70,6 +70,18 @@ def test_a_chip_without_figures_cannot_be_held_to_a_budget(chain, activity) -> N
     )
 
 
+def test_power_without_the_static_part_is_not_within_a_budget(chain, activity) -> None:
+    report = compile_network(chain(), chip="spinnaker2").report
+    (violation,) = Budget(power_w=1e-6).exceeded(report, activity)
+    assert violation.id == "SP302"
+    with pytest.raises(UsageError) as raised:
+        Budget(power_w=1).exceeded(report, activity)
+    assert str(raised.value) == (
+        "--max-power: chip 'spinnaker2' has no public static power, so that its power is not known "
+        "to be within a limit"
+    )
+
+
 @pytest.mark.parametrize("value", [0, -1, math.nan, math.inf])
 def test_a_budget_that_is_not_a_positive_number_is_refused(value: float) -> None:
     with pytest.raises(UsageError) as raised:
