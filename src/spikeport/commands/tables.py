@@ -118,8 +118,10 @@ def cost_notes(chip: ChipModel, activity: Activity) -> Iterator[str]:
     """Yield the sources of a table of costs."""
     for calibration in chip.calibrations:
         missing = energy(activity, chip, calibration).missing
-        absent = f"; not public: {', '.join(missing)}" if missing else ""
-        yield f"{calibration.name}: {calibration.description}{absent}"
+        untimed = timing(activity, chip, calibration).missing if calibration.has_times else ()
+        absent = [f"; not public: {', '.join(missing)}"] if missing else []
+        absent += [f"; times not public: {', '.join(untimed)}"] if untimed else []
+        yield f"{calibration.name}: {calibration.description}{''.join(absent)}"
     for name, figure in (("static", chip.power.static_chip_w), ("system", chip.power.board_idle_w)):
         if figure is not None:
             yield f"{name}: {figure.estimate.source}" + (f"; {figure.note}" * bool(figure.note))

@@ -77,6 +77,11 @@ def test_a_page_says_that_steps_with_host_io_are_not_shown_to_take_dt(page: Path
     assert text.count("dt = 1 ms not shown") == 2  # below the longest step of two calibrations
 
 
+def test_a_page_names_the_events_without_a_public_energy_or_time(page: Path) -> None:
+    text = " ".join(read(page).text.split())
+    assert text.count("No public figure: message. No public time: message in.") == 1
+
+
 def test_the_page_of_a_report_without_an_image_has_no_host_io(tmp_path: Path) -> None:
     report = Report(chips.get("loihi"), "", (), (), ()).to_dict()
     assert report["host_io"] is None

@@ -11,6 +11,8 @@ def test_stated_rates_give_energy_and_time(spikeport, net_py, report):
     assert (done.code, done.err) == (0, "")
     assert "energy and time, expected at 100 Hz, neurons 50 Hz" in done.out
     assert "within dt = 1 ms (core 0)" in done.out
+    notes = " ".join(done.out.split())
+    assert "; not public: message; times not public: message_in nahuku-fit: " in notes
     assert "static: Frady 2020; Blouw 2019 [transcribed]" in done.out
     assert "not shown to be within dt" in " ".join(done.out.split())
     assert (
