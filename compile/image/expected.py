@@ -1,18 +1,20 @@
 """Activity expected of an image at stated firing rates, before any run.
 
 Per step of length dt, a source (a neuron, or a spiking input) that fires at f Hz spikes f dt times.
-`spikeport.compile.image.fanout` counts the costs of a spike. Weights that learn are updated once in
-an epoch of T_learn steps, whether or not anything spikes:
+`spikeport.compile.image.fanout` counts the costs of a spike:
 
     N_spk = sum_s f_s dt,   N_syn = sum_s f_s dt n_syn,s,   N_msg = sum_s f_s dt n_cores,s
-    N_learn = sum_g N_weights,g / T_learn,g
+
+Weights that learn are all updated in the last step of an epoch, whether or not anything spikes. As
+the last step takes longer than the others, the steps of an epoch are counted one by one.
 
 A compartment's update is active if it has a bias, spikes, or lies in a block that any spike
 reaches: an upper bound, as the current of a reached block may have decayed to zero.
 """
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -26,6 +28,8 @@ from spikeport.errors import UsageError, unknown
 from spikeport.hardware_models.activity import Activity
 
 HOST = "host"
+MOST_STEPS = 1000
+"""Steps of an epoch above which the mean of its steps is counted; nengo-loihi's have 4."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +57,7 @@ class Rates:
 
 
 def expected_activity(image: ChipImage, rates: Rates) -> Activity:
-    """Return the counts expected of one step.
+    """Return the counts expected of one step, or of the steps of an epoch if weights learn.
 
     Raises
     ------
@@ -70,7 +74,7 @@ def expected_activity(image: ChipImage, rates: Rates) -> Activity:
     np.add.at(messages, (sender, reached.core[on_chip]), delivered[on_chip])
     compartments = np.bincount(image.compartment_core, minlength=image.n_cores)
     active = _per_core(image, _active(image, spikes))
-    return Activity(
+    step = Activity(
         cores=image.cores,
         dt_s=image.manifest.dt_s,
         spikes=_per_core(image, spikes[:n]),
@@ -78,11 +82,13 @@ def expected_activity(image: ChipImage, rates: Rates) -> Activity:
         updates_active=active,
         updates_inactive=compartments - active,
         messages_in=_sums(image, reached.core, delivered),
-        learning_updates=_learning_updates(image),
+        learning_updates=np.zeros((1, image.n_cores)),
         messages=messages,
         messages_host=_sums(image, reached.core[~on_chip], delivered[~on_chip])[0],
         host_spikes=np.array([spikes[n:].sum()]),
     )
+    learned = _learning_updates(image)
+    return replace(Activity.concatenate([step] * len(learned)), learning_updates=learned)
 
 
 def source_rates(image: ChipImage, rates: Rates) -> np.ndarray:
@@ -119,11 +125,19 @@ def _check(image: ChipImage, rates: Rates) -> None:
 
 
 def _learning_updates(image: ChipImage) -> np.ndarray:
-    """Return the mean number of weights that learning updates in a step, by core, (1, n_cores)."""
+    """Return the weights that learning updates in each step of an epoch, (n_steps, n_cores).
+
+    Without learning, an epoch has one step. If epochs differ, one that is common to all counts.
+    """
     groups, learns = image.groups, np.flatnonzero(image.learns)
-    weights = np.diff(image.rows.start[groups.row_start])[learns]
-    epoch = groups.learning[learns, image.manifest.learning.index("learn_epoch")]
-    return _sums(image, image.group_core[learns], weights / epoch)
+    weights, core = np.diff(image.rows.start[groups.row_start])[learns], image.group_core[learns]
+    epoch = groups.learning[learns, image.manifest.learning.index("learn_epoch")].astype(int)
+    n_steps = math.lcm(*epoch.tolist())
+    if n_steps > MOST_STEPS:
+        return _sums(image, core, weights / epoch)
+    # As in a run, an epoch of 2 ends in steps 2, 4, 6, counted from 1.
+    ends = np.arange(1, n_steps + 1)[:, np.newaxis] % epoch == 0
+    return np.concatenate([_sums(image, core, weights * now) for now in ends])
 
 
 def _per_core(image: ChipImage, of_compartments: np.ndarray) -> np.ndarray:

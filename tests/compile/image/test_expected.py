@@ -15,6 +15,8 @@ from spikeport.compile.image.fanout import fanout
 from spikeport.compile.image.modules import by_module
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
+from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models.timing import timing
 
 
 @pytest.fixture(scope="module")
@@ -90,9 +92,29 @@ def test_learning_updates_are_those_of_a_run(epoch: int) -> None:
     (group,) = np.flatnonzero(image.learns).tolist()
     for _ in range(8):
         chip.step(np.zeros(image.n_inputs), {group: np.zeros(2)})
-    updates = chip.activity().over_steps("learning_updates") / 8
+    updates = chip.activity().learning_updates
     assert updates.sum() > 0
-    np.testing.assert_array_equal(expected_activity(image, Rates(100)).learning_updates, [updates])
+    expected, silent = (expected_activity(image, Rates(rate_hz)) for rate_hz in (100, 0))
+    np.testing.assert_array_equal(expected.learning_updates, updates[:epoch])
+    np.testing.assert_array_equal(np.tile(silent.learning_updates, (8 // epoch, 1)), updates)
+    # Whatever the number of steps, counts of a step are the same.
+    assert expected.over_steps("spikes").sum() / expected.n_steps == pytest.approx(50 * 0.1)
+    assert expected.messages.sum() / expected.n_steps == pytest.approx(50 * 0.1)
+    assert expected.from_host.mean == pytest.approx(expected.host_spikes[0])
+
+
+def test_the_longest_step_is_one_in_which_weights_learn() -> None:
+    image, loihi = learning(4), chips.get("loihi")
+    taken = timing(expected_activity(image, Rates(100)), loihi, loihi.calibration("davies2018"))
+    # 50 neurons with 4 weights each, at 6.1 ns; no other event differs from step to step.
+    assert taken.worst_step == 3
+    assert taken.worst.value - taken.mean.value == pytest.approx(0.75 * 200 * 6.1e-9)
+
+
+def test_an_epoch_of_many_steps_counts_in_the_mean() -> None:
+    expected = expected_activity(learning(2000), Rates(100))
+    assert expected.n_steps == 1
+    assert expected.learning_updates.sum() == pytest.approx(200 / 2000)
 
 
 def test_modules_of_large_networks_are_counted_within_little_memory() -> None:
