@@ -7,6 +7,7 @@ numbers rounded at a time.
 
 import contextlib
 import itertools
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -162,10 +163,14 @@ def _run(
 def causes(image: ChipImage) -> Iterator[Cause]:
     """Yield each part that is rounded: weights of a connection, or neurons of a block."""
     labels = [block.label for block in image.manifest.blocks]
+    taken = Counter[tuple[str, str]]()
     for group, block in enumerate(image.groups.block):
         rows = part(image.groups.row_start, group)
         weights = image.rows.start[[rows.start, rows.stop]]
         what = f"weights from {_senders(image, group, labels)}"
+        taken[labels[block], what] += 1
+        if (number := taken[labels[block], what]) > 1:
+            what += f" ({number})"  # causes of one name would be one to a reader of the report
         yield Cause(labels[block], what, "weights", slice(*weights))
     for block, label in enumerate(labels):
         mine = part(image.blocks.start, block)

@@ -128,6 +128,16 @@ def test_every_connection_and_ensemble_is_a_cause() -> None:
     )
 
 
+def test_causes_have_names_of_their_own() -> None:
+    network = recurrent()
+    with network:
+        (a,) = network.ensembles
+        nengo.Connection(a.neurons, a.neurons, transform=np.eye(20), synapse=0.01)
+    found = [(c.object, c.what) for c in causes(extract(built(network), "loihi"))]
+    assert {("a", "weights from a"), ("a", "weights from a (2)")} <= set(found)
+    assert len(set(found)) == len(found)
+
+
 def test_the_network_error_includes_delays_of_relays_and_filters(measured: MeasuredLoss) -> None:
     """Beside rounding, relays and filters add delays that float Nengo does not have."""
     assert measured.loss.output_error < measured.loss.network_error < 0.6
