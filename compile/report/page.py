@@ -106,6 +106,7 @@ def _template() -> Template:
         lstrip_blocks=True,
     )
     environment.filters["estimate"] = estimate
+    environment.filters["count"] = _count
     environment.globals["core_side"] = SIDE
     environment.filters["words"] = lambda name: name.replace("_", " ")
     return environment.get_template("page.html.jinja")
@@ -250,6 +251,11 @@ def _amount(resource: str, number: int | None) -> str:
     if number is None:
         return "not public"
     return f"{number / BITS_PER_KIB:,.0f} KiB" if resource.endswith("_bits") else f"{number:,}"
+
+
+def _count(number: float) -> str:
+    """Return a count in words: counts that are expected at stated rates may be below 1."""
+    return f"{number:,.0f}" if isinstance(number, int) or number >= 100 else f"{number:.3g}"
 
 
 def _value(estimate: Mapping[str, Any] | None) -> float:

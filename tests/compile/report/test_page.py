@@ -82,6 +82,17 @@ def test_a_page_names_the_events_without_a_public_energy_or_time(page: Path) -> 
     assert text.count("No public figure: message. No public time: message in.") == 1
 
 
+def test_expected_counts_are_not_rounded_to_whole_ones(
+    whole: dict[str, Any], page: Path, tmp_path: Path
+) -> None:
+    operations = whole["energy"]["davies2018"]["terms"][0]
+    assert f"energy of a stepsynaptic operation{operations['count']:.3g}" in read(page).text
+    operations["count"] = 0.25
+    whole["basis"]["n_steps"] = 4
+    write_page(tmp_path / "few.html", whole, "few")
+    assert "energy of 4 stepssynaptic operation0.25" in read(tmp_path / "few.html").text
+
+
 def test_the_page_of_a_report_without_an_image_has_no_host_io(tmp_path: Path) -> None:
     report = Report(chips.get("loihi"), "", (), (), ()).to_dict()
     assert report["host_io"] is None
