@@ -63,7 +63,7 @@ def expected_activity(image: ChipImage, rates: Rates) -> Activity:
     ------
     UsageError
         A rate is negative, not finite, or faster than a spike in every step, or no block has its
-        name.
+        name, or a block has the name of the host.
     """
     spikes = source_rates(image, rates) * image.manifest.dt_s
     n, reached = image.n_compartments, reach(image)
@@ -114,6 +114,11 @@ def _host_hz(encoding: Encoding, image: ChipImage, rates: Rates) -> float:
 
 def _check(image: ChipImage, rates: Rates) -> None:
     known = {HOST, *module_of_blocks(image)}
+    if HOST in rates.by_name_hz and HOST in module_of_blocks(image):
+        raise UsageError(
+            f"rate of {HOST}: it is that of the spikes from the host, and an ensemble has this "
+            "name, too; give the ensemble another label"
+        )
     if odd := [name for name in rates.by_name_hz if name not in known]:
         raise unknown("ensemble", odd[0], known)
     fastest = 1 / image.manifest.dt_s

@@ -73,6 +73,16 @@ def test_sources_that_encode_values_spike_as_in_a_run_unless_their_rate_is_state
     assert half.host_spikes.sum() == pytest.approx(0.5 * image.n_inputs)
 
 
+def test_a_rate_of_the_host_is_not_that_of_an_ensemble_called_host() -> None:
+    with nengo.Network(seed=0) as network:
+        ensemble = nengo.Ensemble(10, 1, label=HOST)
+        nengo.Connection(nengo.Node([0.3]), ensemble)
+    image = compile_network(network).image
+    assert expected_activity(image, Rates(100)).spikes.sum() == pytest.approx(1)
+    with pytest.raises(UsageError, match=r"rate of host: .* an ensemble has this name, too"):
+        expected_activity(image, Rates(100, {HOST: 200}))
+
+
 def learning(epoch: int) -> ChipImage:
     with nengo.Network(seed=0) as network:
         pre, post = nengo.Ensemble(50, 1, label="pre"), nengo.Node(size_in=2)
