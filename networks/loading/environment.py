@@ -72,10 +72,26 @@ class Action(BaseModel):
     use_default_offset: Literal[True]
 
 
+class Asset(BaseModel):
+    """Joints that a term is of: all, or those that names or numbers choose."""
+
+    joint_names: str | list[str] | None = None
+    joint_ids: list[int | None] | None = None
+    preserve_order: bool = False
+
+
+class Parameters(BaseModel):
+    """Arguments of a term's function; others than the joints do not affect what is read."""
+
+    asset_cfg: Asset = Asset()
+
+
 class ObservationTerm(BaseModel):
     """A part of the observation."""
 
     func: str
+    params: Parameters = Parameters()
+    modifiers: Annotated[list[object], Field(max_length=0)] | None = None
     scale: float | None = None
     clip: None = None
     history_length: Literal[0, None] = None

@@ -12,7 +12,13 @@ import numpy as np
 
 from spikeport.networks.loading import environment
 from spikeport.networks.loading.description import Description
-from spikeport.networks.loading.environment import Action, Actuator, ByName, ObservationTerm
+from spikeport.networks.loading.environment import (
+    Action,
+    Actuator,
+    Asset,
+    ByName,
+    ObservationTerm,
+)
 from spikeport.reading.mismatch import MismatchError
 
 # Isaac Sim numbers joints breadth first from the pelvis; only the torso has no twin.
@@ -44,6 +50,9 @@ TERMS = {
     "last_action": len(JOINTS),
 }
 """Functions of the observation's terms in their order, and the terms' sizes."""
+
+ALL = (None, [None] * 3, list(range(len(JOINTS))))
+"""Numbers that choose all joints in their order; three times none is a slice of all."""
 
 ACTION = "JointPositionAction"
 
@@ -92,8 +101,24 @@ def _scales(terms: Mapping[str, ObservationTerm]) -> np.ndarray:
     functions = [term.func.rpartition(":")[2] for term in terms.values()]
     if functions != list(TERMS):
         raise MismatchError(f"the observation {', '.join(TERMS)}", ", ".join(functions) or "none")
+    for name, term in terms.items():
+        _check_joints(f"observations.policy.{name}", term.params.asset_cfg)
     scales = [1.0 if term.scale is None else term.scale for term in terms.values()]
     return np.repeat(scales, list(TERMS.values()))
+
+
+def _check_joints(where: str, asset: Asset) -> None:
+    """Refuse joints of a term that are not all of them, in the order of the articulation."""
+    names, found = asset.joint_names, list(JOINTS)
+    if names is not None:
+        names = [names] if isinstance(names, str) else names
+        found = _matching(where, names)
+        if asset.preserve_order:
+            found = [joint for one in names for joint in _matching(where, [one])]
+    if found != list(JOINTS) or asset.joint_ids not in ALL:
+        raise MismatchError(
+            f"all joints in {where}, in the order of Isaac Lab's articulation", "others"
+        )
 
 
 def _gains(actuators: Mapping[str, Actuator]) -> dict[str, tuple[float, float]]:

@@ -36,6 +36,21 @@ def test_the_h1_of_this_package_is_the_one_of_isaac_lab(environment):
 
 
 @pytest.mark.parametrize(
+    "joints",
+    [
+        {"joint_names": [".*"], "joint_ids": slice(None)},
+        {"joint_names": list(isaac.JOINTS), "preserve_order": True},
+        {"joint_names": ".*", "joint_ids": list(range(19))},
+        {"joint_names": None, "joint_ids": None},
+    ],
+)
+def test_a_term_may_name_all_joints_in_their_order(environment, joints):
+    term = "observations/policy/joint_vel"
+    path = environment({f"{term}/params/asset_cfg": joints, f"{term}/modifiers": []})
+    assert isaac.described(path).joints == isaac.JOINTS
+
+
+@pytest.mark.parametrize(
     ("expression", "complaint"),
     [
         ("(.*)*(.*)*(.*)*(.*)*x", "simple regular expressions for names of joints"),

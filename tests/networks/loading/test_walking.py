@@ -116,6 +116,11 @@ def test_a_file_of_ours_for_other_joints_is_refused(tmp_path):
 LEGS = "scene/robot/actuators/legs"
 ACTION = "actions/joint_pos"
 TERM = "observations/policy"
+JOINTS_OF = f"{TERM}/joint_pos/params/asset_cfg"
+OTHER_JOINTS = (
+    "expected all joints in observations.policy.joint_pos, in the order of Isaac Lab's "
+    "articulation, found others"
+)
 
 
 @pytest.mark.parametrize(
@@ -177,6 +182,17 @@ TERM = "observations/policy"
             "expected a description of Isaac Lab (history_length: Input should be 0 or None), "
             "found 3",
         ),
+        (
+            {f"{TERM}/joint_pos/modifiers": [{"func": "isaaclab.utils.modifiers:scale"}]},
+            "expected a description of Isaac Lab (modifiers: List should have at most 0 items "
+            "after validation, not 1), found list",
+        ),
+        (
+            {f"{JOINTS_OF}/joint_names": [".*_hip_.*", ".*"], f"{JOINTS_OF}/preserve_order": True},
+            OTHER_JOINTS,
+        ),
+        ({f"{JOINTS_OF}/joint_names": "left_.*"}, OTHER_JOINTS),
+        ({f"{JOINTS_OF}/joint_ids": [*range(18, -1, -1)]}, OTHER_JOINTS),
         (
             {"scene": {}},
             "expected a description of Isaac Lab (scene.robot: Field required), found none",
