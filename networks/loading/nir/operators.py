@@ -8,6 +8,7 @@ with stride s, dilation d and l zeros before the input; pooling is a convolution
 itself, with weights of 1, or of 1 over the size of the kernel.
 """
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -47,6 +48,14 @@ def operator(node: Node, shape: Shape, dt_s: float) -> Operator:
     if not 1 <= math.prod(found.shape) <= SIZE:
         raise MismatchError(f"from 1 to {SIZE:,} values after node {node.name}", f"{found.shape}")
     return found
+
+
+def fit(*shapes: Shape) -> bool:
+    """Return whether shapes differ only in axes of 1, and in axes that some of them merge."""
+    # The places at which axes end, in C order: merged axes have some of those of single ones.
+    ends = sorted(({1, *np.cumprod(shape, dtype=float)} for shape in shapes), key=len)
+    merged = all(fewer <= more for fewer, more in itertools.pairwise(ends))
+    return merged and len(set(map(math.prod, shapes))) <= 1
 
 
 def _check_weights(node: Node, n: int) -> None:
@@ -90,7 +99,7 @@ def _scale(node: Node, shape: Shape, dt_s: float) -> Operator:
     scale = node.numbers("scale")
     n = math.prod(shape)
     try:
-        each = np.broadcast_to(scale.reshape(shape) if scale.size == n else scale, shape)
+        each = np.broadcast_to(scale.reshape(shape) if fit(scale.shape, shape) else scale, shape)
     except ValueError:
         raise MismatchError(f"scale for {shape} in node {node.name}", f"{scale.shape}") from None
     return Operator(_identity(shape, each.ravel()), np.zeros(n), shape)

@@ -16,7 +16,7 @@ from scipy import sparse
 
 from spikeport.networks.loading.nir.dynamics import own_shape
 from spikeport.networks.loading.nir.graph import NEURONS, Graph, Node
-from spikeport.networks.loading.nir.operators import SIZE, Shape, operator
+from spikeport.networks.loading.nir.operators import SIZE, Shape, fit, operator
 from spikeport.reading.mismatch import MismatchError
 
 MOST_WEIGHTS = 2**26
@@ -116,9 +116,9 @@ class Signals:
         signals = [self._signal(one) for one in self._before[name]]
         if not signals:
             return self._nothing(name)
-        sizes = {math.prod(signal.shape) for signal in signals}
         wanted = self._wanted(name)
-        if len(sizes) > 1 or (wanted is not None and sizes != {math.prod(wanted)}):
+        given = [signal.shape for signal in signals] + ([] if wanted is None else [wanted])
+        if not fit(*given):
             shapes = " and ".join(str(signal.shape) for signal in signals)
             raise MismatchError(f"{wanted or 'equal shapes'} into node {name}", shapes)
         parts, delays = _added(name, signals)

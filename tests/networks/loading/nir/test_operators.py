@@ -119,6 +119,7 @@ MOST_WEIGHTS = "expected at most 8,388,608 weights in node n, found "
         (node("Linear", weight=np.ones(3)), (3,), "expected a weight of 2 axes in node n, found 1"),
         (node("Affine", weight=np.eye(2), bias=[1]), (2,), "expected 2 biases in node n, found 1"),
         (node("Scale", scale=[1, 2]), (3,), "expected scale for (3,) in node n, found (2,)"),
+        (node("Scale", scale=np.ones((2, 3))), (3, 2), "expected scale for (3, 2) in node n, fo"),
         (node("Delay", delay=[0.002]), (1,), "expected node n to delay by 0 or 0.001 s, the step"),
         (node("Delay", delay=[0, DT_S]), (2,), "expected node n to delay all values alike, fo"),
         (node("Flatten", start_dim=2, end_dim=3), (3,), "expected axes of (3,) to flatten in node"),

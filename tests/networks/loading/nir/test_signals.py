@@ -17,6 +17,11 @@ def lone() -> nir.LIF:
     return nir.LIF(*map(np.float32, (1e-2, 10.0, 0.0, 1.0)), v_reset=np.float32(0))
 
 
+def matrix(*shape: int) -> nir.Input:
+    """Return an input of some axes."""
+    return nir.Input(input_type={"input": np.array(shape)})
+
+
 def test_matrices_multiply_and_a_bias_is_added_once(tmp_path):
     nodes = {"i": FIRST, "w": weights(3, 2, 2.0, 1.0), "s": nir.Scale(scale=np.full(3, 10.0))}
     nodes |= {
@@ -48,6 +53,12 @@ def test_neurons_with_scalar_parameters_take_the_shape_of_their_input(tmp_path):
     assert found.populations["n"].dynamics.gain.tolist() == pytest.approx([1.0] * 3)
 
 
+@pytest.mark.parametrize("shape", [(24,), (6, 4), (2, 12), (1, 2, 3, 4), (2, 3, 4, 1)])
+def test_axes_may_be_merged_in_order_and_axes_of_1_be_left_out(tmp_path, shape):
+    nodes = {"i": matrix(2, 3, 4), "j": matrix(24), "n": nir_graphs.integrate(*shape)}
+    assert folded(tmp_path, wired(nodes, "i>n j>n")).populations["n"].size == 24
+
+
 @pytest.mark.parametrize(
     ("nodes", "edges", "message"),
     [
@@ -55,6 +66,10 @@ def test_neurons_with_scalar_parameters_take_the_shape_of_their_input(tmp_path):
          "expected neurons in every cycle, found none in one through "),
         ({"n": lif(2), "o": nir_graphs.ends(2, 3)[1]}, "i>n n>o",
          "expected (3,) into node o, found (2,)"),
+        ({"i": matrix(2, 3), "n": nir_graphs.integrate(3, 2)}, "i>n",
+         "expected (3, 2) into node n, found (2, 3)"),
+        ({"i": matrix(2, 3), "j": matrix(3, 2), "n": lif(6)}, "i>n j>n",
+         "expected (6,) into node n, found (2, 3) and (3, 2)"),
         ({"n": lif(3)}, "i>n n>o", "expected (3,) into node n, found (2,)"),
         ({"w": weights(3, 2), "n": lif(3)}, "i>w i>n w>n n>o", "expected (3,) into node n, found"),
         ({"w": weights(2, 2), "n": lif(2)}, "w>n n>o", "expected an edge that leads to node w, f"),
