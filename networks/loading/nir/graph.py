@@ -1,7 +1,7 @@
 """The nodes of a NIR graph, including nodes of graphs within it, and the edges between them."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -141,10 +141,12 @@ class _Flattening:
                 raise MismatchError(f"a node {full}", "an array")
             if value.get("type") == "NIRGraph":
                 inner = self.graph(value, f"{full}.", top=False)
+                _check_names(nodes, inner.nodes)
                 nodes |= inner.nodes
                 edges += inner.edges
                 into[full], out_of[full] = _ends(inner, full)
             else:
+                _check_names(nodes, [full])
                 nodes[full] = self._node(full, value, top)
                 into[full] = out_of[full] = full
         for source, target in _pairs(values.get("edges"), name):
@@ -163,6 +165,13 @@ class _Flattening:
                 raise MismatchError(f"{field} in {kind} {name}", "none")
         inner = not top and kind in ("Input", "Output")
         return Node(name, f"Inner{kind}" if inner else kind, values)
+
+
+def _check_names(nodes: Mapping[str, Node], added: Iterable[str]) -> None:
+    """Refuse a node of a graph within the graph that has the name of another: a.b, and b in a."""
+    for name in added:
+        if name in nodes:
+            raise MismatchError(f"one node {name}", "another in a graph within the graph")
 
 
 def _ends(graph: Graph, name: str) -> tuple[str, str]:

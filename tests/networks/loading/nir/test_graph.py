@@ -34,6 +34,8 @@ def wide(n):
 
 
 INNER = {"type": "NIRGraph", "nodes": {"a": INPUT}, "edges": []}
+WHOLE = INNER | {"nodes": {"a": INPUT, "b": LINEAR, "c": INPUT | {"type": "Output"}}}
+TWICE = "expected one node a.b, found another in a graph within the graph"
 
 
 @pytest.mark.parametrize(
@@ -53,6 +55,8 @@ INNER = {"type": "NIRGraph", "nodes": {"a": INPUT}, "edges": []}
             values({"a": INPUT, "b": LINEAR}, ["a", "b"] * 2),
             "expected no repeated edges, found the edge from a to b twice",
         ),
+        (values({"a": WHOLE, "a.b": LINEAR}), TWICE),
+        (values({"a.b": LINEAR, "a": WHOLE}), TWICE),
         (values({"a": INNER}), "expected one Output in the graph a, found 0"),
         (values(wide(10_001)), "expected at most 10,000 nodes, found more"),
     ],
