@@ -145,7 +145,7 @@ def _convolution(node: Node, shape: Shape, dt_s: float) -> Operator:
             f"{shape[0]} channels in node {node.name}", f"{groups} groups of {weight.shape[1]}"
         )
     stride, dilation = (_each(node, name, n_axes) for name in ("stride", "dilation"))
-    padding = _padding(node, weight.shape[2:], dilation)
+    padding = _padding(node, weight.shape[2:], stride, dilation)
     matrix, space = _convolved(node, weight, groups, shape, stride, dilation, padding)
     bias = np.ravel(node.numbers("bias")) if "bias" in node.values else np.zeros(1)
     if bias.size not in (1, len(weight)):
@@ -229,12 +229,19 @@ def _each(node: Node, field: str, n_axes: int, least: int = 1) -> Shape:
     return found * n_axes if len(found) == 1 else found
 
 
-def _padding(node: Node, kernel: Shape, dilation: Shape) -> list[tuple[int, int]]:
+def _padding(node: Node, kernel: Shape, stride: Shape, dilation: Shape) -> list[tuple[int, int]]:
     """Return the zeros before and after each axis."""
     padding = node.values["padding"]
     if isinstance(padding, str):
         if padding not in ("same", "valid"):
             raise MismatchError(f"padding same or valid in node {node.name}", padding)
+        # Frameworks place these zeros differently, or refuse them, as torch does.
+        if padding == "same" and max(stride) > 1:
+            raise MismatchError(
+                f"a stride of 1 with padding same in node {node.name}",
+                f"{stride}",
+                cure="give the padding in numbers",
+            )
         around = [
             d * (k - 1) if padding == "same" else 0 for d, k in zip(dilation, kernel, strict=True)
         ]

@@ -147,6 +147,11 @@ MOST_WEIGHTS = "expected at most 8,388,608 weights in node n, found "
             (1, 9, 9),
             "expected stride with a number from 1 on for each axis in node n, found (0,)",
         ),
+        (
+            node("Conv2d", **{**WHOLE, "stride": [1, 2], "padding": "same"}),
+            (1, 9, 9),
+            "expected a stride of 1 with padding same in node n, found (1, 2)",
+        ),
         (node("Conv2d", **CONV, groups=1, padding="all"), (1, 9, 9), "expected padding same or v"),
         (node("SumPool2d", kernel_size=2, stride=2, padding=0), (9,), "expected channels and"),
         (node("SumPool2d", kernel_size=2**12, stride=1, padding=0), (1, 9, 9), f"{MOST_WEIGHTS}16"),
