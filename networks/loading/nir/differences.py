@@ -15,13 +15,19 @@ LOWEST = 2**23
 
 
 def differences(network: NirNetwork, moved: Collection[str] = ()) -> Iterator[tuple[str, str]]:
-    """Yield each difference, after the name of its population; ``moved`` ones are on the host."""
+    """Yield each difference, after the name of its population or output.
+
+    ``moved`` populations are on the host.
+    """
     for name, one in network.folded.populations.items():
         if name in moved:
             yield name, "moved to the host, where Nengo computes it in floating point"
             continue
         texts = _on_chip(network, one) if one.spikes else _on_host(one)
         yield from ((name, text) for text in (*texts, *_path_lengths(network.folded, one)))
+    for name in network.folded.outputs:
+        for source, steps in network.folded.output_lead_steps(name):
+            yield name, f"values of {source} come {_steps(steps)} earlier than its latest ones"
 
 
 def _on_host(one: Population) -> Iterator[str]:

@@ -93,12 +93,24 @@ class PopulationGraph:
         names = list(self.populations)
         for source in population.input.parts:
             if source in self.inputs:
-                steps = population.depth - 1 - self.held_steps(population)
+                steps = population.depth - population.spikes - self.held_steps(population)
             else:
                 before = names.index(source) < names.index(population.node.name)
                 steps = population.depth - self.populations[source].depth - before
             if steps:
                 yield source, steps
+
+    def output_lead_steps(self, name: str) -> Iterator[tuple[str, int]]:
+        """Yield each source that reaches an output earlier than another, with the steps."""
+        late = {source: self._output_steps(source) for source in self.outputs[name].parts}
+        for source, n in late.items():
+            if n < max(late.values()):
+                yield source, max(late.values()) - n
+
+    def _output_steps(self, source: str) -> int:
+        """Return the steps by which outputs get a source late: spikes leave the chip in one."""
+        one = self.populations.get(source)
+        return one.depth + one.spikes if one else 0
 
     def held_steps(self, population: Population) -> int:
         """Return the steps by which the host holds the inputs of a population back."""

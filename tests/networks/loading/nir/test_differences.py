@@ -83,3 +83,12 @@ def test_readouts_and_paths_of_different_lengths_are_named(tmp_path):
         "computed on the host, in floating point: it reads spikes and sends none",
         "its voltage is 3 steps late",
     ]
+
+
+def test_outputs_that_read_paths_of_different_lengths_are_named(tmp_path):
+    first, last = nir_graphs.ends(2, 2)
+    nodes = {"i": first, "a": nir_graphs.lif(2), "b": nir_graphs.lif(2), "o": last}
+    graph = nir_graphs.wired(nodes, "i>a a>b a>o b>o")
+    assert differences_of(tmp_path, graph)["o"] == [
+        "values of a come 1 step earlier than its latest ones"
+    ]
