@@ -22,6 +22,22 @@ def check_readouts(populations: Mapping[str, Population]) -> None:
                 )
 
 
+def check_outputs(graph: PopulationGraph) -> None:
+    """Refuse outputs that add voltages to spikes, which are 1/dt high, as in Nengo."""
+    for name, signal in graph.outputs.items():
+        voltages = [one for one in signal.parts if not _spikes(graph, one)]
+        if voltages and len(voltages) < len(signal.parts):
+            raise MismatchError(
+                f"spikes alone or voltages alone into node {name}",
+                f"both, a voltage of {voltages[0]} among them",
+                cure="give each an Output of its own, and add them outside of the graph",
+            )
+
+
+def _spikes(graph: PopulationGraph, source: str) -> bool:
+    return source in graph.inputs or graph.populations[source].spikes
+
+
 def check_delays(graph: PopulationGraph) -> None:
     """Refuse a node whose inputs arrive with different delays.
 

@@ -2,7 +2,12 @@
 
 from collections.abc import Iterator
 
-from spikeport.networks.loading.nir.checks import check_delays, check_held, check_readouts
+from spikeport.networks.loading.nir.checks import (
+    check_delays,
+    check_held,
+    check_outputs,
+    check_readouts,
+)
 from spikeport.networks.loading.nir.dynamics import dynamics
 from spikeport.networks.loading.nir.graph import NEURONS, Graph
 from spikeport.networks.loading.nir.populations import Population, PopulationGraph
@@ -32,6 +37,7 @@ def fold(graph: Graph, dt_s: float) -> PopulationGraph:
     outputs = {node.name: signals.into(node.name) for node in graph.kinds("Output")}
     check_readouts(populations)
     folded = PopulationGraph(dt_s, inputs, populations, outputs)
+    check_outputs(folded)
     check_delays(folded)
     check_held(folded)
     return folded

@@ -23,6 +23,16 @@ def test_a_readout_that_feeds_neurons_is_refused(tmp_path):
     assert str(caught.value) == "expected spikes into node n, found the voltage of LI r"
 
 
+@pytest.mark.parametrize("other", ["i", "n"])
+def test_an_output_of_spikes_and_voltages_is_refused(tmp_path, other):
+    nodes = {"i": FIRST, "r": nir.LI(*np.ones((3, 2)) * 0.01), "n": lif(2), "o": LAST}
+    with pytest.raises(MismatchError) as caught:
+        folded(tmp_path, wired(nodes, f"i>r i>n r>o {other}>o"))
+    assert str(caught.value) == (
+        "expected spikes alone or voltages alone into node o, found both, a voltage of r among them"
+    )
+
+
 def test_inputs_count_once_for_each_of_their_delays(tmp_path, monkeypatch):
     monkeypatch.setattr(checks, "SIZE", 8)
     nodes = {"i": nir_graphs.ends(4, 1)[0], "w": weights(1, 4), "o": nir_graphs.ends(4, 1)[1]}
