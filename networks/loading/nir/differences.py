@@ -5,8 +5,9 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from spikeport.constants import DECAY_UNITS
+from spikeport.networks.loading.nir.lateness import Lateness
 from spikeport.networks.loading.nir.network import NirNetwork
-from spikeport.networks.loading.nir.populations import Population, PopulationGraph
+from spikeport.networks.loading.nir.populations import Population
 from spikeport.networks.loading.nir.units import all_parts
 from spikeport.neurons import chip_decays
 
@@ -19,25 +20,29 @@ def differences(network: NirNetwork, moved: Collection[str] = ()) -> Iterator[tu
 
     ``moved`` populations are on the host.
     """
-    for name, one in network.folded.populations.items():
+    folded, late = network.folded, Lateness(network.folded, moved)
+    for name, one in folded.populations.items():
         if name in moved:
             yield name, "moved to the host, where Nengo computes it in floating point"
             continue
-        texts = _on_chip(network, one) if one.spikes else _on_host(one)
-        yield from ((name, text) for text in (*texts, *_path_lengths(network.folded, one)))
-    for name in network.folded.outputs:
-        for source, steps in network.folded.output_lead_steps(name):
+        texts = (
+            _on_chip(network, one, late.steps[name]) if one.spikes else _on_host(late.steps[name])
+        )
+        yield from ((name, text) for text in (*texts, *_path_lengths(late, one)))
+    for name in folded.outputs:
+        for source, steps in late.output_leads(name):
             yield name, f"values of {source} come {_steps(steps)} earlier than its latest ones"
 
 
-def _on_host(one: Population) -> Iterator[str]:
+def _on_host(late: int) -> Iterator[str]:
     yield "computed on the host, in floating point: it reads spikes and sends none"
-    yield f"its voltage is {_steps(one.depth)} late"
+    yield f"its voltage is {_steps(late)} late"
 
 
-def _on_chip(network: NirNetwork, one: Population) -> Iterator[str]:
+def _on_chip(network: NirNetwork, one: Population, late: int) -> Iterator[str]:
     mine = network.units[one.node.name]
-    yield f"spikes are {_steps(one.depth)} late: each connection takes one"
+    further = ", and the way to the host one more" if late > one.depth else ""
+    yield f"spikes are {_steps(late)} late: each connection takes one{further}"
     yield from _rounding(one)
     lowest = -LOWEST / mine.threshold.max()
     yield f"the voltage cannot fall below {lowest:.0f} thresholds; NIR's has no lower bound"
@@ -76,8 +81,8 @@ def _rounding(one: Population) -> Iterator[str]:
             yield f"{n_decays} {name} decays; each is a profile of its core"
 
 
-def _path_lengths(folded: PopulationGraph, one: Population) -> Iterator[str]:
-    for source, steps in folded.lead_steps(one):
+def _path_lengths(late: Lateness, one: Population) -> Iterator[str]:
+    for source, steps in late.leads(one):
         when = "early" if steps > 0 else "late"
         yield (
             f"spikes of {source} arrive {_steps(abs(steps))} {when}, relative to those on its "

@@ -1,6 +1,5 @@
-"""Populations of neurons with one sparse matrix between two of them, and how late spikes arrive."""
+"""Populations of neurons with one sparse matrix between two of them."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -83,34 +82,6 @@ class PopulationGraph:
     inputs: dict[str, Shape]
     populations: dict[str, Population]
     outputs: dict[str, Signal]
-
-    def lead_steps(self, population: Population) -> Iterator[tuple[str, int]]:
-        """Yield each source whose spikes arrive early, with the number of steps; negative if late.
-
-        In NIR, paths within a step take no time; on the chip each connection takes a step. The host
-        holds inputs back to make up for it.
-        """
-        names = list(self.populations)
-        for source in population.input.parts:
-            if source in self.inputs:
-                steps = population.depth - population.spikes - self.held_steps(population)
-            else:
-                before = names.index(source) < names.index(population.node.name)
-                steps = population.depth - self.populations[source].depth - before
-            if steps:
-                yield source, steps
-
-    def output_lead_steps(self, name: str) -> Iterator[tuple[str, int]]:
-        """Yield each source that reaches an output earlier than another, with the steps."""
-        late = {source: self._output_steps(source) for source in self.outputs[name].parts}
-        for source, n in late.items():
-            if n < max(late.values()):
-                yield source, max(late.values()) - n
-
-    def _output_steps(self, source: str) -> int:
-        """Return the steps by which outputs get a source late: spikes leave the chip in one."""
-        one = self.populations.get(source)
-        return one.depth + one.spikes if one else 0
 
     def held_steps(self, population: Population) -> int:
         """Return the steps by which the host holds the inputs of a population back."""

@@ -16,6 +16,7 @@ from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.report import Report
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.equations import run
+from spikeport.networks.loading.nir.lateness import Lateness
 from spikeport.networks.loading.nir.network import NirNetwork
 from spikeport.networks.loading.nir.populations import PopulationGraph
 from spikeport.reading import npz
@@ -51,15 +52,16 @@ def moved(network: NirNetwork, report: Report) -> set[str]:
 
 
 def measured(network: NirNetwork, compilation: Compilation, played: Played) -> Iterator[Agreement]:
-    """Yield the agreement of each population on the chip, whose spikes are late by its depth."""
+    """Yield the agreement of each population on the chip, whose spikes are some steps late."""
     wanted = run(network.folded, played.rows)
     n_steps = len(next(iter(played.rows.values())))
-    chip = _spikes(network, compilation, played.rows, n_steps)
     names, on_host = Names(network), moved(network, compilation.report)
+    late = Lateness(network.folded, on_host).steps
+    chip = _spikes(network, compilation, played.rows, n_steps + max(late.values()))
     for name, one in network.folded.populations.items():
         if one.spikes and name not in on_host:
             mine = compartments(compilation.image, names[network.populations[name]])
-            found = chip[one.depth : one.depth + n_steps, mine]
+            found = chip[late[name] : late[name] + n_steps, mine]
             equal = float((found == wanted[name]).mean())
             silent = float((wanted[name] == 0).mean())
             yield Agreement(name, equal, silent, int(found.sum()), int(wanted[name].sum()))
@@ -75,15 +77,14 @@ def compartments(image: ChipImage, owner: str) -> np.ndarray:
 def _spikes(
     network: NirNetwork, compilation: Compilation, rows: Mapping[str, np.ndarray], n_steps: int
 ) -> np.ndarray:
-    """Return the spikes of all compartments, (n_steps + depth, n)."""
+    """Return the spikes of all compartments, (n_steps, n)."""
     image = compilation.image
-    depth = max(one.depth for one in network.folded.populations.values())
     for name, feed in network.feeds.items():
         feed.play(rows[name], image.manifest.dt_s)
     chip = NativeChip(image, SEED)
     loop = HostLoop(compilation, chip, SEED)
-    counts = np.zeros((n_steps + depth + 1, image.n_compartments), dtype=np.int64)
-    for step in range(n_steps + depth):
+    counts = np.zeros((n_steps + 1, image.n_compartments), dtype=np.int64)
+    for step in range(n_steps):
         loop.step()
         counts[step + 1] = chip.state.spike_count
     loop.close()

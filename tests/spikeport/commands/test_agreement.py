@@ -1,5 +1,6 @@
 """Agreement with NIR's equations, and the spikes it is measured on."""
 
+import nir
 import numpy as np
 import pytest
 
@@ -48,6 +49,27 @@ def test_a_population_that_was_moved_to_the_host_is_left_out_and_described(tmp_p
     assert read.name == "read"
     texts = [text for name, text in differences(network, away) if name == "hidden"]
     assert texts == ["moved to the host, where Nengo computes it in floating point"]
+
+
+def test_neurons_behind_a_moved_population_agree_one_step_later(tmp_path):
+    first, last = nir_graphs.ends(4, 3)
+    rng = np.random.default_rng(0)
+    nodes = {"i": first, "p": nir_graphs.lif(20), "q": nir_graphs.lif(4), "r": nir_graphs.lif(3)}
+    nodes |= {
+        name: nir.Linear(weight=rng.random((n_out, n_in)) * most)
+        for name, n_out, n_in, most in (("a", 20, 4, 0.9), ("b", 4, 20, 0.15), ("c", 3, 4, 0.9))
+    }
+    nodes["o"] = last
+    graph = nir_graphs.wired(nodes, "i>a a>p p>b b>q q>c c>r r>o")
+    network = spikeport.nir.load(written(tmp_path, graph), DT_S, parts=1)
+    chip = chip_file(tmp_path / "small.toml", in_axons=15)  # q needs 20
+    compilation = spikeport.compile_network(network, chip, offload=True)
+    away = moved(network, compilation.report)
+    assert away == {"q"}
+    _, r = measured(network, compilation, spikes_of(network.folded, "random"))
+    assert r.equal > 0.99 > r.silent
+    assert ("r", "spikes are 4 steps late: each connection takes one, and the way to the host "
+            "one more") in differences(network, away)  # fmt: skip
 
 
 def test_spikes_of_a_file_are_taken_as_they_are(network, tmp_path):
