@@ -89,15 +89,28 @@ def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolic
     return WalkingPolicy(weights, biases, ours.joints, p_ours, float(s_ours[0]))
 
 
+def translated_observations(
+    observations: np.ndarray, theirs: Description, ours: Description
+) -> np.ndarray:
+    """Return the observations, (n, 12 + 3 joints), that our robot makes in place of theirs."""
+    (p, s), (p_ours, s_ours) = (_pose_and_scale(one, ours.joints) for one in (theirs, ours))
+    order = [theirs.joints.index(joint) for joint in ours.joints]
+    scale = np.broadcast_to(theirs.observation_scale, observations.shape)
+    # A scale of 0 hides a value, so that any one will do.
+    plain = np.divide(observations, scale, out=np.zeros_like(observations), where=scale != 0)
+    head, q, dq, action = _parts(plain, order)
+    return np.hstack((head, q + p - p_ours, dq, (s * action + p - p_ours) / s_ours))
+
+
 def _pose_and_scale(robot: Description, joints: Sequence[str]) -> Iterator[np.ndarray]:
     for values in (robot.pose_rad, robot.action_scale_rad):
         yield np.array([values[joint] for joint in joints])
 
 
-def _parts(weights: np.ndarray, order: list[int]) -> list[np.ndarray]:
+def _parts(columns: np.ndarray, order: list[int]) -> list[np.ndarray]:
     """Return columns of head, angles, velocities and last action, with the joints reordered."""
     n = len(order)
-    head, *parts = np.split(weights, [HEAD, HEAD + n, HEAD + 2 * n], axis=1)
+    head, *parts = np.split(columns, [HEAD, HEAD + n, HEAD + 2 * n], axis=1)
     return [head, *(part[:, order] for part in parts)]
 
 

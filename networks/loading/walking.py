@@ -3,10 +3,17 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from spikeport.errors import UsageError
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
-from spikeport.networks.loading.description import Description, check_robot, translated
+from spikeport.networks.loading.description import (
+    Description,
+    check_robot,
+    translated,
+    translated_observations,
+)
 from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.refusal import refusing
@@ -60,6 +67,17 @@ def load_walking(
     theirs = _foreign(description, robot)
     with refusing(path):
         return translated(mlp, theirs, robot)
+
+
+def our_observations(observations: np.ndarray, robot: Description, description: Path) -> np.ndarray:
+    """Return observations of a description's robot as those of ours, like the policy's layers.
+
+    Raises
+    ------
+    UsageError
+        The description is of another robot or task.
+    """
+    return translated_observations(observations, _foreign(description, robot), robot)
 
 
 def _ours(path: Path, mlp: Mlp, robot: Description) -> WalkingPolicy:

@@ -26,6 +26,7 @@ from spikeport.files import write_json
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.loading.walking import our_observations
 from spikeport.networks.policy import Layer, PolicyOptions
 from spikeport.networks.walking_policy import POLICIES, WalkingPolicy
 
@@ -120,13 +121,22 @@ def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
 
 def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Mlp) -> Observations:
     if request.observations is not None:
-        return read_observations(request.observations, mlp.sizes[0])
+        found = read_observations(request.observations, mlp.sizes[0])
+        return found if request.description is None else _translated(found, request.description)
     if walker is None:
         return normal_observations(mlp)
     from spikeport.experiments.walk.gait import record_gait
 
     gait = record_gait(walker)
     return Observations(gait, f"{len(gait):,} of a gait, recorded from the exact policy")
+
+
+def _translated(found: Observations, description: Path) -> Observations:
+    """Return observations of a foreign policy in our order of joints, as its layers are."""
+    from spikeport.experiments.policy.settings import H1  # needs the robot
+
+    values = our_observations(found.values, H1, description)
+    return Observations(values, f"{found.origin}, in the order of {description}")
 
 
 def lint_table(lint: ConversionLint) -> Table:

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import torch
 
-from spikeport.experiments.policy.settings import load_policy
+from spikeport.experiments.policy.settings import H1, load_policy
 from spikeport.networks.loading import isaac
+from spikeport.networks.loading.walking import our_observations
 from spikeport.robot.description import DEFAULT_POSE, JOINTS
 from spikeport.robot.walk_interface import targets_rad
 
@@ -16,6 +17,14 @@ N = len(JOINTS)
 
 
 POSE = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
+
+
+CHANGES = {
+    "scene/robot/init_state/joint_pos": {".*_knee": 0.5, "left_elbow": 0.1},
+    "actions/joint_pos/scale": {".*_knee": 0.25, "torso": 0.1},
+    "observations/policy/base_ang_vel/scale": 0.2,
+    "observations/policy/joint_vel/scale": 0.05,
+}
 
 
 def both_targets(policy, module, pose, action_scale, observation_scale=1.0):
@@ -41,16 +50,25 @@ def test_an_isaac_lab_policy_moves_our_joints_as_it_moved_its_own(path, module, 
 
 
 def test_another_pose_and_other_scales_are_folded_in(path, module, environment):
-    changes = {
-        "scene/robot/init_state/joint_pos": {".*_knee": 0.5, "left_elbow": 0.1},
-        "actions/joint_pos/scale": {".*_knee": 0.25, "torso": 0.1},
-        "observations/policy/base_ang_vel/scale": 0.2,
-        "observations/policy/joint_vel/scale": 0.05,
-    }
-    policy = load_policy(path, environment(changes))
+    policy = load_policy(path, environment(CHANGES))
     pose = np.array([0.5 * j.endswith("knee") + 0.1 * (j == "left_elbow") for j in JOINTS])
     scale = np.array([{"torso": 0.1}.get(j, 0.25 if j.endswith("knee") else 1) for j in JOINTS])
     factor = np.repeat([1, 0.2, 1, 0.05, 1], [3, 3, 6 + N, N, N])
     np.testing.assert_allclose(*both_targets(policy, module, pose, scale, factor), atol=1e-6)
     np.testing.assert_allclose(policy.pose_rad, POSE)
     assert policy.action_scale_rad == 0.5
+
+
+def test_observations_are_translated_as_the_first_layer_is(path, module, environment):
+    theirs = np.random.default_rng(3).standard_normal((20, 12 + 3 * N))
+    ours = our_observations(theirs, H1, environment(CHANGES))
+    policy = load_policy(path, environment(CHANGES))
+    with torch.no_grad():
+        wanted = module[0](torch.tensor(theirs)).numpy()
+    np.testing.assert_allclose(ours @ policy.weights[0].T + policy.biases[0], wanted, atol=1e-6)
+
+
+def test_an_observation_with_a_scale_of_0_is_0(environment):
+    place = "observations/policy/base_ang_vel/scale"
+    ours = our_observations(np.ones((2, 12 + 3 * N)), H1, environment({place: 0.0}))
+    assert ours[:, 3:6].tolist() == [[0.0] * 3] * 2

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 import pytest
 import torch
+import yaml
 from torch import nn
 
 from spikeport.compile.image.chip_image import ChipImage
@@ -14,6 +15,7 @@ from spikeport.compile.report.schema import ReportData
 from spikeport.hardware_models import chip as chips
 from spikeport.networks import walking_policy
 from tests.helpers.chip_files import chip_file
+from tests.helpers.foreign import ENVIRONMENT
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
 MADE = "; see docs/convert.md, 'Refused policies'"
@@ -51,6 +53,23 @@ def test_a_policy_file_becomes_an_image_with_errors_and_report(spikeport, tiny, 
     )
     assert json.loads((tmp_path / "report.json").read_text()) == report
     assert not (out / "policy.npz").exists()
+
+
+def test_observations_of_a_described_policy_are_those_of_its_description(spikeport, tmp_path):
+    torch.manual_seed(0)
+    policy, seen, described = (tmp_path / name for name in ("walk.pt", "seen.npz", "env.yaml"))
+    module = nn.Sequential(nn.Linear(69, 2), nn.ELU(), nn.Linear(2, 19))
+    torch.jit.script(module).save(policy)
+    described.write_text(yaml.dump(ENVIRONMENT, sort_keys=False))
+    observations = np.random.RandomState(0).randn(50, 69)
+    np.savez(seen, observations=observations)
+    options = ("--description", described, "--observations", seen, "-n", "2")
+    done = spikeport("convert", policy, *options, "--out", tmp_path / "out")
+    assert f"observations: 50 of {seen}, in the order of {described}\n" in done.out
+    layer = json.loads((tmp_path / "out" / "conversion.json").read_text())["layers"][0]
+    with torch.no_grad():
+        sums = module[0](torch.tensor(observations, dtype=torch.float)).numpy()
+    assert layer["above"] == pytest.approx(np.quantile(sums, 0.995, axis=0).max(), rel=1e-4)
 
 
 def test_random_observations_are_named_if_no_file_is_given(spikeport, tiny):
