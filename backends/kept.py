@@ -35,6 +35,8 @@ from spikeport.reading.mismatch import MismatchError
 
 HEADER, IMAGE = "header", "image/"
 """The name of the image's header, and the prefix of the names of its arrays."""
+OURS = "spikeport."
+"""Prefix of the modules whose code is part of every key."""
 MOST_BYTES = 256 << 20
 """The largest entry: a larger one takes about as long to read as it saves."""
 UNREADABLE = (
@@ -100,7 +102,8 @@ def compiled(request: CompileRequest, kept: Cache, compile_it: Compile) -> Compi
     if isinstance(kept, Nothing):
         return compile_it()
     try:
-        # A TypeError says that a function or an object has no identity.
+        # A TypeError says that a function, an object or a pass has no identity.
+        _check_passes(request.pipeline)
         inputs = digest_of((identity(request.network), *request[1:]))
     except TypeError as error:
         return _each_time(error, compile_it)
@@ -111,6 +114,13 @@ def compiled(request: CompileRequest, kept: Cache, compile_it: Compile) -> Compi
         return _each_time(error, once)
     # Return a fresh compile itself: it has its blocks, which an entry of the cache lacks.
     return once() if once.cache_info().currsize else _found(arrays, request, compile_it)
+
+
+def _check_passes(pipeline: Pipeline) -> None:
+    """Raise TypeError for a pass of the user's: its options do not say what it does."""
+    for one in pipeline.passes:
+        if not type(one).__module__.startswith(OURS):
+            raise TypeError(f"pass {one.name} of {type(one).__module__} has no identity that lasts")
 
 
 def _found(arrays: Arrays, request: CompileRequest, compile_it: Compile) -> Compilation:

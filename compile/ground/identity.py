@@ -31,7 +31,9 @@ PLAIN_PYTHON = ("nengo", "nengo_loihi", "spikeport")
 ARRAYS = (np.ndarray, np.memmap, np.matrix, np.recarray)
 """Types of arrays that consist of their values alone. A masked array also has a mask, and an array
 of a user's class has methods."""
-NO_FUNCTIONS = (np.ndarray, ObjView, NengoObject, FrozenObject)
+OF_NETWORK = (nengo.Network, NengoObject, ObjView, Neurons, LearningRule)
+"""Types of networks, and of their objects and parts."""
+NO_FUNCTIONS = (np.ndarray, FrozenObject, *OF_NETWORK)
 """Types of the most frequent values that are neither built in nor functions."""
 LATER = "called while the network runs"
 
@@ -126,7 +128,15 @@ class _Identity:
             return value
         if isinstance(value, NO_FUNCTIONS):
             return self._plain(value)
-        return FunctionIdentity(self._plain).of(value)
+        return FunctionIdentity(self._reached).of(value)
+
+    def _reached(self, value: object) -> object:
+        """Return the identity of a value that a function reaches."""
+        # Its number does not say what a function reads of an object: an attribute of the user's, or
+        # the function of a node, which the identity leaves out.
+        if isinstance(value, OF_NETWORK):
+            raise TypeError("a function that uses a network's object has no identity that lasts")
+        return self._plain(value)
 
     def _plain(self, value: object) -> object:
         """Return the identity of a value that is not a function."""

@@ -49,7 +49,8 @@ UNSTABLE = {
     *("loadmat", "loadarff", "whosmat", "mmread", "mminfo", "fread"),
     *("clarkson_woodruff_transform", "qmc_quad", "datetime64"),
     *("from_xml_path", "from_binary_path", "from_file", "from_zip", "mj_loadXML", "mj_loadModel"),
-    *("random", "rand", "randn", "randint", "uniform", "normal", "default_rng", "rvs", "sample"),
+    *("random", "rand", "randn", "randint", "uniform", "normal", "default_rng", "rvs"),
+    *("sample", "samples"),
 }
 """Names of objects that differ between processes or depend on files, whatever code uses them."""
 READERS = ("load_", "read_")

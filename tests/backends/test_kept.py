@@ -1,5 +1,8 @@
 """Runs of a compilation from the cache, against runs of a fresh one, bit for bit."""
 
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
 import nengo
 import numpy as np
 import pytest
@@ -7,6 +10,8 @@ import pytest
 from spikeport import Simulator, cache
 from spikeport.backends.kept import KeptCompilation
 from spikeport.cache import Cache
+from spikeport.compile.passes.base import ImagePass
+from spikeport.compile.passes.pipeline import Pipeline
 
 
 @pytest.fixture
@@ -173,6 +178,36 @@ def test_a_function_that_cannot_be_kept_is_compiled_with_a_warning(kept):
     with pytest.warns(UserWarning, match="cache: .*Mine has no identity.* in each run"):
         Simulator(network, cache=kept).close()
     assert kept.entries() == []
+
+
+def numbering(reverse):
+    """Return a pipeline of a user's pass, which numbers cores as they are, or in reverse."""
+
+    @dataclass(frozen=True)
+    class Numbered(ImagePass):
+        name: ClassVar[str] = "numbered"
+
+        def apply(self, image, context):
+            core = image.blocks.core
+            core = core.max() - core if reverse else core
+            return replace(image, blocks=replace(image.blocks, core=core))
+
+    return Pipeline((Numbered(),))
+
+
+@pytest.mark.filterwarnings("ignore:.*initial values for 'voltage'")
+def test_a_pass_of_the_users_is_not_kept_since_its_code_may_change(kept):
+    with nengo.Network(seed=0) as network:
+        nengo.Connection(nengo.Ensemble(10, 1), nengo.Ensemble(10, 1))
+    cores = []
+    for reverse in False, True:
+        with (
+            pytest.warns(UserWarning, match="cache: pass numbered of .* no identity.* in each run"),
+            Simulator(network, cache=kept, pipeline=numbering(reverse)) as sim,
+        ):
+            cores.append(sim.image.blocks.core)
+    assert kept.entries() == []
+    np.testing.assert_array_equal(cores[1], cores[0][::-1])
 
 
 def test_a_sparse_matrix_on_the_host_is_not_kept(kept):

@@ -4,6 +4,7 @@ import datetime
 import functools
 import math
 import random
+import statistics
 from collections import Counter, OrderedDict, defaultdict
 from pathlib import Path
 from time import perf_counter
@@ -207,6 +208,7 @@ def test_the_identity_covers_the_class_of_a_container():
         random.random,
         random.Random(0).gauss,
         np.random.RandomState(0).randn,
+        lambda x: statistics.NormalDist().samples(1)[0] * x,
         lambda x: random.random(),
         lambda x: len(open("file").name),  # noqa: SIM115
         lambda x: Mine().method(x),

@@ -214,3 +214,54 @@ def test_the_error_names_the_part_of_a_network_without_identity():
 
     with pytest.raises(TypeError, match=r"<Connection .*an object of .*Mine has no identity"):
         digest(made(change))
+
+
+class Subnet(nengo.Network):
+    """A user's network, whose functions read its own attribute."""
+
+    gain = 2
+
+    def scaled(self, x):
+        return self.gain * x[0]
+
+
+def uses_attribute_of_network(net):
+    net.gain = 2
+    return lambda x: net.gain * x[0]
+
+
+def uses_attribute_of_subnetwork(net):
+    with net:
+        return Subnet().scaled
+
+
+def uses_function_of_node(net):
+    return lambda x: net.node.output(0.0) * x[0]
+
+
+def uses_function_of_connection(net):
+    connections = [net.on_host]
+    return lambda x: connections[0].function(x)[0]
+
+
+def uses_parts_of_an_ensemble(net):
+    parts = {"neurons": net.a.neurons, "first": net.a[0]}
+    return lambda x: parts["first"].size_out * x[0]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        uses_attribute_of_network,
+        uses_attribute_of_subnetwork,
+        uses_function_of_node,
+        uses_function_of_connection,
+        uses_parts_of_an_ensemble,
+    ],
+)
+def test_functions_that_use_objects_of_their_network_have_no_identity(make):
+    def change(net):
+        nengo.Connection(net.a, net.b, function=make(net))
+
+    with pytest.raises(TypeError, match=r"<Connection .*uses a network's object has no ident"):
+        digest(made(change))
