@@ -33,6 +33,7 @@ from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
+from spikeport.compile.loihi.error_parts import error_parts_placed
 from spikeport.compile.loihi.events import EventSteps, event_steps
 from spikeport.compile.loihi.host_neurons import SparseInputNeurons, weighted
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
@@ -253,6 +254,7 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
         quick_builder(),
         connections_probed_on_host(),
         learned_targets_stay(),
+        error_parts_placed(),
         merged_in_full(model.failed_at),
         shared_solves(),
         split_by_tables(),
