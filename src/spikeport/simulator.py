@@ -148,9 +148,10 @@ class Simulator:
             cache=cache,
         )
         self._open = functools.partial(registry.get(backend).open, source)
-        self.network, self._probes = network, network.all_probes
+        self.network = network
         self._dt = dt
         self.progress_bar = progress_bar
+        self.data = _Data(network.all_probes)
         self._start(compilation=None)
         self.closed = False
 
@@ -160,7 +161,7 @@ class Simulator:
         # No thread waits for this lock: it marks a step that is under way, or was broken off.
         self._stepping = threading.Lock()
         self.compilation = self._execution.compilation
-        self.data = _Data(self._probes, self._execution)
+        self.data.begin(self._execution)
 
     def __del__(self) -> None:
         """Warn of a simulator that nobody closed, as Nengo does."""
@@ -435,8 +436,11 @@ def _counts_folder(folder: str | Path | None) -> Path | None:
 class _Data(Mapping[NengoObject, Any]):
     """Recorded data by probe, and built parameters by ensemble or connection."""
 
-    def __init__(self, probes: list[nengo.Probe], execution: Execution) -> None:
+    def __init__(self, probes: list[nengo.Probe]) -> None:
         self._probes = probes
+
+    def begin(self, execution: Execution) -> None:
+        """Take the data from an execution: of a reset simulator, this is another one."""
         self._execution = execution
         self._frozen: dict[nengo.Probe, np.ndarray] = {}
 

@@ -500,6 +500,17 @@ def test_reset_repeats_the_run(backend):
         assert first[2] == sim.activity.totals()
 
 
+def test_data_that_were_kept_aside_follow_a_reset_as_in_nengo(backend):
+    net = network()
+    with Simulator(net, backend=backend) as sim, nengo.Simulator(net, progress_bar=False) as theirs:
+        for simulator in (sim, theirs):
+            data = simulator.data
+            simulator.run_steps(5)
+            simulator.reset()
+            simulator.run_steps(3)
+            assert len(data[net.value]) == 3
+
+
 def test_reset_keeps_the_image_and_takes_a_new_seed():
     with Simulator(network(), seed=3) as sim:
         image = sim.image
