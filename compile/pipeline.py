@@ -23,7 +23,7 @@ from spikeport.compile.check.hints import (
 )
 from spikeport.compile.check.host_loops import host_loop_hints
 from spikeport.compile.check.host_neurons import host_neuron_hints
-from spikeport.compile.check.learning_rates import learning_rate_hints
+from spikeport.compile.check.learning_rates import learning_rate_hints, unlearnt_hints
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
@@ -310,6 +310,7 @@ def _hints(
         *host_loop_hints(network, names, dt_s),
         *host_neuron_hints(network, names, dt_s),
         *learning_rate_hints(network, names),
+        *unlearnt_hints(unplaced),
         *filter_hints(blocks.floats.passages, dt_s, rewritten),
         *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
     )

@@ -1,9 +1,9 @@
-"""Rule SP420: connections that learn on the chip at another rate than in float Nengo.
+"""Rules SP420 and SP422: connections that learn on the chip at another rate, or not at all.
 
     rate on the chip = learning_rate radius / amplitude**2
 
 of the ensemble before the connection. nengo-loihi converts decoders to the chip's units, but not
-their change by PES; spikeport keeps its bits.
+their change by PES; spikeport keeps its bits. A rate that is too small is rounded to 0.
 """
 
 from collections.abc import Iterator
@@ -15,6 +15,7 @@ from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
+from spikeport.compile.image.chip_image import ChipImage
 
 
 def learning_rate_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
@@ -31,3 +32,12 @@ def learning_rate_hints(network: nengo.Network, names: Names) -> Iterator[Violat
             acts = rule.learning_rate * times
             used = f"{rule.learning_rate:g} acts as {acts:.4g}, {times:.4g} times as much"
             yield rules.get("SP420").broken(names[connection], used, factor=f"{1 / times:.4g}")
+
+
+def unlearnt_hints(image: ChipImage) -> Iterator[Violation]:
+    """Yield a hint on each connection whose traces stay at 0, so that it learns nothing."""
+    for group in np.flatnonzero(image.learns):
+        values = image.groups.learning[group].tolist()
+        if dict(zip(image.manifest.learning, values, strict=True))["tracing_mag"] == 0:
+            label = image.manifest.blocks[int(image.groups.block[group])].label
+            yield rules.get("SP422").broken(label, "a spike adds 0 to its trace")

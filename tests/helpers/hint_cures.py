@@ -206,6 +206,14 @@ def learned(
     return nengo.Probe(end, synapse=0.02)
 
 
+def learning(rate: float, pre_tau_s: float) -> None:
+    """Add a connection from the chip that learns slowly."""
+    end = nengo.Node(lambda t, x: None, size_in=1)
+    pes = nengo.PES(rate, pre_synapse=pre_tau_s)
+    learns = nengo.Connection(nengo.Ensemble(60, 1), end, learning_rule_type=pes)
+    nengo.Connection(nengo.Node(0.5), learns.learning_rule)
+
+
 def unlike_nengo(radius: float, amplitude: float, times: float) -> Check:
     """Return a check of what was learned with another rate, against float Nengo without it."""
 
@@ -405,5 +413,11 @@ CASES = [
         "if values go beyond the limit, divide them by their full scale",
         hinted(partial(into_neurons, 3.0, 1.0)),
         (hinted(partial(into_neurons, 1.0, 3.0)),),
+    ),
+    Case(
+        "SP422",
+        "raise its learning_rate, or take a shorter pre_synapse",
+        lambda: hinted(partial(learning, 5e-7, 0.005))() & hinted(partial(learning, 5e-5, 0.5))(),
+        (hinted(partial(learning, 5e-5, 0.005)), hinted(partial(learning, 5e-7, 0.001))),
     ),
 ]

@@ -2,7 +2,7 @@ from typing import Any
 
 import nengo
 
-from spikeport import add_params
+from spikeport import add_params, compile_network
 from spikeport.compile.check.learning_rates import learning_rate_hints
 from spikeport.compile.ground.names import Names
 
@@ -34,6 +34,23 @@ def test_a_connection_that_learns_at_another_rate_gets_a_hint() -> None:
     assert on_learning(taught()) == []
     assert on_learning(taught(neuron_type=loud, radius=4.0)) == []
     assert on_learning(taught(None, radius=4.0)) == []
+
+
+def test_a_connection_that_learns_nothing_gets_a_hint() -> None:
+    def of(rate: float, tau_s: float) -> list[str]:
+        network = taught(nengo.PES(rate, pre_synapse=tau_s))
+        with network:
+            error = nengo.Node(0.5)
+            nengo.Connection(error, network.connections[0].learning_rule)
+        hints = compile_network(network).report.hints
+        return [str(hint) for hint in hints if hint.id == "SP422"]
+
+    assert of(1e-4, 0.005) == []
+    expected = (
+        "a -> read-out: SP422 learning that is rounded away: a spike adds 0 to its trace; cure: "
+        "raise its learning_rate, or take a shorter pre_synapse"
+    )
+    assert of(1e-7, 0.005) == of(1e-4, 5.0) == [expected]
 
 
 def test_learning_on_the_host_gets_no_hint() -> None:
