@@ -125,7 +125,7 @@ class BoardChip:
 
     def _greeted(self, image: ChipImage, seed: int) -> Welcome:
         """Open a session, and send the image if the board asks for it."""
-        hello = Hello(image.digest, seed)
+        hello = Hello(image.digest, int(seed))  # JSON knows no integers of NumPy's
         self._line.send(Frame(Kind.HELLO, body=hello.pack()))
         answer = self._answer(BUILD_S, Kind.WELCOME, Kind.WANT_IMAGE)
         if answer.kind == Kind.WANT_IMAGE:

@@ -63,6 +63,13 @@ def test_a_board_equals_the_native_chip_bit_for_bit(timing: Timing) -> None:
     assert chip.figures.skipped_spikes == chip.figures.asked_again == 0
 
 
+def test_a_seed_may_be_an_integer_of_numpys() -> None:
+    clock = FakeClock()
+    line = FakeLine(Board(MACHINE), clock, [])
+    chip = BoardChip(IMAGE, np.int64(7), line, REAL, clock=clock)  # type: ignore[arg-type]
+    assert len(chip.step(spike_train(1)[0], {})) == len(IMAGE.manifest.outputs)
+
+
 @pytest.mark.parametrize(
     "fault",
     ["duplicate", "reorder", "flip", "garbage", "wrong-step", "wrong-session", "loss"],
