@@ -16,6 +16,7 @@ from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.timing import WAITING, RealTime, StepDeadlines, Timing
 from spikeport.backends.chip import CLOSED
+from spikeport.backends.host_checks import HostChecks
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, BoardLostError
@@ -107,7 +108,7 @@ class BoardChip:
     ) -> None:
         self._clock = SystemClock() if clock is None else clock
         self._line, self._timing, self._recorder = line, timing, recorder
-        self._codec, self._faults = Codec(image), faults
+        self._codec, self._checks, self._faults = Codec(image), HostChecks(image), faults
         self._session = 0
         self.welcome = self._greeted(image, seed)
         self._deadlines = StepDeadlines(timing, self._clock)
@@ -175,7 +176,7 @@ class BoardChip:
             If the board hung up, refused, or was late for more steps than outputs are held. The
             state of its neurons is unknown: the session is never continued.
         BackendError
-            If the chip is closed.
+            If the chip is closed, or the spikes are no numbers of sources.
         """
         if self._closed:
             raise BackendError(CLOSED)
@@ -186,12 +187,14 @@ class BoardChip:
                 "runs it"
             )
         self._refuse_lost()
+        # Checked here: sent as 32 bits, a mask would look like the numbers of sources 0 and 1.
+        sources = self._checks.sources(spikes)
         # After a held step, the host waited for the board until this one was due.
         end = self._deadlines.begin(waited=self._late > 0)
         self.figures.steps += 1
-        body, flags = self._codec.pack_step(spikes, errors)
+        body, flags = self._codec.pack_step(sources, errors)
         try:
-            answer = self._exchanged(end, spikes, body, flags)
+            answer = self._exchanged(end, sources, body, flags)
         except BoardLostError as error:
             self._lost = True
             raise BoardLostError(

@@ -71,6 +71,21 @@ def test_a_seed_may_be_an_integer_of_numpys() -> None:
 
 
 @pytest.mark.parametrize(
+    "spikes",
+    [np.ones(IMAGE.n_inputs, dtype=bool), np.array([0.5]), np.array([[0, 1]])],
+    ids=["mask", "fractions", "two dimensions"],
+)
+def test_spikes_that_are_no_numbers_of_sources_are_refused_as_by_native(spikes: np.ndarray) -> None:
+    chip = board_chip()
+    with pytest.raises(BackendError) as by_native:
+        NativeChip(IMAGE, 0).step(spikes, {})
+    with pytest.raises(BackendError) as by_board:
+        chip.step(spikes, {})
+    assert str(by_board.value) == str(by_native.value)
+    assert equal_steps(chip) == STEPS  # nothing was sent
+
+
+@pytest.mark.parametrize(
     "fault",
     ["duplicate", "reorder", "flip", "garbage", "wrong-step", "wrong-session", "loss"],
 )
