@@ -28,6 +28,7 @@ from spikeport.compile.check.lint import lint
 from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.offload import Offload
+from spikeport.compile.check.overflow import overflow_hints
 from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
 from spikeport.compile.check.violation import (
     DoesNotFitError,
@@ -313,6 +314,7 @@ def _hints(
         *unlearnt_hints(unplaced),
         *filter_hints(blocks.floats.passages, dt_s, rewritten),
         *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
+        *overflow_hints(unplaced),
     )
 
 

@@ -30,6 +30,12 @@ def decoded(factor: float, connected: bool = True) -> None:
         nengo.Connection(a, nengo.Node(lambda t, x: x, size_in=1), function=lambda x: factor * x)
 
 
+def silenced_by(n: int, weight: float) -> None:
+    """Add n neurons that inhibit others."""
+    a, b = nengo.Ensemble(n, 1), nengo.Ensemble(20, 1)
+    nengo.Connection(a.neurons, b.neurons, transform=np.full((20, n), weight / n))
+
+
 def steep(intercept: float) -> None:
     """Add a steep neuron among flat ones, in so many dimensions that most weights are small."""
     a = nengo.Ensemble(40, 6, intercepts=[intercept, *[-0.9] * 39])
@@ -419,5 +425,11 @@ CASES = [
         "raise its learning_rate, or take a shorter pre_synapse",
         lambda: hinted(partial(learning, 5e-7, 0.005))() & hinted(partial(learning, 5e-5, 0.5))(),
         (hinted(partial(learning, 5e-5, 0.005)), hinted(partial(learning, 5e-7, 0.001))),
+    ),
+    Case(
+        "SP423",
+        "connect fewer neurons, or lower the weights",
+        hinted(partial(silenced_by, 400, -1.0)),
+        (hinted(partial(silenced_by, 100, -1.0)), hinted(partial(silenced_by, 400, -0.01))),
     ),
 ]

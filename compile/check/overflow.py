@@ -1,0 +1,70 @@
+"""Rule SP423: sums of weights that the chip's register of a neuron's input may not hold.
+
+The register has 22 bits, and wraps around: an input q is lost, and gets the other sign, where
+
+    q < -2^21   or   q >= 2^21
+
+nengo-loihi's emulator warns of it while it runs. The kernels add in any order, modulo 2^22, and do
+not notice it.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from spikeport.compile.check import rules
+from spikeport.compile.check.violation import Violation
+from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import sums_by_target, synapses_of
+from spikeport.compile.image.tables import part
+
+MOST = 1 << 21
+"""The size of an input from which it wraps around."""
+
+
+def overflow_hints(image: ChipImage) -> Iterator[Violation]:
+    """Yield a hint on each block with inputs that wrap around if ensembles spike at once."""
+    # A bound that is seldom passed, and much faster to compute.
+    if (_bound(image) < MOST).all():
+        return
+    sizes = largest(image)
+    for block, entry in enumerate(image.manifest.blocks):
+        mine = sizes[part(image.blocks.start, block)]
+        if n := int((mine >= MOST).sum()):
+            used = f"up to {mine.max():,.0f}, in {n:,} of {len(mine):,} neurons"
+            yield rules.get("SP423").broken(entry.label, used, f"{MOST - 1:,}")
+
+
+def largest(image: ChipImage) -> np.ndarray:
+    """Return the largest size of each compartment's input from neurons, (n_compartments,).
+
+    An ensemble's neurons spike at once, or none does: weights of both signs, as of values that they
+    decode, cancel. Relays and inputs that encode values are no sources here: a value has few, which
+    spike in turn.
+    """
+    counts, n = _neurons(image), image.n_compartments
+    excited, inhibited = np.zeros((2, n))
+    for route in synapses_of(image):
+        weights = image.synapses.weight[route.number] * counts[route.source]
+        total = np.bincount(route.target, weights, n)
+        excited += np.maximum(total, 0)
+        inhibited += np.maximum(-total, 0)
+    result: np.ndarray = np.maximum(excited, inhibited)
+    return result
+
+
+def _bound(image: ChipImage) -> np.ndarray:
+    """Return the size of each compartment's input if all neurons of one sign spike at once."""
+    spikes = _neurons(image).astype(float)[np.newaxis]
+    one_sign = (np.maximum(sign * image.synapses.weight.astype(float), 0) for sign in (1, -1))
+    excited, inhibited = (sums_by_target(image, one, spikes)[0] for one in one_sign)
+    result: np.ndarray = np.maximum(excited, inhibited)
+    return result
+
+
+def _neurons(image: ChipImage) -> np.ndarray:
+    """Return the sources that are neurons of an ensemble, or events of a file, (n_sources,)."""
+    ensembles = np.array([entry.kind == "ensemble" for entry in image.manifest.blocks])
+    spikes = np.array([entry.encoding.kind == "spikes" for entry in image.manifest.inputs], bool)
+    of_inputs = np.repeat(spikes, image.inputs.size)
+    return np.concatenate([ensembles[image.compartment_block], of_inputs])
