@@ -81,6 +81,11 @@ class Plant:
         return self.true_in_plane
 
     @property
+    def start(self) -> np.ndarray:
+        """Heading in rad and place in m, (3,), of the last reset, as controllers observe them."""
+        return np.zeros(3)  # a reset puts the robot there
+
+    @property
     def true_in_plane(self) -> np.ndarray:
         """Heading in rad, place in m and velocity in m/s, (5,), in the world."""
         heading_rad = np.arctan2(self._pelvis[3], self._pelvis[0])

@@ -256,7 +256,11 @@ class WalkRig(Rig):
         super().__init__(plant, [self.walk], dt_s)
 
     def begin(self, seed: int, path: WalkPath) -> None:
-        """Put the robot at the start of a path, in a standing pose that the seed varies."""
+        """Put the robot at the start of a path, in a standing pose that the seed varies.
+
+        The path of a robot that is there already, such as a real one, begins where it stands.
+        """
         self.plant.reset(seed)
-        self.walk.follow(path)
+        heading_rad, *place = self.plant.start.tolist()
+        self.walk.follow(path.laid(np.array(place), heading_rad))
         self.loop.begin()

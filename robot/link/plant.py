@@ -20,6 +20,9 @@ from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
 from spikeport.robot.state import RobotState, in_plane
 
+ROUNDING = 1e-6
+"""The rounding error, in rad and m, of a start at the origin, as messages have float32."""
+
 
 class LinkedPlant(Plant):
     """The H1 behind its interface.
@@ -49,6 +52,7 @@ class LinkedPlant(Plant):
         self._robot: RobotClient | None = None
         self._link: dict[str, object] | None = None
         self._true: RobotState | None = None
+        self._start = np.zeros(3)
         super().__init__(anchored=anchored, appearance=appearance)
         self._connect = connect  # the reset by Plant's constructor only concerns the model
 
@@ -84,6 +88,9 @@ class LinkedPlant(Plant):
         self._observed = self._robot.first()
         self._begun_tick = self._observed.asks
         self._show()
+        start = self.in_plane[:3]
+        # A robot that was made for the run is at the origin, to the last bit as without messages.
+        self._start = np.where(np.abs(start) < ROUNDING, 0.0, start)
         self._history.record(self.data)
 
     def step(self) -> None:
@@ -112,6 +119,11 @@ class LinkedPlant(Plant):
     def link(self) -> dict[str, object] | None:
         """The figures of the link, and of the estimator."""
         return self._link if self._robot is None else self._figures(self._robot)
+
+    @property
+    def start(self) -> np.ndarray:
+        """Heading in rad and place in m, (3,), of the first observation, by the estimator."""
+        return self._start
 
     @property
     def in_plane(self) -> np.ndarray:

@@ -57,6 +57,21 @@ def test_an_observation_is_held_until_the_next():
     assert observed_actions(0.02) == pytest.approx([0, 0, 0, 0, 0, 0, 0, 0, 4, 4, 4, 4])
 
 
+class Elsewhere(Plant):
+    """A robot that runs find at (3, 2) m, where it looks along y."""
+
+    @property
+    def start(self):
+        return np.array([np.pi / 2, 3.0, 2.0])
+
+
+def test_the_path_of_a_robot_that_is_there_already_begins_where_it_stands():
+    """It would turn, and walk back or aside, on a path along the x axis of its IMU."""
+    reference = begun(plant=Elsewhere()).walk.inputs[1]
+    assert reference == pytest.approx([3.0, 2.0 + 0.5 * LEAD_S, 0.0, 0.5])
+    assert begun().walk.inputs[1].tolist() == LINE.at(LEAD_S).tolist()
+
+
 def test_physics_runs_at_200_hz():
     rig = begun(dt_s=0.001)
     for _ in range(12):

@@ -1,5 +1,6 @@
 """A plant over messages, which moves as its robot does and sends the commands that are set."""
 
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -13,7 +14,7 @@ from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.codec import Base
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.motion import LEG_ODOMETRY, TRUTH, EstimatedMotion
+from spikeport.robot.link.motion import EKF, LEG_ODOMETRY, TRUTH, EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
@@ -104,6 +105,37 @@ def test_controllers_get_the_estimate_and_the_truth_is_recorded() -> None:
     assert plant.height_m == pytest.approx(true.height_m, abs=1e-5)
     np.testing.assert_array_equal(plant.in_plane[1:3], plant.state.base_position[:2])
     assert np.abs(plant.in_plane - plant.true_in_plane).max() > 1e-3
+
+
+def moved(settings: RobotSettings) -> Recorded:
+    """Return a robot that has walked on before the run."""
+    made = Recorded(settings)
+    data = made.robot._plant.data
+    data.qpos[:2] = 4.0, -2.0
+    data.qpos[3:7] = np.cos(1.5), 0, 0, np.sin(1.5)
+    mujoco.mj_forward(made.robot._plant.model, data)
+    # The first observation was made before.
+    made._robot = LockStep(made.robot)
+    return made
+
+
+@pytest.mark.parametrize(
+    ("connect", "name", "start"),
+    [
+        (moved, TRUTH, [3.0, 4.0, -2.0]),
+        (moved, EKF, [3.0, 0.0, 0.0]),
+        (Recorded, TRUTH, [0.0, 0.0, 0.0]),
+        (Recorded, EKF, [0.0, 0.0, 0.0]),
+    ],
+)
+def test_a_run_starts_where_the_estimator_finds_the_robot(
+    connect: Callable[[RobotSettings], Recorded], name: str, start: list[float]
+) -> None:
+    plant = LinkedPlant(connect, partial(EstimatedMotion, name))
+    plant.reset(3)
+    np.testing.assert_allclose(plant.start, start, atol=1e-6)
+    # A robot made for the run starts at the origin, without the rounding of its messages.
+    assert connect is moved or not plant.start.any()
 
 
 class OfSportMode(Recorded):
