@@ -33,6 +33,8 @@ BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
 ESTIMATORS = (TRUTH, *BY_SENSORS)
 """Names of the estimators; `TRUTH` is for simulations alone."""
 _BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
+ROUNDING_M = 1e-6
+"""The rounding error of a place at the origin, by an estimate or in a message."""
 
 
 class MotionSource(Protocol):
@@ -91,6 +93,7 @@ class EstimatedMotion:
         # The numbers of observations, and of those with a truth; both motions at the last of these.
         self._seen = self._judged = 0
         self._last_judged: tuple[RobotState, RobotState] | None = None
+        self._moved_m = np.zeros(3)
 
     def __call__(self, observed: Observed) -> RobotState:
         """Return the motion at the next observation.
@@ -123,12 +126,19 @@ class EstimatedMotion:
         return self._fixes.fix(observed.odometry, observed.sensors)
 
     def _judge(self, observed: Observed) -> None:
-        """Keep the true motion if there is one; compare velocities only at equal ticks."""
+        """Keep the true motion if there is one; compare velocities only at equal ticks.
+
+        Its place counts from the first observation, as the estimate's does: a served robot may have
+        walked before.
+        """
         self._seen += 1
         if observed.truth is None or not _of_now(observed.truth.tick, observed.tick):
             self.true = None
             return
-        self.true = true = estimate(observed)
+        true = estimate(observed)
+        if self._seen == 1:
+            self._moved_m[:2] = _moved_m(self._found, true)
+        self.true = true = true._replace(base_position=true.base_position + self._moved_m)
         self._judged += 1
         self._last_judged = self._found, true
         if observed.truth.tick == observed.tick:
@@ -173,6 +183,12 @@ def _of_now(truth_tick: int, tick: int) -> bool:
     """
     # A message without a stamp has no time.
     return truth_tick > 0 and TICK_S * abs(truth_tick - tick) <= LATEST_S
+
+
+def _moved_m(found: RobotState, true: RobotState) -> np.ndarray:
+    """Return by how far (2,) in m the place of an estimate is from the true one, but rounding."""
+    moved_m = (found.base_position - true.base_position)[:2]
+    return np.where(np.abs(moved_m) < ROUNDING_M, 0.0, moved_m)
 
 
 def apart(found: RobotState, true: RobotState) -> tuple[float, float]:

@@ -1,5 +1,7 @@
 """Estimators on a robot's messages, and their errors where the truth is published."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -62,6 +64,34 @@ def test_an_estimator_follows_a_standing_robot_and_reports_its_error_to_the_trut
     assert figures["recorded"] == "truth"
     np.testing.assert_array_equal(motion.true.base_position, true.base_position)
     assert 0 < rms.max() < 0.3
+
+
+def truth_moved(seen: Observed, by_m: tuple[float, float]) -> Observed:
+    assert seen.truth is not None
+    place_m = seen.truth.position + np.array([*by_m, 0.0])
+    return seen._replace(truth=seen.truth._replace(position=place_m))
+
+
+def test_the_error_of_a_robot_that_walked_before_counts_from_the_first_observation() -> None:
+    seen = observations(40)
+    errors_m: list[Any] = []
+    for by_m in ((0.0, 0.0), (4.0, -2.0)):
+        motion = EstimatedMotion(EKF)
+        for one in seen:
+            motion(truth_moved(one, by_m))
+        errors_m.append(motion.summary()["place_error_m"])
+        assert motion.true is not None
+        assert seen[-1].truth is not None
+        np.testing.assert_allclose(motion.true.base_position, seen[-1].truth.position, atol=1e-9)
+    assert errors_m[1] == pytest.approx(errors_m[0])
+    assert errors_m[1] < 0.05
+
+
+def test_a_truth_that_begins_later_shows_the_drift_until_then() -> None:
+    motion, seen = EstimatedMotion(EKF), observations(10)
+    for one in seen:
+        motion(one._replace(truth=None) if one is seen[0] else truth_moved(one, (1.0, 0.0)))
+    assert motion.summary()["place_error_m"] == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize("name", BY_SENSORS)
