@@ -9,10 +9,11 @@
 =======================  ===========================================================
 
 An uneven floor is a square of 24 m on a flat floor, drawn once. The seed of a run draws the place
-on it where the robot starts.
+on it where the robot starts, so that it goes on for 7.7 m from there, at least.
 """
 
 import functools
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -33,6 +34,8 @@ WAVE_M = 0.2
 """Standard deviation of the filter of relief, in m: its waves are about five times as long."""
 SHIFT_M = 3.0
 """The largest distance of a start from the middle of an uneven floor, along x and y."""
+REACH_M = SIZE_M / 2 - math.sqrt(2) * SHIFT_M
+"""The distance from a start up to which an uneven floor goes on, however it is laid."""
 DEEP_M = 0.5
 """The depth of boxes below their tops."""
 BELOW_M = 0.001
@@ -41,7 +44,11 @@ SEED = 0
 
 
 class Floor(Protocol):
-    """A floor that a robot can walk on."""
+    """A floor that a robot can walk on; it goes on up to ``reach_m`` from a start, at least."""
+
+    @property
+    def reach_m(self) -> float:
+        """The distance from a start up to which the floor goes on."""
 
     def lay(self, spec: mujoco.MjSpec) -> None:
         """Add the floor to the model of a robot on a flat floor."""
@@ -59,6 +66,11 @@ class Slope:
 
     angle_rad: float = 0.0
     direction_rad: float = 0.0
+
+    @property
+    def reach_m(self) -> float:
+        """Infinite: a plane has no edge."""
+        return math.inf
 
     def lay(self, spec: mujoco.MjSpec) -> None:
         """Tilt the floor."""
@@ -103,6 +115,11 @@ class Uneven:
     highest_m: float
     smooth: bool
     pose: Pose = MIDDLE
+
+    @property
+    def reach_m(self) -> float:
+        """The distance from every start to the nearest edge, at least."""
+        return REACH_M
 
     @property
     def cell_m(self) -> float:
@@ -188,6 +205,17 @@ def find_terrain(text: str) -> Floor:
         _check(text, values[0], HIGHEST_M, "m")
         return Uneven(values[0], kind == "relief")
     raise _no_terrain(text)
+
+
+def check_reach(text: str, farthest_m: float) -> None:
+    """Refuse ways that lead farther from their start than the floor that a text names goes on."""
+    reach_m = find_terrain(text).reach_m
+    if farthest_m > reach_m:
+        raise UsageError(
+            f"terrain={text}: an uneven floor goes on for {reach_m:.2f} m from a start, and this "
+            f"robot would leave it, up to {farthest_m:.2f} m away; cure: a closed path, or a "
+            "shorter one"
+        )
 
 
 def _numbers(text: str, numbers: list[str]) -> list[float]:

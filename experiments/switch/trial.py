@@ -44,6 +44,7 @@ from spikeport.networks.region import Box
 from spikeport.robot.arm import ArmDynamics
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
+from spikeport.robot.terrain import check_reach
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
 
@@ -115,7 +116,10 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
                 "--backend reference"
             )
         check_neurons(self)
-        self.goals(self.options.seed)
+        paths = [(goal.path, goal.phase) for goal in self.goals(self.options.seed)]
+        # A path goes on from where the last one ended, in whatever direction.
+        ways_m = [path.farthest_m(phase.seconds) for path, phase in paths if path is not None]
+        check_reach(self.settings.terrain, sum(ways_m))
         check_calibrated(self, self.settings.walking_policy())
 
     # the controller

@@ -39,9 +39,15 @@ class WalkPath:
         """Return (4,) position in m and velocity in m/s."""
         if time_s < self.ramp_s:
             pace = time_s / self.ramp_s
-            x, y, vx, vy = self._at(pace * time_s / 2).tolist()
+            x, y, vx, vy = self._at(self._walked_s(time_s)).tolist()
             return np.array((x, y, pace * vx, pace * vy))
-        return self._at(time_s - self.ramp_s / 2)
+        return self._at(self._walked_s(time_s))
+
+    def _walked_s(self, time_s: float) -> float:
+        """Return w(t), the time in which the path is walked as far without a ramp."""
+        if time_s < self.ramp_s:
+            return time_s / self.ramp_s * time_s / 2
+        return time_s - self.ramp_s / 2
 
     def _at(self, time_s: float) -> np.ndarray:
         """Return position and velocity (4,) without the ramp."""
@@ -60,6 +66,12 @@ class WalkPath:
         """Return the path for a robot that starts at a place (2,) in m with a heading."""
         c, s = np.cos(heading_rad), np.sin(heading_rad)
         return replace(self, points=place + self.points @ np.array([[c, s], [-s, c]]))
+
+    def farthest_m(self, seconds: float) -> float:
+        """Return the largest distance in m from the origin in the first seconds."""
+        passed = self.points[self.time_s <= self._walked_s(seconds)]
+        places = np.vstack((passed, self.at(seconds)[:2]))
+        return float(np.linalg.norm(places, axis=1).max())
 
     def distances_m(self, places: np.ndarray) -> np.ndarray:
         """Return (n,) distances in m of places (n, 2) from the nearest place on the path."""

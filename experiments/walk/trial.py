@@ -45,6 +45,7 @@ from spikeport.networks.region import Box
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
+from spikeport.robot.terrain import check_reach
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
 
@@ -90,7 +91,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     def check(self) -> None:
         """Refuse a path, policy or calibration that does not fit, and silence without neurons."""
         super().check()
-        self.path()
+        check_reach(self.settings.terrain, self.path().farthest_m(self.options.seconds))
         check_neurons(self)
         check_calibrated(self, self.settings.walking_policy())
         if self.exact_policy and self.settings.silence:

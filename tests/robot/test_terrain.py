@@ -6,7 +6,7 @@ import pytest
 
 from spikeport.errors import UsageError
 from spikeport.robot.description import specified
-from spikeport.robot.terrain import Slope, Uneven, find_terrain
+from spikeport.robot.terrain import REACH_M, Slope, Uneven, check_reach, find_terrain
 
 EXPECTED = (
     "unknown terrain; expected flat, slope:DEGREES, slope:DEGREES:SIDE, boxes:M or relief:M, "
@@ -67,3 +67,27 @@ def test_heights_agree_with_the_floor_of_the_model(text):
     if text[0] in "br":
         assert 0 <= laid.height_m(x, y).min() < laid.height_m(x, y).max() <= 0.05
         assert laid.height_m(np.array([30.0]), np.array([0.0])) == 0
+
+
+def test_a_way_beyond_the_edge_of_an_uneven_floor_is_refused():
+    """The robot would walk on flat ground from there on."""
+    for text in ("flat", "slope:6"):
+        check_reach(text, 1000.0)
+    check_reach("boxes:0.01", REACH_M)
+    expected = (
+        "terrain=boxes:0.01: an uneven floor goes on for 7.76 m from a start, and this robot would "
+        "leave it, up to 20.00 m away; cure: a closed path, or a shorter one"
+    )
+    with pytest.raises(UsageError) as caught:
+        check_reach("boxes:0.01", 20.0)
+    assert str(caught.value) == expected
+
+
+def test_an_uneven_floor_goes_on_up_to_its_reach_from_every_start():
+    terrain, spec = find_terrain("boxes:0.01"), specified()
+    terrain.lay(spec)
+    model, turn = spec.compile(), np.linspace(0, 2 * np.pi, 24)
+    for seed in range(40):
+        pose = terrain.begin(model, np.random.RandomState(seed)).pose
+        inside = pose.inside(REACH_M * np.cos(turn), REACH_M * np.sin(turn))
+        assert np.abs(inside).max() <= 12.0

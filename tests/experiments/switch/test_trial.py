@@ -53,6 +53,16 @@ def test_the_selection_of_nengo_spa_is_refused_on_a_backend_with_a_chip():
     SwitchTrial(SwitchSettings(selection="spa"), Options(60.0, backend="reference")).check()
 
 
+def test_a_schedule_that_leaves_an_uneven_floor_is_refused(tmp_path):
+    SwitchTrial(SwitchSettings(terrain="boxes:0.01"), Options(60.0)).check()
+    schedule = tmp_path / "fast.toml"
+    shipped = SwitchSettings().schedule_file.read_text()
+    schedule.write_text(shipped.replace("speed_m_s = 0.5", "speed_m_s = 1.0"))
+    settings = {"schedule": str(schedule), "terrain": "boxes:0.01"}
+    with pytest.raises(UsageError, match=r"would leave it, up to 1[01]\.[0-9]+ m away"):
+        SwitchTrial(SwitchSettings(**settings), Options(60.0)).check()
+
+
 def test_a_calibration_depends_on_the_points_of_a_users_path(tmp_path):
     path, schedule = tmp_path / "mine.csv", tmp_path / "mine.toml"
     shipped = SwitchSettings().schedule_file.read_text()

@@ -117,3 +117,9 @@ def test_the_loop_is_also_found_by_its_earlier_name_paper():
     earlier, now = find_path("paper", 0.5, 10.0), find_path("loop", 0.5, 10.0)
     np.testing.assert_array_equal(earlier.points, now.points)
     assert now.distances_m(np.array([[-1.0, 1.0]])) == pytest.approx([1.0], abs=0.01)
+
+
+def test_the_reach_of_a_path_is_that_of_the_time_asked_for():
+    assert find_path("line", 0.5, 40.0).farthest_m(20.0) == pytest.approx(10.0)
+    assert find_path("line", 0.5, 40.0, ramp_s=4.0).farthest_m(20.0) == pytest.approx(9.0)
+    assert find_path("figure-eight", 0.5, 40.0).farthest_m(1000.0) == pytest.approx(3.0, abs=1e-3)

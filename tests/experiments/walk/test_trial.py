@@ -299,6 +299,14 @@ def test_a_path_that_cannot_be_followed_is_refused_before_the_run(tmp_path, spik
     assert not out.exists()
 
 
+def test_a_path_that_leaves_an_uneven_floor_is_refused_before_the_run():
+    options = Options(40.0, backend="analytic")
+    WalkTrial(WalkSettings(terrain="boxes:0.01"), options).check()
+    WalkTrial(WalkSettings(terrain="slope:6", path="line"), options).check()
+    with pytest.raises(UsageError, match=r"would leave it, up to 20\.00 m away"):
+        WalkTrial(WalkSettings(terrain="boxes:0.01", path="line"), options).check()
+
+
 def test_a_policy_with_other_observations_is_refused_before_the_run(tmp_path, spikeport):
     out, file, shipped = tmp_path / "run", tmp_path / "policy.npz", walking_policy.load()
     first, *rest = shipped.weights
