@@ -25,6 +25,7 @@ from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.perturbation import MENAGERIE, NONE, Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
+from spikeport.robot.pushes import EARLIEST
 from spikeport.simulator import Simulator
 
 R = TypeVar("R")
@@ -118,10 +119,22 @@ class Trial(ABC, Generic[K, R]):
 
     def check(self) -> None:
         """Raise the UsageError or MissingExtraError that a run would raise, without running."""
+        self._check_pushes()
         if self.perturbation.robot_model == MENAGERIE:
             menagerie.feet()
         if self.settings.appearance == MENAGERIE:
             menagerie.model_file(menagerie.APPEARANCE)
+
+    def _check_pushes(self) -> None:
+        """Refuse pushes of which none can come before the end of the run."""
+        asked, seconds = self.perturbation, self.options.seconds
+        earliest_s = EARLIEST * asked.push_every
+        if asked.push and seconds <= earliest_s:
+            raise UsageError(
+                f"push={asked.push:g}: with push_every={asked.push_every:g} the first push comes "
+                f"{earliest_s:g} s after the start or later, and the run ends at {seconds:g} s; "
+                "cure: a smaller push_every, or more --seconds"
+            )
 
     def calibrate(self) -> DecoderCalibration:
         """Refit decoders to the activity of neurons on the backend; UsageError without decoders."""

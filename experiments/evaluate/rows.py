@@ -81,6 +81,11 @@ def _parsed(text: str) -> Row:
             f"--row {text}: perturbs nothing, and the row 'nominal' is always there; cure: leave "
             "it out"
         )
+    if "push_every" in changed and not changed.get("push"):
+        raise UsageError(
+            f"--row {text}: push_every is the time between pushes, and there are none; cure: "
+            "push=0.8 beside it, or leave it out"
+        )
     return changed
 
 

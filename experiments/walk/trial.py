@@ -96,6 +96,16 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         check_calibrated(self, self.settings.walking_policy())
         if self.exact_policy and self.settings.silence:
             raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
+        self._check_silence()
+
+    def _check_silence(self) -> None:
+        """Refuse a silence that would begin after the end of the run."""
+        settings, seconds = self.settings, self.options.seconds
+        if settings.silence and settings.silence_at >= seconds:
+            raise UsageError(
+                f"silence={settings.silence:g}: begins at silence_at={settings.silence_at:g} s, "
+                f"and the run ends at {seconds:g} s; cure: an earlier silence_at, or more --seconds"
+            )
 
     def calibrate(self) -> DecoderCalibration:
         """Fit the policy to its neurons' spikes on the backend; UsageError without neurons."""

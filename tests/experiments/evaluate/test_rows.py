@@ -38,6 +38,11 @@ def test_rows_that_are_asked_for_follow_the_nominal_one():
             "cure: leave it out",
         ),
         (["terrain=hills"], "terrain=hills: unknown terrain"),
+        (
+            ["friction=0.5,push_every=2"],
+            "--row friction=0.5,push_every=2: push_every is the time between pushes, and there are "
+            "none; cure: push=0.8 beside it, or leave it out",
+        ),
     ],
 )
 def test_rows_that_are_malformed_or_repeated_are_refused(texts, message):

@@ -299,6 +299,31 @@ def test_a_path_that_cannot_be_followed_is_refused_before_the_run(tmp_path, spik
     assert not out.exists()
 
 
+@pytest.mark.parametrize(
+    ("settings", "seconds", "message"),
+    [
+        (
+            {"silence": 0.5},
+            25.0,
+            "silence=0.5: begins at silence_at=25 s, and the run ends at 25 s; cure: an earlier "
+            "silence_at, or more --seconds",
+        ),
+        (
+            {"push": 0.8, "push_every": 80.0},
+            40.0,
+            "push=0.8: with push_every=80 the first push comes 40 s after the start or later, and "
+            "the run ends at 40 s; cure: a smaller push_every, or more --seconds",
+        ),
+    ],
+)
+def test_an_event_that_a_run_would_not_reach_is_refused(settings, seconds, message):
+    """The robot would walk undisturbed, and seem to bear it."""
+    with pytest.raises(UsageError) as caught:
+        WalkTrial(WalkSettings(**settings), Options(seconds)).check()
+    assert str(caught.value) == message
+    WalkTrial(WalkSettings(**settings), Options(seconds + 1.0)).check()
+
+
 def test_a_path_that_leaves_an_uneven_floor_is_refused_before_the_run():
     options = Options(40.0, backend="analytic")
     WalkTrial(WalkSettings(terrain="boxes:0.01"), options).check()
