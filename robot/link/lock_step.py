@@ -62,10 +62,10 @@ class LockStep:
         self._begin()
 
     def _begin(self) -> None:
-        ticks, faults = self.robot.step_ticks, self._faults
-        self._way = FaultyWay(ticks, _spoilt_command, of_commands(faults))
+        ticks, faults, seed = self.robot.step_ticks, self._faults, self.robot.seed
+        self._way = FaultyWay(ticks, _spoilt_command, of_commands(faults), 2 * seed)
         # Another seed, or the same faults would be drawn for both directions.
-        self._states = FaultyWay(ticks, _spoilt_state, of_states(faults), seed=1)
+        self._states = FaultyWay(ticks, _spoilt_state, of_states(faults), 2 * seed + 1)
         self._commands = 0
         self.silent = False
         self._newest = self._outgoing()

@@ -148,6 +148,11 @@ class SimulatedRobot:
         times_s = {Held.HANGS: begin_s, Held.STANDS: begin_s + LETS_GO_S}
         return {held: round(at_s / step_s) for held, at_s in times_s.items()}
 
+    @property
+    def seed(self) -> int:
+        """The seed of the robot, which draws its posture and the faults of its link."""
+        return self._settings.seed
+
     # commands
 
     def read(self, message: bytes, writer: int) -> Command | None:

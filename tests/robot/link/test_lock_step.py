@@ -84,6 +84,23 @@ def test_faults_are_deterministic() -> None:
     assert motions[0] == motions[1] != run(lock_step(), 100)["motion"]
 
 
+def lost_commands(seed: int) -> list[bool]:
+    """Return which of 40 commands a robot with a seed did not get."""
+    robot = SimulatedRobot(RobotSettings(seed=seed, hoist=True, watchdog_s=60.0))
+    one, obeyed = LockStep(robot, [FAULTS.parse("loss:0.5")]), []
+    for _ in range(40):
+        before = robot.tick
+        answer(one)
+        obeyed.append(robot._obeyed_at == before)
+    return [not got for got in obeyed]
+
+
+def test_runs_with_other_seeds_draw_other_faults() -> None:
+    """Otherwise several runs would show a single draw of the faults."""
+    assert lost_commands(0) == lost_commands(0)
+    assert lost_commands(0) != lost_commands(1) != lost_commands(2)
+
+
 def test_a_nan_fault_leaves_the_controllers_own_command_unchanged() -> None:
     one, motors = lock_step("nan@1"), HOLD._replace(q=POSE_RAD.copy())
     answer(one, motors)
