@@ -109,9 +109,19 @@ def differing(stated: Stated, results: Mapping[str, Results], text: str) -> Iter
     """Yield the sentences made from results that the text of a document lacks."""
     whole = _spaced(text)
     for sentence in stated.sentences(results):
-        if _spaced(sentence) not in whole:
+        if not _has(whole, _spaced(sentence)):
             closest = difflib.get_close_matches(sentence, text.splitlines(), n=1, cutoff=0)
             yield Differing(stated.document, sentence, *closest)
+
+
+def _has(text: str, sentence: str) -> bool:
+    """Return whether a text has a sentence, and not as a part of longer numbers.
+
+    Otherwise "10 falls" would state 0 falls.
+    """
+    begin = r"(?<![\d.,-])" if sentence[:1].isdigit() else ""
+    end = r"(?!\d|[.,]\d)" if sentence[-1:].isdigit() else ""
+    return re.search(begin + re.escape(sentence) + end, text) is not None
 
 
 def _spaced(text: str) -> str:

@@ -8,8 +8,10 @@ from figure_runs import PICTURES, RUNS, TRAINING
 from stated import (
     STATED,
     Stated,
+    cores_of_the_lean_arm,
     joined,
     span,
+    the_demo,
     the_switch,
     the_switch_on_its_own_feet,
     values,
@@ -63,6 +65,28 @@ def test_a_figure_that_differs_is_shown_beside_the_closest_line(root, capsys):
             "1 of 1 statements have results; 1 sentences differ",
         ],
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("10 falls, the drawn 8", "0 falls, the drawn 8"),
+        ("is 11.8 mm off", "1.8 mm off"),
+        ("has 3,409 spikes", "409 spikes"),
+        ("moves by -0.5 m", "0.5 m"),
+        ("phases_done 42 ", "phases_done 4"),
+        ("on 4.7 cores", "on 4"),
+    ],
+)
+def test_a_part_of_a_longer_number_states_nothing(root, capsys, text, sentence):
+    (root / DOCUMENT).write_text(text)
+
+    def makes(walk):
+        yield sentence
+
+    assert checked(root, capsys, makes, {"walk": walks()})[0] == 1
+    (root / DOCUMENT).write_text(f"It says: {sentence}. Then it ends.")
+    assert checked(root, capsys, makes, {"walk": walks()})[0] == 0
 
 
 def test_a_run_without_results_is_named(root, capsys):
@@ -146,6 +170,25 @@ def test_statements_and_kept_results_belong_to_known_runs():
 
 def test_the_documents_state_what_was_measured(capsys):
     assert figures.check(figures.read_results()) == 0, capsys.readouterr().out
+
+
+def test_a_bound_of_cores_is_that_of_the_compile():
+    compiled = [{"resources": {"cores": {"used": 6, "lower_bound": 5}}}]
+    assert list(cores_of_the_lean_arm(compiled)) == [
+        "| the arm, lean: 4,550 neurons | 26 | 6 (5) |"
+    ]
+
+
+def test_the_demos_shape_error_is_not_that_of_its_phase():
+    results = figures.read_results()["demo"]
+    text = (figures.ROOT / "docs" / "experiments.md").read_text()
+    error_m = f"{results[0]['metrics']['shape_error_rms_m']:.4g}"
+    head, phase, tail = text.rpartition(error_m)
+    assert phase == error_m
+    assert error_m in head
+    demo = Stated("docs/experiments.md", the_demo)
+    assert not list(figures.differing(demo, {"demo": results}, text))
+    assert len(list(figures.differing(demo, {"demo": results}, f"{head}0.9{tail}"))) == 1
 
 
 def switched(*phases):
