@@ -131,12 +131,14 @@ def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
 
     Row i has the gates (i + 1) steps after the beginning of the run.
     """
+    begin = round(phase.begin_s / DT_S)
     # The first row is of the moment in which the phase begins; the run's beginning has no row.
-    begin = max(round(phase.begin_s / DT_S) - 1, 0)
-    during = gates[begin : round(phase.end_s / DT_S)]
+    first = max(begin - 1, 0)
+    during = gates[first : round(phase.end_s / DT_S)]
     wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)
     wrong = np.flatnonzero(((during > OPEN) != wanted).any(axis=1))
-    return float(wrong[-1] + 1) * DT_S if len(wrong) else 0.0
+    after = first + 1 - begin  # of the first row, in steps
+    return float(after + wrong[-1] + 1) * DT_S if len(wrong) else 0.0
 
 
 def _walked(path: WalkPath, recording: WalkRecording, now: np.ndarray) -> PhaseJudgement:

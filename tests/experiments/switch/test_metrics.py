@@ -33,6 +33,13 @@ def test_a_switch_takes_the_steps_until_the_gate_opens(late):
     assert took == pytest.approx(0.001 * late)
 
 
+def test_the_first_switch_counts_from_the_beginning_of_the_run():
+    # The run's beginning has no row: the gate opens in row 24, at the end of step 25.
+    gates = np.tile([0.1, 0.1], (1000, 1))
+    gates[24:] = 0.9, 0.1
+    assert switched_after_s(gates, phase(0.0, 0.5, WALK, path="line")) == pytest.approx(0.025)
+
+
 @pytest.mark.parametrize(
     ("off_m", "read_as", "anchored", "success"),
     [
