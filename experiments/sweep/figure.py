@@ -93,7 +93,8 @@ def _scale(values: xr.DataArray) -> str:
 
 
 def _text(place: dict[str, Any], named: bool = True) -> str:
+    # With all digits: two seeds of networks may differ in the last of ten.
     values = {
-        k: f"{v:g}" if isinstance(v, int | float | np.number) else v for k, v in place.items()
+        k: f"{v:.15g}" if isinstance(v, int | float | np.number) else v for k, v in place.items()
     }
     return plain(", ".join(f"{k}={v}" if named else str(v) for k, v in values.items()))

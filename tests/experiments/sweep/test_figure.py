@@ -37,6 +37,15 @@ def test_numbers_are_drawn_in_rising_order_however_they_were_typed(sweep_of, tmp
     assert axes.lines[0].get_xydata().tolist() == [[2, 0.2], [6, 0.6], [20, 2.0]]
 
 
+def test_large_seeds_are_labelled_with_all_their_digits(sweep_of, tmp_path):
+    varied = {"speed": (0.1, 0.5), "network_seed": (1234567, 1234568)}
+    sweep, folder = sweep_of(varied=varied), SweepFolder(tmp_path)
+    for point in sweep.points():
+        finish(folder, point, falls=0)
+    (axes,) = sweep_figure.figure(sweep, folder, table(sweep, folder)).axes
+    assert [line.get_label() for line in axes.lines] == ["1234567", "1234568"]
+
+
 def test_a_title_says_how_long_points_last(sweep_of, tmp_path):
     schedules = ("switch", "free-standing")
     sweep = sweep_of(experiment="switch", seconds=60.0, settings={}, varied={"schedule": schedules})
