@@ -92,12 +92,26 @@ def run(names: Iterable[str]) -> int:
             failed += done.returncode != 0
             if done.returncode:
                 continue
+        elif not _is_of(folder, command):
+            print(f"{name}: {folder} has a run of another command; delete it to run: {command}")
+            failed += 1
+            continue
         RESULTS.mkdir(exist_ok=True)
         text = json.dumps(results_in(folder), indent=1) + "\n"
         (RESULTS / f"{name}.json").write_text(text)
         if name in PICTURES:
             shutil.copyfile(folder / "figure.png", ROOT / PICTURES[name])
     return failed
+
+
+def _is_of(folder: Path, command: str) -> bool:
+    """Return whether a folder has the run of a command; compiles do not say what they are of."""
+    file = folder / "result.json"
+    if not file.exists():
+        return True
+    words: list[str] = json.loads(file.read_text())["command"]
+    # The folder may have been made in another checkout.
+    return words[1 : words.index("--out")] == command.split()
 
 
 def read_results(folder: Path = RESULTS) -> dict[str, Results]:

@@ -127,7 +127,8 @@ def test_only_sweeps_and_evaluations_are_asked_for_again_and_pictures_go_to_the_
             (folder / "points").mkdir(parents=True, exist_ok=True)
             (folder / "figure.png").write_bytes(b"drawn")
             result = "points/0.json" if line[3] == "sweep" else "result.json"
-            (folder / result).write_text('{"metrics": {"reaches": 54}}')
+            whole = {"metrics": {"reaches": 54}, "command": ["spikeport", *line[3:]]}
+            (folder / result).write_text(json.dumps(whole))
             if line[3] != "run":
                 (folder / "sweep.json").touch()
         return figures.subprocess.CompletedProcess(line, int("broken" in folder.name))
@@ -150,6 +151,10 @@ def test_only_sweeps_and_evaluations_are_asked_for_again_and_pictures_go_to_the_
     )
     assert [path.name for path in tmp_path.glob("*.png")] == ["reach.png"]
     assert (tmp_path / "reach.png").read_bytes() == b"drawn"
+    runs["reach"] = "run reach --set box=large"
+    (tmp_path / "kept" / "reach.json").unlink()
+    assert figures.run(["reach"]) == 1
+    assert not (tmp_path / "kept" / "reach.json").exists()
 
 
 def test_a_missing_policy_is_reported_with_the_command_that_makes_it(tmp_path, monkeypatch, capsys):
