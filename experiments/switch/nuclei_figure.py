@@ -119,6 +119,8 @@ def _draw_spikes(axes: Axes, raster: np.ndarray, window: Window) -> None:
     order = np.argsort(raster.sum(axis=0).reshape(-1, size), axis=1)
     ordered = raster[:, (order + size * np.arange(len(ACTIONS))[:, np.newaxis]).ravel()]
     times, rates = window.binned(ordered)
+    if not len(times):  # the robot fell before a bin was full
+        return
     colours = np.repeat([to_rgb(colour) for colour in COLOURS.values()], size, axis=0)
     strongest = 1.0 if window.bin_s == DT_S else STRONGEST
     # The square root makes slow neurons visible beside fast ones.
@@ -126,7 +128,7 @@ def _draw_spikes(axes: Axes, raster: np.ndarray, window: Window) -> None:
     image = np.concatenate(
         (np.broadcast_to(colours[:, np.newaxis], (*share.shape, 3)), share[..., np.newaxis]), axis=2
     )
-    half = (times[1] - times[0]) / 2
+    half = window.bin_s / window.unit_s / 2
     extent = (times[0] - half, times[-1] + half, 0, len(share))
     axes.imshow(image, aspect="auto", origin="lower", extent=extent, interpolation="nearest")
     axes.axhline(size, color="white", lw=2)
