@@ -14,7 +14,7 @@ import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding
-from spikeport.compile.image.tables import offsets, part
+from spikeport.compile.image.tables import offsets, parts
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.host_io import HostTraffic
 from spikeport.hardware_models.topology import chip_of, chips_used
@@ -60,10 +60,11 @@ def mean_rate_hz(encoding: Encoding, dt_s: float) -> float:
 def _segments(image: ChipImage) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the state and the compartments, (n,), that are read of each block."""
     for number, entry in enumerate(image.manifest.outputs):
-        mine = image.read_by(number)
-        starts = offsets(entry.segments)
-        for segment in range(len(entry.segments)):
-            yield entry.key, mine[part(starts, segment)]
+        for segment in parts(offsets(entry.segments), image.read_by(number)):
+            # A segment is of a block as it was built, whose pieces may lie on several cores.
+            block = image.compartment_block[segment]
+            for piece in np.unique(block):
+                yield entry.key, segment[block == piece]
 
 
 def _words_back(

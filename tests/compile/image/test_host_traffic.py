@@ -1,5 +1,7 @@
 """Traffic with the host, counted from the image."""
 
+from pathlib import Path
+
 import nengo
 import numpy as np
 import pytest
@@ -11,6 +13,7 @@ from spikeport.compile.pipeline import compile_network
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.host_io import HostTraffic
 from spikeport.simulator import Simulator
+from tests.helpers.chip_files import chip_file
 
 DT_S = 0.001
 LOIHI = chips.get("loihi")
@@ -64,6 +67,26 @@ def test_each_chip_sends_the_number_of_the_step_even_if_nothing_on_it_is_read():
     image = compile_network(net).image
     assert image.n_cores == 2
     assert sorted(host_traffic(image, small).words_back) == [1, 1 + 10]
+
+
+def test_each_piece_of_a_block_sends_its_own_words(tmp_path: Path):
+    net = network(n=80)
+    with net:
+        nengo.Probe(net.neurons.neurons)
+    # 4 pieces of 20 neurons on 2 chips: a word for each piece, not 3 for all 80 spikes.
+    path = str(chip_file(tmp_path / "small.toml", compartments=20, cores=2, chips=2))
+    image = compile_network(net, path).image
+    assert image.n_blocks == 4
+    assert host_traffic(image, chips.get(path)).words_back == (1 + 2, 1 + 2)
+
+
+def test_values_of_the_pieces_of_a_block_are_sent_by_their_chips(tmp_path: Path):
+    net = network(n=80)
+    with net:
+        nengo.Probe(net.neurons.neurons[::-1], attr="voltage")
+    path = str(chip_file(tmp_path / "small.toml", compartments=20, cores=2, chips=2))
+    image = compile_network(net, path).image
+    assert host_traffic(image, chips.get(path)).words_back == (1 + 40, 1 + 40)
 
 
 def test_a_network_without_inputs_and_outputs_sends_no_words():
