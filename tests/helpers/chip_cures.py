@@ -83,6 +83,22 @@ def fan_out(sizes: Sequence[int], targets: Sequence[int]) -> None:
             nengo.Connection(start.neurons, end.neurons, transform=weights)
 
 
+def fan_in(largest: Sequence[float], sparse: bool = False) -> None:
+    """Add an ensemble, and others that are wired to it, with these largest weights.
+
+    If ``sparse``, the last of these is wired with a sparse transform.
+    """
+    end = nengo.Ensemble(8, 1)
+    for i, weight in enumerate(largest):
+        weights = weight * np.random.RandomState(i).uniform(0.5, 1, (8, 8))
+        weights[0, 0] = weight
+        transform: object = weights
+        if sparse and i == len(largest) - 1:
+            # No weight leads to the first neuron, so that targets need an index.
+            transform = nengo.Sparse((8, 8), indices=[(1, 3), (5, 3)], init=weight)
+        nengo.Connection(nengo.Ensemble(8, 1).neurons, end.neurons, transform=transform)
+
+
 def read(sizes: Sequence[int]) -> None:
     """Add ensembles that are decoded into one target on the host."""
     target = nengo.Node(lambda t, x: None, size_in=1)
@@ -245,9 +261,16 @@ CASES = [
     ),
     Case(
         "SP107",
-        "put blocks of different weight formats on different cores",
-        together(learning, synapse_profiles=1),
-        (apart(learning, synapse_profiles=1),),
+        "put blocks of different weight formats on different cores, or, if it is one block",
+        lambda: (
+            together(learning, synapse_profiles=1)()
+            & on(partial(fan_in, [0.1, 0.01]), synapse_profiles=1)()
+            & on(partial(fan_in, [0.1, 0.1], sparse=True), synapse_profiles=1)()
+        ),
+        (
+            apart(learning, synapse_profiles=1),
+            on(partial(fan_in, [0.1, 0.1]), synapse_profiles=1),
+        ),
     ),
     Case(
         "SP108",
