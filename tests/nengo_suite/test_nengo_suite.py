@@ -110,7 +110,7 @@ def of(outcomes: dict[str, str], how: str) -> set[str]:
 def test_every_test_passes_or_fails_as_listed(ours: dict[str, str]) -> None:
     """A listed test that passes counts as failed: the list is strict."""
     assert of(ours, "failed") == set()
-    assert Counter(ours.values()) == {"passed": 258, "failed as listed": 152, "skipped": 6}
+    assert Counter(ours.values()) == {"passed": 259, "failed as listed": 151, "skipped": 6}
 
 
 def test_every_pattern_of_the_list_is_of_some_test(
