@@ -257,7 +257,7 @@ class WalkEnvironment:
         self._ground.draw(which, ranges.terrain)
         self.states[which] = self._standing(which)
         self._feel(which)
-        # Until a foot touches the floor: nobody earns the fall from further up.
+        # Lowered until a foot touches the floor: a fall would cost what no action can change.
         self.states[which, _HEIGHT] -= self.feet.clearance_m[which].min(axis=(1, 2))
         self._feel(which)
         self._recent[which] = self.states[which, None]

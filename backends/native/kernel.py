@@ -31,9 +31,10 @@ from numba.extending import intrinsic
 
 from spikeport.backends.native.loaded import Host, Loaded, Neurons, Rule, State
 from spikeport.backends.native.wiring import LANES, Wiring
+from spikeport.compile.image.manifest import STATE_BITS, SUM_BITS
 from spikeport.compiled import compiled, inlined, without_gil
 
-Q_SIZE, U_SIZE = 22, 24
+Q_SIZE, U_SIZE = SUM_BITS, STATE_BITS
 """Bits of q, and of u."""
 I32 = np.int32
 MOST_TRACE = 127

@@ -16,15 +16,16 @@ from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import sums_by_target, synapses_of
+from spikeport.compile.image.manifest import SUM_BITS
 from spikeport.compile.image.tables import part
 
-MOST = 1 << 21
+MOST = 1 << (SUM_BITS - 1)
 """The size of an input from which it wraps around."""
 
 
 def overflow_hints(image: ChipImage) -> Iterator[Violation]:
     """Yield a hint on each block with inputs that wrap around if ensembles spike at once."""
-    # A bound that is seldom passed, and much faster to compute.
+    # In most networks a bound that is much faster to compute is small enough already.
     if (_bound(image) < MOST).all():
         return
     sizes = largest(image)

@@ -18,6 +18,9 @@ from spikeport.reading.text import parse_json
 SCHEMA = 2
 ARITHMETIC = "nengo-loihi 1.1"
 """The name of the arithmetic of chips on an image's integers; there is only this one so far."""
+SUM_BITS = 22
+"""Bits of the sum of the weights that reach a compartment in a step, sign included: a larger one
+wraps around. Source: nengo-loihi's emulator/interface.py, Q_BITS."""
 STATE_BITS = 24
 """Bits of a current, and of a voltage, sign included. Source: nengo-loihi's discretiser."""
 

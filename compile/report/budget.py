@@ -89,7 +89,8 @@ class Budget:
                 # The dynamic power alone exceeds nothing, but it is not all that the chip draws.
                 raise UsageError(
                     f"--max-power: chip '{chip.name}' has no public static power, so that its "
-                    "power is not known to be within a limit"
+                    "power is not known to be within a limit; cure: give power.static_chip_w in a "
+                    "chip file of your own"
                 )
             yield from (_at_rest(found, at_rest, self.power_w) for found in held)
         if self.step_us is not None:

@@ -254,7 +254,7 @@ def _amount(resource: str, number: int | None) -> str:
 
 
 def _count(number: float) -> str:
-    """Return a count in words: counts that are expected at stated rates may be below 1."""
+    """Return a count as text; one that is expected at stated rates may be below 1."""
     return f"{number:,.0f}" if isinstance(number, int) or number >= 100 else f"{number:.3g}"
 
 

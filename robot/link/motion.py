@@ -33,8 +33,8 @@ BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
 ESTIMATORS = (TRUTH, *BY_SENSORS)
 """Names of the estimators; `TRUTH` is for simulations alone."""
 _BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
-ROUNDING_M = 1e-6
-"""The rounding error of a place at the origin, by an estimate or in a message."""
+ROUNDING = 1e-6
+"""The rounding error, in m or rad, of a pose at the origin, by an estimate or in a message."""
 
 
 class MotionSource(Protocol):
@@ -137,7 +137,7 @@ class EstimatedMotion:
             return
         true = estimate(observed)
         if self._seen == 1:
-            self._moved_m[:2] = _moved_m(self._found, true)
+            self._moved_m[:2] = unrounded((self._found.base_position - true.base_position)[:2])
         self.true = true = true._replace(base_position=true.base_position + self._moved_m)
         self._judged += 1
         self._last_judged = self._found, true
@@ -185,10 +185,12 @@ def _of_now(truth_tick: int, tick: int) -> bool:
     return truth_tick > 0 and TICK_S * abs(truth_tick - tick) <= LATEST_S
 
 
-def _moved_m(found: RobotState, true: RobotState) -> np.ndarray:
-    """Return by how far (2,) in m the place of an estimate is from the true one, but rounding."""
-    moved_m = (found.base_position - true.base_position)[:2]
-    return np.where(np.abs(moved_m) < ROUNDING_M, 0.0, moved_m)
+def unrounded(values: np.ndarray) -> np.ndarray:
+    """Return values in m or rad, with 0 in place of those that only rounding makes differ from it.
+
+    A robot that was made for a run is at the origin, to the last bit as without messages.
+    """
+    return np.where(np.abs(values) < ROUNDING, 0.0, values)
 
 
 def apart(found: RobotState, true: RobotState) -> tuple[float, float]:

@@ -14,14 +14,11 @@ from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.link.client import RobotClient
 from spikeport.robot.link.codec import TICK_S
-from spikeport.robot.link.motion import MotionSource
+from spikeport.robot.link.motion import MotionSource, unrounded
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
 from spikeport.robot.state import RobotState, in_plane
-
-ROUNDING = 1e-6
-"""The rounding error, in rad and m, of a start at the origin, as messages have float32."""
 
 
 class LinkedPlant(Plant):
@@ -88,9 +85,7 @@ class LinkedPlant(Plant):
         self._observed = self._robot.first()
         self._begun_tick = self._observed.asks
         self._show()
-        start = self.in_plane[:3]
-        # A robot that was made for the run is at the origin, to the last bit as without messages.
-        self._start = np.where(np.abs(start) < ROUNDING, 0.0, start)
+        self._start = unrounded(self.in_plane[:3])
         self._history.record(self.data)
 
     def step(self) -> None:

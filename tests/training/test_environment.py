@@ -206,6 +206,9 @@ def test_a_push_shows_in_leg_odometry_a_step_later(environment):
         env.step(np.zeros((20, 19)))
     assert np.abs(pushed.motion.velocity - still.motion.velocity).max() > 0.5
     np.testing.assert_array_equal(pushed.estimated_velocity, still.estimated_velocity)
+    for env in (still, pushed):
+        env.step(np.zeros((20, 19)))
+    assert np.abs(pushed.estimated_velocity - still.estimated_velocity).max() > 0.2
 
 
 def test_torques_are_those_of_targets_that_have_arrived(environment):

@@ -57,9 +57,10 @@ class Lateness:
     def output_leads(self, name: str) -> Iterator[tuple[str, int]]:
         """Yield each source that reaches an output earlier than another, with the steps."""
         arrivals = {one: self._at_outputs(one) for one in self._graph.outputs[name].parts}
+        latest = max(arrivals.values(), default=0)
         for source, arrival in arrivals.items():
-            if arrival < max(arrivals.values()):
-                yield source, max(arrivals.values()) - arrival
+            if arrival < latest:
+                yield source, latest - arrival
 
     def _between(self, source: str, name: str) -> int:
         """Return the steps that spikes of a population take to another.

@@ -6,6 +6,7 @@ from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
 from spikeport.errors import UsageError
+from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
 
 
@@ -70,7 +71,16 @@ def test_a_chip_without_figures_cannot_be_held_to_a_budget(chain, activity) -> N
     )
 
 
-def test_power_without_the_static_part_is_not_within_a_budget(chain, activity) -> None:
+STATIC_POWER = """
+[power.static_chip_w]
+value = 0.5
+unit = "W"
+source = "a data sheet"
+evidence = "vendor"
+"""
+
+
+def test_power_without_the_static_part_is_not_within_a_budget(chain, activity, tmp_path) -> None:
     report = compile_network(chain(), chip="spinnaker2").report
     (violation,) = Budget(power_w=1e-6).exceeded(report, activity)
     assert violation.id == "SP302"
@@ -78,8 +88,14 @@ def test_power_without_the_static_part_is_not_within_a_budget(chain, activity) -
         Budget(power_w=1).exceeded(report, activity)
     assert str(raised.value) == (
         "--max-power: chip 'spinnaker2' has no public static power, so that its power is not known "
-        "to be within a limit"
+        "to be within a limit; cure: give power.static_chip_w in a chip file of your own"
     )
+    own = tmp_path / "own.toml"
+    own.write_text((chips.BUILT_IN / "spinnaker2.toml").read_text() + STATIC_POWER)
+    cured = compile_network(chain(), chip=own).report
+    assert Budget(power_w=1).exceeded(cured, activity) == []
+    (violation,) = Budget(power_w=0.4).exceeded(cured, activity)
+    assert violation.id == "SP302"
 
 
 @pytest.mark.parametrize("value", [0, -1, math.nan, math.inf])
