@@ -25,27 +25,28 @@ MOST = 1 << (SUM_BITS - 1)
 
 def overflow_hints(image: ChipImage) -> Iterator[Violation]:
     """Yield a hint on each block with inputs that wrap around if ensembles spike at once."""
-    # In most networks a bound that is much faster to compute is small enough already.
-    if (_bound(image) < MOST).all():
+    # A bound that is much faster to compute is small enough for most blocks.
+    at_risk = _blocks_with(image, _bound(image) >= MOST)
+    if not at_risk.any():
         return
-    sizes = largest(image)
-    for block, entry in enumerate(image.manifest.blocks):
+    sizes = largest(image, at_risk)
+    for block in np.flatnonzero(_blocks_with(image, sizes >= MOST)).tolist():
         mine = sizes[part(image.blocks.start, block)]
-        if n := int((mine >= MOST).sum()):
-            used = f"up to {mine.max():,.0f}, in {n:,} of {len(mine):,} neurons"
-            yield rules.get("SP423").broken(entry.label, used, f"{MOST - 1:,}")
+        used = f"up to {mine.max():,.0f}, in {(mine >= MOST).sum():,} of {len(mine):,} neurons"
+        label = image.manifest.blocks[block].label
+        yield rules.get("SP423").broken(label, used, f"{MOST - 1:,}")
 
 
-def largest(image: ChipImage) -> np.ndarray:
+def largest(image: ChipImage, blocks: np.ndarray | None = None) -> np.ndarray:
     """Return the largest size of each compartment's input from neurons, (n_compartments,).
 
     An ensemble's neurons spike at once, or none does: weights of both signs, as of values that they
     decode, cancel. Relays and inputs that encode values are no sources here: a value has few, which
-    spike in turn.
+    spike in turn. With a mask of ``blocks (n_blocks,)``, the inputs of others are left at 0.
     """
     counts, n = _neurons(image), image.n_compartments
     excited, inhibited = np.zeros((2, n))
-    for route in synapses_of(image):
+    for route in synapses_of(image, blocks):
         weights = image.synapses.weight[route.number] * counts[route.source]
         total = np.bincount(route.target, weights, n)
         excited += np.maximum(total, 0)
@@ -55,12 +56,15 @@ def largest(image: ChipImage) -> np.ndarray:
 
 
 def _bound(image: ChipImage) -> np.ndarray:
-    """Return the size of each compartment's input if all neurons of one sign spike at once."""
-    spikes = _neurons(image).astype(float)[np.newaxis]
-    one_sign = (np.maximum(sign * image.synapses.weight.astype(float), 0) for sign in (1, -1))
-    excited, inhibited = (sums_by_target(image, one, spikes)[0] for one in one_sign)
-    result: np.ndarray = np.maximum(excited, inhibited)
+    """Return the size of each compartment's input if all weights had the same sign."""
+    sizes = np.abs(image.synapses.weight.astype(float))
+    result: np.ndarray = sums_by_target(image, sizes, _neurons(image).astype(float)[np.newaxis])[0]
     return result
+
+
+def _blocks_with(image: ChipImage, compartments: np.ndarray) -> np.ndarray:
+    """Return the blocks that have one of some compartments, (n_blocks,)."""
+    return np.isin(np.arange(image.n_blocks), image.compartment_block[compartments])
 
 
 def _neurons(image: ChipImage) -> np.ndarray:

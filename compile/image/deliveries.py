@@ -90,12 +90,15 @@ class Reached(NamedTuple):
     number: np.ndarray
 
 
-def synapses_of(image: "ChipImage") -> Iterator[Reached]:
+def synapses_of(image: "ChipImage", blocks: np.ndarray | None = None) -> Iterator[Reached]:
     """Yield the synapses that spikes of each route read, one route after the other.
 
     In memory all at once, they could be many more than the image stores, since axons share rows.
+    With a mask of ``blocks (n_blocks,)``, only synapses into these are read.
     """
     paths = _reading(image)
+    if blocks is not None:
+        paths = paths.of(blocks[image.groups.block[paths.group]])
     for path, target, number in _synapses(image, paths):
         yield Reached(paths.source[path], target, number)
 
