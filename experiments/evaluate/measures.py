@@ -21,6 +21,8 @@ SETTLING_S = 1.0
 """The time after a change of command in which no error is counted."""
 CONTACT_N = 1.0
 IMPACT_S = 0.05
+SHORTEST_SWING_S = 0.05
+"""The least time in the air for a step: a foot that slips or bounces leaves the floor for less."""
 MOVING = 0.2
 """The least command to move, in m/s and rad/s: with smaller ones a robot may stand."""
 SHORTEST_M = 1.0
@@ -57,7 +59,10 @@ MEASURES = {
     "double_support": Measure(
         "double support", "share of the time on both feet, while the robot is commanded to move"
     ),
-    "steps_per_s": Measure("steps/s", "touch-downs a second, while the robot is commanded to move"),
+    "steps_per_s": Measure(
+        "steps/s",
+        "touch-downs a second after 50 ms in the air or more, while the robot is commanded to move",
+    ),
     "slip_m_s": Measure(
         "slip, m/s",
         "mean speed of the centre of the lower of heel and toe along the floor, weighted by the "
@@ -123,7 +128,9 @@ def _gait(plant: PerturbedPlant, walked: EpisodeRecording) -> dict[str, float | 
     force_n = feet.force_n
     down = force_n > CONTACT_N
     height_m, speed_m_s = _soles(plant, feet)
-    steps = [_Steps(*columns) for columns in zip(down.T, height_m.T, force_n.T, strict=True)]
+    shortest = round(SHORTEST_SWING_S / dt_s)
+    feet_rows = zip(down.T, height_m.T, force_n.T, strict=True)
+    steps = [_Steps(*columns, shortest) for columns in feet_rows]
     begun = np.concatenate([one.down_at for one in steps])
     peaks = np.concatenate([one.peaks(round(IMPACT_S / dt_s)) for one in steps])
     tops = np.concatenate([one.tops() for one in steps])
@@ -178,12 +185,20 @@ def _soles(plant: PerturbedPlant, feet: FootReadings) -> tuple[np.ndarray, np.nd
 
 
 class _Steps:
-    """The steps of a foot, from its contact with the floor (n,), its heights and its forces."""
+    """The steps of a foot, from its contact with the floor (n,), its heights and its forces.
 
-    def __init__(self, down: np.ndarray, height_m: np.ndarray, force_n: np.ndarray) -> None:
+    Times in the air of fewer than ``shortest`` rows are no steps.
+    """
+
+    def __init__(
+        self, down: np.ndarray, height_m: np.ndarray, force_n: np.ndarray, shortest: int
+    ) -> None:
         changes = np.diff(down.astype(int))
-        self.down_at = np.flatnonzero(changes == 1) + 1
-        self._up_at = np.flatnonzero(changes == -1) + 1
+        down_at, up_at = (np.flatnonzero(changes == sign) + 1 for sign in (1, -1))
+        # The number of the touch-down after each lift-off; the last swing may not end.
+        ends = np.searchsorted(down_at, up_at)
+        short = np.append(down_at, np.inf)[ends] - up_at < shortest
+        self.down_at, self._up_at = np.delete(down_at, ends[short]), up_at[~short]
         self._height_m, self._force_n = height_m, force_n
 
     def peaks(self, n_after: int) -> np.ndarray:

@@ -118,6 +118,18 @@ def test_touch_downs_of_a_robot_that_is_asked_to_stand_do_not_count():
     assert figures_of(stage, gait)["steps_per_s"] == pytest.approx(2, abs=0.01)  # not 12 / 5
 
 
+@pytest.mark.parametrize(("n_rows", "more"), [(1, 0), (9, 0), (10, 5)])
+def test_a_foot_that_leaves_the_floor_for_less_than_50_ms_takes_no_step(n_rows, more):
+    stage, gait = gliding()
+    begun = 120 + 200 * np.arange(5)
+    for row in begun:  # at 0.6 s of every second, the left foot is down
+        gait.feet.reshape(-1, 2, 16)[row : row + n_rows, 0, 15] = 0.0
+    before, after = figures_of(*gliding()), figures_of(stage, gait)
+    assert after["steps_per_s"] == pytest.approx(before["steps_per_s"] + more / 6)
+    unchanged = [after[name] == before[name] for name in ("clearance_m", "impact_bw")]
+    assert unchanged == [not more] * 2
+
+
 def test_the_last_second_before_a_fall_does_not_count():
     stage, gait = gliding()
     stage.walk.fallen_at_s = 6.0
