@@ -24,7 +24,9 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     offsets and noise of the joint targets, ``"undisturbed"`` without any disturbance.
     """
     log = train(options, progress)
-    trained = tuple(stage for stage in options.stages if stage.first_step < log[-1]["step"])
+    # A stage begins with a segment: the last one may have passed the first step of the next stage.
+    begun = {entry["stage"] for entry in log}
+    trained = tuple(stage for stage in options.stages if stage.name in begun)
     task = options.goal
     choice = choose(options.folder, log, task, options.learner, progress)
     policy, evaluations = with_gains(choice.policy), {}

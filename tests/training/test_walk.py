@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 
 pytest.importorskip("torch")
@@ -21,7 +23,8 @@ def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
         steps=64,
         learner=LearnerOptions(robots=8, horizon=4),
         updates_per_segment=1,
-        stages=STAGES[:1],
+        # Two segments of 32 steps: none begins in the second stage.
+        stages=(STAGES[0], replace(STAGES[1], first_step=40)),
         evaluate_every=1,
         episodes=2,
         workers=1,
@@ -37,3 +40,5 @@ def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
     text = (tmp_path / "h1_walk.md").read_text()
     assert "    spikeport train walk\n" in text
     assert "| as trained | 2 |" in text
+    assert "- **step**: " in text
+    assert "- **stride**: " not in text
