@@ -10,7 +10,7 @@ from spikeport.robot.feet import POINTS, SIDES
 from spikeport.robot.foot_sensors import FootReadings, readings
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
 from spikeport.robot.perturbed_plant import PerturbedPlant
-from spikeport.training.motion import Motion
+from spikeport.training.motion import Motion, rotations
 
 BEFORE_FALL_S = 1.0
 """The last time before a fall, in which only the fall itself is counted."""
@@ -176,12 +176,35 @@ def _soles(plant: PerturbedPlant, feet: FootReadings) -> tuple[np.ndarray, np.nd
     """Return heights (n, 2) above the floor, and speeds, of the lower of heel and toe."""
     places = feet.points
     radii = np.reshape([plant.model.geom(name).size[0] for name in POINTS], (len(SIDES), -1))
-    heights = places[..., 2] - radii - plant.floor_m(places[..., 0], places[..., 1])
+    heights = places[..., 2] - radii - _ends_below_m(plant, places)
+    heights -= plant.floor_m(places[..., 0], places[..., 1])
     speeds = np.linalg.norm(feet.velocities[..., :2], axis=-1)
     # The lower one bears the load: its height is the clearance, its speed the slip.
     lower = heights.argmin(axis=2)[..., None]
     height, speed = (np.take_along_axis(each, lower, axis=2)[..., 0] for each in (heights, speeds))
     return height, speed
+
+
+def _ends_below_m(plant: PerturbedPlant, places: np.ndarray) -> np.ndarray:
+    """Return how far heel and toe (n, 2, 2) have an end below their centre, on feet without roll.
+
+    Menagerie's heels are capsules along the foot; our heels are spheres.
+    """
+    geoms = [plant.model.geom(name) for name in POINTS]
+    pos = np.reshape([geom.pos for geom in geoms], places.shape[1:])
+    # A capsule lies along its own z axis; its second size is half of its length, 0 for a sphere.
+    half = [geom.size[1] * rotations(geom.quat[None])[0, :, 2] for geom in geoms]
+    half_x, _, half_z = np.moveaxis(np.reshape(half, pos.shape), -1, 0)
+    x, _, z = np.moveaxis(_along(pos), -1, 0)[..., None]
+    rise = _along(places)[..., 2:]
+    ahead, up = x * half_x + z * half_z, x * half_z - z * half_x
+    return np.asarray(np.abs(ahead * rise + up * np.sqrt(1 - rise**2)))
+
+
+def _along(points: np.ndarray) -> np.ndarray:
+    """Return unit vectors (..., 3) from heels to toes, from points (..., 2, 3)."""
+    line = points[..., 1, :] - points[..., 0, :]
+    return np.asarray(line / np.linalg.norm(line, axis=-1, keepdims=True))
 
 
 class _Steps:

@@ -130,6 +130,16 @@ def test_a_foot_that_leaves_the_floor_for_less_than_50_ms_takes_no_step(n_rows, 
     assert unchanged == [not more] * 2
 
 
+def test_a_heel_that_lies_along_the_foot_is_as_high_as_its_lower_end():
+    stage, gait = gliding()
+    heel, toe = (stage.plant.model.geom(f"left_{part}") for part in ("heel", "toe"))
+    heel.size[:], heel.quat[:] = [0.02, 0.03, 0.0], [np.sqrt(0.5), 0.0, np.sqrt(0.5), 0.0]
+    ahead_m, _, up_m = toe.pos - heel.pos
+    toes_up = np.arctan2(0.1, 0.2) - np.arctan2(up_m, ahead_m)  # toes are 0.2 m ahead, 0.1 m higher
+    expected = 0.08 - 0.03 * np.sin(toes_up) / 2  # the right foot's heel is a sphere
+    assert figures_of(stage, gait)["clearance_m"] == pytest.approx(expected, abs=2e-3)
+
+
 def test_the_last_second_before_a_fall_does_not_count():
     stage, gait = gliding()
     stage.walk.fallen_at_s = 6.0
