@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from spikeport.hardware_models.chip import ChipModel
+from spikeport.hardware_models.chip import ChipModel, SoftMemory
 from spikeport.hardware_models.topology import chips_used
 
 
@@ -122,29 +122,54 @@ class PerCore(Limit):
 
 @dataclass(frozen=True)
 class SharedMemory(Limit):
-    """The limit on shared memory: used = sum of the blocks that cores take, limit = the board's.
+    """The limit on shared memory: used = sum of the blocks that a chip's cores take.
 
-    See `spikeport.hardware_models.chip.SoftMemory`.
+    See `spikeport.hardware_models.chip.SoftMemory`. Each chip of a board has its own blocks.
     """
 
     resource: str = "memory_blocks"
 
     def usages(self, cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:
         """See `Limit.usages`."""
-        return [self.total(cores, chip)]
+        if chip.limits.chips.count == 1:
+            return [self.total(cores, chip)]
+        most = _pool(chip).blocks.count
+        return [
+            Usage(f"{chip.name}, chip {number}", self.resource, _blocks(mine, chip), most, "1")
+            for number, mine in enumerate(_by_chip(cores, chip))
+        ]
 
     def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
         """See `Limit.total`."""
-        pool = chip.soft_memory
-        assert pool is not None  # without one there is no such limit
-        # Axons and rows do not share a block, and the rest of a last block is lost.
-        used = 0 if pool.port is None else pool.port.count
-        for core in cores:
-            used += -(-core.synapse_bits // pool.block.count)
-            if pool.core is not None:
-                used += pool.core.count + -(-core.out_axons // pool.axon_step.count)
-        most = pool.blocks.count * chip.limits.chips.count
+        used = sum(_blocks(mine, chip) for mine in _by_chip(cores, chip))
+        most = _pool(chip).blocks.count * chip.limits.chips.count
         return Usage(chip.name, self.resource, used, most, "1")
+
+
+def _pool(chip: ChipModel) -> SoftMemory:
+    """Return the memory that a chip's cores share."""
+    assert chip.soft_memory is not None  # without one there is no such limit
+    return chip.soft_memory
+
+
+def _by_chip(cores: Sequence[CoreUse], chip: ChipModel) -> list[Sequence[CoreUse]]:
+    """Return the cores of each chip in use; a single chip has them all, also if too many."""
+    if chip.limits.chips.count == 1:
+        return [cores]
+    n = chip.limits.cores.count
+    return [cores[first : first + n] for first in range(0, len(cores), n)]
+
+
+def _blocks(cores: Sequence[CoreUse], chip: ChipModel) -> int:
+    """Return the blocks that cores of one chip take, with those of its port."""
+    pool = _pool(chip)
+    # Axons and rows do not share a block, and the rest of a last block is lost.
+    used = 0 if pool.port is None else pool.port.count
+    for core in cores:
+        used += -(-core.synapse_bits // pool.block.count)
+        if pool.core is not None:
+            used += pool.core.count + -(-core.out_axons // pool.axon_step.count)
+    return used
 
 
 LIMITS: tuple[Limit, ...] = (

@@ -76,6 +76,22 @@ def test_soft_cores_share_blocks_of_memory():
     ]
 
 
+def test_each_fpga_of_a_board_has_a_port_and_blocks_of_its_own():
+    soft = chips.get("softcore-ecp5-85f")
+    pool, limits = soft.soft_memory, soft.limits
+    two = {"chips": limits.chips.model_copy(update={"value": 2.0})}
+    two["cores"] = limits.cores.model_copy(update={"value": 4.0})
+    board = soft.model_copy(update={"limits": limits.model_copy(update=two)})
+    core = EMPTY._replace(synapse_bits=60 * pool.block.count)
+    found = [one for one in usages([core] * 4 + [EMPTY], board) if one.resource == "memory_blocks"]
+    first, second = 3 + 4 * (13 + 60), 3 + 13
+    assert found == [
+        Usage("softcore-ecp5-85f, chip 0", "memory_blocks", first, 208, "1"),
+        Usage("softcore-ecp5-85f, chip 1", "memory_blocks", second, 208, "1"),
+    ]
+    assert totals([core] * 4 + [EMPTY], board)["memory_blocks"][2:4] == (first + second, 416)
+
+
 def test_rows_with_memory_of_their_own_take_no_memory_blocks():
     soft = chips.get("softcore-up5k")
     core = EMPTY._replace(out_axons=1000, synapse_bits=1)
