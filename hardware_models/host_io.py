@@ -13,6 +13,8 @@ from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate
 
 Verdict = Literal["shown", "not shown", "excluded"]
+Basis = Literal["run", "all rates", "rates on the chip"]
+"""The origin of counts: a run, or stated rates, of the host's sources too or of neurons alone."""
 BITS_PER_BYTE = 8
 
 
@@ -129,8 +131,7 @@ def host_io(
     traffic: HostTraffic,
     chip: ChipModel,
     activity: Activity | None = None,
-    counted: bool = True,
-    stated: bool = True,
+    basis: Basis = "run",
 ) -> HostIoReport:
     """Return the host's input and output on a chip.
 
@@ -142,15 +143,13 @@ def host_io(
         The chip, with its published figures.
     activity : Activity, optional
         The counts of a run, or those expected of one.
-    counted : bool
-        True if the activity is that of a run.
-    stated : bool
-        True if an expected activity has the spikes of sources that do not encode values.
+    basis : {"run", "all rates", "rates on the chip"}
+        The origin of the activity's counts.
     """
-    counted = counted and activity is not None
+    counted = activity is not None and basis == "run"
     sent = None if activity is None else activity.from_host
     # Rates of ensembles alone say nothing of sources that send spikes.
-    known = activity is not None and not counted and stated
+    known = activity is not None and basis == "all rates"
     verdict, reason = _judged(traffic, chip)
     return HostIoReport(
         counted=counted,

@@ -15,7 +15,7 @@ from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import ModuleEnergy, energy, module_energies
-from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
+from spikeport.hardware_models.host_io import Basis, HostIoReport, HostTraffic, host_io
 from spikeport.hardware_models.limits import (
     CoreUse,
     Usage,
@@ -109,8 +109,10 @@ class Report:
         """Return the host's input and output; None without an image. See `to_dict`."""
         if self.host is None:
             return None
-        stated = rates is None or rates.of_host
-        return host_io(self.host, self.chip, activity, counted=rates is None, stated=stated)
+        basis: Basis = "run"
+        if rates is not None:
+            basis = "all rates" if rates.of_host else "rates on the chip"
+        return host_io(self.host, self.chip, activity, basis)
 
     def to_dict(
         self,

@@ -88,9 +88,9 @@ def test_spikes_are_expected_before_a_run_and_counted_in_one(make_activity):
     ran = host_io(TRAFFIC, chips.get("loihi"), make_activity(host_spikes=[3, 6]))
     assert (ran.counted, ran.spikes, ran.most_spikes) == (True, 4.5, 6)
     stated = make_activity(n_steps=1, host_spikes=[2.5])
-    found = host_io(TRAFFIC, chips.get("loihi"), stated, counted=False)
+    found = host_io(TRAFFIC, chips.get("loihi"), stated, "all rates")
     assert (found.counted, found.spikes, found.most_spikes) == (False, 2.5, None)
-    of_others = host_io(TRAFFIC, chips.get("loihi"), stated, counted=False, stated=False)
+    of_others = host_io(TRAFFIC, chips.get("loihi"), stated, "rates on the chip")
     rows = [dict(one.rows())["spikes in"] for one in (before, found, of_others)]
     assert rows == [
         "4.5 expected, of 10 sources; not counting the spikes of 1 with unknown rates",
