@@ -1,6 +1,7 @@
 """The design of a board: Verilog parameters that fit the cores to a memory image."""
 
-from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, SUM_BITS, MemoryImage
+from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, MemoryImage
+from spikeport.compile.image.manifest import SUM_BITS
 from spikeport.compile.image.soft_rows import WORD_BITS
 from spikeport.hardware_models.chip import SoftMemory
 

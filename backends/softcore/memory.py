@@ -14,8 +14,7 @@ ROW_BITS = 16
 ROW_WORDS = 1 << ROW_BITS
 AXONS = 4096
 PROFILES, THRESHOLDS = 32, 32
-SUM_BITS = 22
-VALUE_BITS, DELAY_BITS = 24, 6
+DELAY_BITS = 6
 
 
 class Select(IntEnum):
@@ -72,7 +71,7 @@ class MemoryImage:
     order : (n_compartments,) int array
         The image's number of each compartment, core by core.
     unit : int
-        Sums are in units of 2^unit, and 22 - unit bits wide.
+        Sums are in units of 2^unit, so that they need that many bits less.
     core_bits : int
         Bits of the number of a core in an axon.
     """

@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.backends.softcore.memory import VALUE_BITS, MemoryImage, Select, wrapped
+from spikeport.backends.softcore.memory import MemoryImage, Select, wrapped
+from spikeport.compile.image.manifest import STATE_BITS
 from spikeport.errors import BackendError
 
 CRC_BYTES, CYCLES_BYTES, VALUE_BYTES = 2, 4, 3
@@ -133,7 +134,7 @@ class Answer(NamedTuple):
 
 def _signed(octets: np.ndarray) -> np.ndarray:
     """Return the values of rows of three bytes, (n,)."""
-    return wrapped(octets.astype(np.int64) @ (1 << 16, 1 << 8, 1), VALUE_BITS)
+    return wrapped(octets.astype(np.int64) @ (1 << 16, 1 << 8, 1), STATE_BITS)
 
 
 def answer_bytes(outputs: Sequence[Output]) -> int:

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from spikeport.backends.softcore.memory import SUM_BITS, wrapped
+from spikeport.backends.softcore.memory import wrapped
+from spikeport.compile.image.manifest import SUM_BITS
 from spikeport.compile.image.soft_rows import DENSE_MOST, DIGIT_BITS, MOST_GAP, WEIGHT_BITS
 
 

@@ -12,7 +12,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from spikeport import cache, hardware_models
-from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, ROW_BITS, SUM_BITS, core_bits
+from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, ROW_BITS, core_bits
+from spikeport.compile.image.manifest import SUM_BITS
 from spikeport.errors import BackendError, MissingExtraError
 
 FOLDER = Path(hardware_models.__file__).parent / "softcore"

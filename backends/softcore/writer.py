@@ -15,7 +15,6 @@ from spikeport.backends.softcore.memory import (
     ROW_BITS,
     ROW_WORDS,
     THRESHOLDS,
-    VALUE_BITS,
     CoreMemory,
     MemoryImage,
     core_bits,
@@ -24,6 +23,7 @@ from spikeport.backends.softcore.rows import encoded
 from spikeport.compile.check import rules
 from spikeport.compile.check.verify import verify_learning
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import STATE_BITS
 from spikeport.compile.image.soft_rows import WORD_BITS
 from spikeport.compile.image.tables import offsets, positions
 from spikeport.errors import BackendError
@@ -155,7 +155,7 @@ def _core(
     # Mark the last axon of each compartment that has axons.
     axons[np.cumsum(sizes)[sizes > 0] - 1] |= 1 << (ROW_BITS + bits)
     block = image.compartment_block[mine[:1]]
-    voltages = _field(image.blocks.vmin[block]) << VALUE_BITS | _field(image.blocks.vmax[block])
+    voltages = _field(image.blocks.vmin[block]) << STATE_BITS | _field(image.blocks.vmax[block])
     words = (sizes > 0).astype(np.int64) << 46
     # The address of a compartment's first axon. An empty list behind a full table would have an
     # address that runs over into the bit above.
@@ -168,7 +168,7 @@ def _core(
 
 def _field(values: np.ndarray) -> np.ndarray:
     """Return values as fields of 24 bits."""
-    return values.astype(np.int64) & ((1 << VALUE_BITS) - 1)
+    return values.astype(np.int64) & ((1 << STATE_BITS) - 1)
 
 
 def _unheld(image: ChipImage) -> Iterator[str]:
@@ -188,7 +188,7 @@ def _unheld(image: ChipImage) -> Iterator[str]:
 
 
 def _out_of_range(image: ChipImage) -> Iterator[str]:
-    half = 1 << (VALUE_BITS - 1)
+    half = 1 << (STATE_BITS - 1)
     constants, blocks = image.compartments, image.blocks
     for name, values, low, high in (
         ("bias", constants.bias, -half, half - 1),

@@ -12,14 +12,9 @@ from scipy import sparse
 
 from spikeport.backends.native.contacts import contacts_of, pairs_of
 from spikeport.backends.native.rows import rows_of
-from spikeport.backends.softcore.memory import (
-    SUM_BITS,
-    VALUE_BITS,
-    CoreMemory,
-    MemoryImage,
-    wrapped,
-)
+from spikeport.backends.softcore.memory import CoreMemory, MemoryImage, wrapped
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import STATE_BITS, SUM_BITS
 from spikeport.compile.image.soft_rows import WEIGHT_BITS
 from spikeport.compile.image.tables import ranges
 
@@ -90,14 +85,14 @@ def _constants(core: CoreMemory) -> np.ndarray:
     voltages = np.full(len(words), core.voltages, dtype=np.int64)
     return np.stack(
         [
-            wrapped(words, VALUE_BITS),
+            wrapped(words, STATE_BITS),
             # A core stores the share that is kept, nengo-loihi the decay.
             4095 - (profile & 0xFFF),
             4096 - (profile >> 12 & 0x1FFF),
-            wrapped(core.thresholds[words >> 29 & 31], VALUE_BITS),
+            wrapped(core.thresholds[words >> 29 & 31], STATE_BITS),
             profile >> 25,
-            wrapped(voltages >> VALUE_BITS, VALUE_BITS),
-            wrapped(voltages, VALUE_BITS),
+            wrapped(voltages >> STATE_BITS, STATE_BITS),
+            wrapped(voltages, STATE_BITS),
         ]
     )
 

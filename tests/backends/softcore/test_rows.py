@@ -5,8 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from spikeport.backends.softcore.memory import SUM_BITS, wrapped
+from spikeport.backends.softcore.memory import wrapped
 from spikeport.backends.softcore.rows import encoded
+from spikeport.compile.image.manifest import SUM_BITS
 from tests.helpers.softcore_integers import decoded
 
 N = 1024
