@@ -155,7 +155,10 @@ def _core(
     # Mark the last axon of each compartment that has axons.
     axons[np.cumsum(sizes)[sizes > 0] - 1] |= 1 << (ROW_BITS + bits)
     block = image.compartment_block[mine[:1]]
-    voltages = _field(image.blocks.vmin[block]) << STATE_BITS | _field(image.blocks.vmax[block])
+    vmax = image.blocks.vmax[block]
+    # Where the bounds cross, NumPy's clip returns the upper one at any voltage.
+    vmin = np.minimum(image.blocks.vmin[block], vmax)
+    voltages = _field(vmin) << STATE_BITS | _field(vmax)
     words = (sizes > 0).astype(np.int64) << 46
     # The address of a compartment's first axon. An empty list behind a full table would have an
     # address that runs over into the bit above.

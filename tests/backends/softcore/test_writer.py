@@ -56,6 +56,12 @@ def test_a_silent_compartment_behind_a_full_table_of_axons_sends_nothing() -> No
     assert_same_integers(image)
 
 
+def test_bounds_that_cross_hold_the_voltage_at_the_upper_one_as_numpys_clip_does() -> None:
+    image = Parts(blocks=[Block(vmin=700, vmax=-5)]).image()
+    assert np.clip(0, 700, -5) == -5
+    assert of_memory(written(image)).constants[5:].ravel().tolist() == [-5, -5]
+
+
 def test_a_changed_word_of_memory_changes_the_weights_read_from_it() -> None:
     image = wide_image(1)
     memory = written(image)
