@@ -28,7 +28,11 @@ class Energies(StrictModel):
 
 
 class Times(StrictModel):
-    """Time one event of each kind takes, in s; None: no public figure, which is not 0."""
+    """Time one event of each kind takes, in s; None: no public figure, which is not 0.
+
+    ``message_on_bus`` is the time of a message on a bus that all cores of a chip share; None: there
+    is no such bus.
+    """
 
     synaptic_operation: Time | None = None
     update_active: Time | None = None
@@ -36,6 +40,7 @@ class Times(StrictModel):
     spike: Time | None = None
     message_in: Time | None = None
     message_out: Time | None = None
+    message_on_bus: Time | None = None
     hop_east_west: Time | None = None
     hop_north_south: Time | None = None
     message_between_chips: Time | None = None

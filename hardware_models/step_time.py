@@ -131,12 +131,12 @@ def fold(activity: Activity, chip: ChipModel | None) -> Folded:
 
 
 def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> StepTimes:
-    """Return the time of each kept step: of the slowest core or link of a chip, plus a barrier.
+    """Return the time of each kept step: of the slowest core, link or bus, plus a barrier.
 
-        T_step = max(max over cores T_core, T_between) + t_barrier(tiles)
+        T_step = max(max over cores T_core, T_between, T_bus) + t_barrier(tiles)
 
-    See `core_times`, `between_chips` and `barrier`. The tiles are those that hold the activity's
-    cores. A part without public figure is left out, which leaves no upper bound.
+    See `core_times`, `between_chips`, `bus_times` and `barrier`. The tiles are those that hold the
+    activity's cores. A part without public figure is left out, which leaves no upper bound.
 
     Raises
     ------
@@ -148,9 +148,12 @@ def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
     links = between_chips(activity, chip, calibration) or at_least_zero("s")
     return StepTimes(
         *(
-            np.maximum(
-                core_times(activity, calibration.times, bound).max(axis=1),
-                _number(getattr(links, bound)),
+            np.maximum.reduce(
+                [
+                    core_times(activity, calibration.times, bound).max(axis=1),
+                    bus_times(activity, chip, calibration.times, bound),
+                    np.full(len(activity.spikes), _number(getattr(links, bound))),
+                ]
             )
             + _number(getattr(wait, bound))
             for bound in get_args(Bound)
@@ -184,6 +187,24 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
         time = at_least_zero("s") if figure is None else figure.estimate
         total += event.per_step(activity) * _number(getattr(time, bound))
     return total
+
+
+def bus_times(activity: Activity, chip: ChipModel, times: Times, bound: Bound) -> np.ndarray:
+    """Return the time of each kept step's messages on the bus of the busiest chip, (n_kept,).
+
+        T_bus = max over chips N_in t_bus
+
+    It is 0 where the cores of a chip share no bus.
+    """
+    figure = times.message_on_bus
+    if figure is None:
+        return np.zeros(len(activity.spikes))
+    n_cores, on_one = len(activity.cores), chip.limits.cores.count
+    # Cores beyond those of the only chip would share its bus, too.
+    first = np.arange(0, n_cores, on_one if chip.limits.chips.count > 1 else n_cores)
+    messages = np.add.reduceat(activity.messages_in, first, axis=1).max(axis=1)
+    result: np.ndarray = messages * _number(getattr(figure.estimate, bound))
+    return result
 
 
 def core_events(activity: Activity) -> list[events.OnCore]:

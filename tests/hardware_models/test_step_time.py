@@ -3,8 +3,17 @@
 import numpy as np
 import pytest
 
+from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate
-from spikeport.hardware_models.step_time import barrier, core_events, core_times, known, step_times
+from spikeport.hardware_models.step_time import (
+    barrier,
+    bus_times,
+    core_events,
+    core_times,
+    known,
+    step_times,
+)
+from tests.hardware_models.conftest import figure
 
 SOURCE = "a paper [vendor]"
 
@@ -57,6 +66,31 @@ def test_a_step_is_its_longest_core_and_the_barrier(chip, make_activity):
     assert steps.value * 1e9 == pytest.approx([1030, 1010])
     assert steps.low * 1e9 == pytest.approx([515, 505])
     assert steps.high * 1e9 == pytest.approx([2060, 2020])
+
+
+def with_bus(data, **limits):
+    """Return a chip with a bus of 50 ns a message, and other limits of cores and chips."""
+    data["calibrations"][0]["times"]["message_on_bus"] = figure(50, "ns", 25, 100)
+    for name, value in limits.items():
+        data["limits"][name] = figure(value, "1")
+    return ChipModel.model_validate(data)
+
+
+def test_messages_to_all_cores_take_their_turns_on_a_bus(data, make_activity):
+    chip, activity = with_bus(data), make_activity(messages_in=[[30, 10], [0, 1]])
+    steps = step_times(activity, chip, chip.calibration("bench"))
+    assert steps.value * 1e9 == pytest.approx([40 * 50 + 1000, 50 + 1000])
+    assert steps.low * 1e9 == pytest.approx([40 * 25 + 500, 25 + 500])
+    assert steps.high * 1e9 == pytest.approx([40 * 100 + 2000, 100 + 2000])
+
+
+@pytest.mark.parametrize(("n_chips", "ns"), [(1, 2000), (2, 1500)])
+def test_each_chip_has_a_bus_of_its_own(data, make_activity, n_chips, ns):
+    chip = with_bus(data, cores=1, chips=n_chips)
+    activity = make_activity(messages_in=[[30, 10]], n_steps=1)
+    times = chip.calibration("bench").times
+    assert bus_times(activity, chip, times, "value") * 1e9 == pytest.approx([ns])
+    assert bus_times(activity, chip, chip.calibration("empty").times, "value") == [0]
 
 
 def test_a_calibration_without_points_of_a_barrier_has_no_barrier(chip):

@@ -19,6 +19,7 @@ from spikeport.backends.softcore.simulation import STATE, Simulation
 from spikeport.backends.softcore.writer import written
 from spikeport.compile.image.chip_image import ChipImage
 from tests.helpers.fake_board import FakeClock, FakeLine, small_image, spike_train
+from tests.helpers.images import Block, Group, Parts, Route
 from tests.helpers.side_by_side import random_spikes
 from tests.helpers.soft_images import BUILD, soft_images, wide_image
 from tests.helpers.softcore_integers import decoded
@@ -85,6 +86,20 @@ def test_a_session_reports_the_states_that_it_compared() -> None:
     nothing = "u 0, v 0, q 0, refractory 0, spiked 0"
     assert printed[2] == f"5,000 states compared in 200 steps; differing: {nothing}"
     assert printed[3].startswith("cycles a step: ")
+
+
+def test_a_bus_that_all_cores_wait_for_is_expected() -> None:
+    """Each of 600 compartments spikes in every step, to all six cores: 3,600 messages."""
+    n, cores, printed = 100, range(6), list[str]()
+    blocks = [Block(n=n, core=core, bias=1000, vth=10, refract_delay=0) for core in cores]
+    groups = [Group([[64]], block=block) for block in cores]
+    routes = [Route([0] * n, group=group, block=block) for group in cores for block in cores]
+    chip = RtlChip(Parts(blocks, groups, [1], routes).image(), 0, printed.append, BUILD)
+    for _ in range(3):
+        chip.step(np.zeros(0, dtype=int), {})
+    chip.close()
+    assert "10,821 in the longest" in printed[-1]
+    assert printed[-1].endswith(f"and {3 * 3600 + 24:,}")
 
 
 class Wrong(SoftChip):
