@@ -8,6 +8,7 @@ from spikeport.atomic import atomic_path, write_text
 from spikeport.backends.softcore import port
 from spikeport.backends.softcore.chip import outputs_of
 from spikeport.backends.softcore.design import parameters
+from spikeport.backends.softcore.memory import MemoryImage
 from spikeport.backends.softcore.writer import refuse, written
 from spikeport.commands.destinations import Destinations
 from spikeport.compile.check.verify import verify
@@ -18,6 +19,7 @@ from spikeport.constants import BITS_PER_KIB
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel, SoftMemory
+from spikeport.hardware_models.limits import CoreUse
 
 LARGEST = "softcore-ecp5-85f"
 """The chip for images that were compiled for one without soft cores."""
@@ -48,7 +50,7 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     model, pool = _soft_chip(image, chip)
     memory = written(image)
     outputs = [one for ports in outputs_of(image) for one in ports]
-    broken = [str(one) for one in verify(core_uses(image, model), model)]
+    broken = [str(one) for one in verify(_uses(image, memory, model), model)]
     if len(outputs) > (most := pool.outputs.count):
         broken.append(f"outputs: {len(outputs):,}, limit {most:,}; cure: probe fewer neurons")
     refuse(broken)
@@ -65,6 +67,18 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     typer.echo(f"chip {model.name}")
     typer.echo(f"memory image {memory.digest[:16]} of image {image.digest[:16]}")
     typer.echo(f"written: {out}/ (parameters.vh, load.bin: {len(loading):,} bytes)")
+
+
+def _uses(image: ChipImage, memory: MemoryImage, model: ChipModel) -> list[CoreUse]:
+    """Return what each core takes: of axons and rows, what was written for it.
+
+    Weights of more than 8 bits take several rows and axons, which a count of an image's axons does
+    not see.
+    """
+    return [
+        use._replace(out_axons=len(core.axons), synapse_bits=WORD_BITS * len(core.rows))
+        for use, core in zip(core_uses(image, model), memory.cores, strict=True)
+    ]
 
 
 def _soft_chip(image: ChipImage, chip: str | None) -> tuple[ChipModel, SoftMemory]:

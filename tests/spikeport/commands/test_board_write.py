@@ -12,7 +12,7 @@ from spikeport.errors import BackendError, UsageError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import BUILT_IN
 from tests.helpers.fake_board import small_image
-from tests.helpers.images import Block, Output, Parts
+from tests.helpers.images import Block, Group, Output, Parts, Route
 
 CHIP = "softcore-ecp5-85f"
 
@@ -42,6 +42,16 @@ def test_board_write_writes_parameters_for_verilog_and_bytes_to_load(
             Parts(blocks=[Block(n=256)], outputs=[Output("spiked", range(256))]),
             "softcore-up5k",
             "outputs: 256, limit 255; cure: probe fewer neurons",
+        ),
+        (
+            # A weight of 20 bits takes three rows of 8, and each of them an output axon.
+            Parts(
+                blocks=[Block(n=400)],
+                groups=[Group([[2**19 + 2**9 + 1]])],
+                routes=[Route([0] * 400, block=0)],
+            ),
+            "softcore-up5k",
+            "SP101 out-axons: 1,200, limit 512",
         ),
     ],
 )
