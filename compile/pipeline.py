@@ -29,6 +29,7 @@ from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.offload import Offload
 from spikeport.compile.check.overflow import overflow_hints
+from spikeport.compile.check.saturation import saturation_hints
 from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
 from spikeport.compile.check.violation import (
     DoesNotFitError,
@@ -282,6 +283,7 @@ def _compiled(job: Job) -> Compilation:
         neurobench=neurobench(image, cores),
         hints=(
             *_hints(job, names, blocks, unplaced),
+            *saturation_hints(network, names, {**blocks.model.params, **rewrite.built}, job.dt_s),
             *cut_off_hints(network, rewrite, job.settings.remove_passthrough),
             *relay_hints(run.record),
         ),

@@ -107,6 +107,12 @@ def rates(max_rate: float) -> None:
     nengo.Probe(nengo.Ensemble(20, 1, neuron_type=kind, max_rates=nengo.dists.Choice([max_rate])))
 
 
+def biased(bias_hz: float) -> None:
+    """Add neurons that fire at the rate of their bias."""
+    kind, ones = nengo.SpikingRectifiedLinear(), np.ones(20)
+    nengo.Probe(nengo.Ensemble(20, 1, neuron_type=kind, gain=ones, bias=bias_hz * ones))
+
+
 def driven(by: float = 3.0, radius: float = 1.0) -> None:
     a = nengo.Ensemble(20, 1, radius=radius)
     nengo.Connection(nengo.Node(lambda t: by * (t > 0.05)), a)
@@ -431,5 +437,15 @@ CASES = [
         "connect fewer neurons, or lower the weights",
         hinted(partial(silenced_by, 400, -1.0)),
         (hinted(partial(silenced_by, 100, -1.0)), hinted(partial(silenced_by, 400, -0.01))),
+    ),
+    Case(
+        "SP424",
+        "lower the maximum rates, or gains and biases, or take a shorter dt",
+        lambda: hinted(partial(rates, 3000))() & hinted(partial(biased, 3000.0))(),
+        (
+            hinted(partial(rates, 300)),
+            hinted(partial(biased, 300.0)),
+            hinted(partial(rates, 3000), dt_s=0.0002),
+        ),
     ),
 ]
