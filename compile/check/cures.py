@@ -7,6 +7,7 @@ DENSE = "use a dense transform: transform.sample(rng).toarray()"
 OFF_CHIP = "do not set its on_chip: targets and error sources of learning stay on the host"
 CLOSER = "bring its weights, gains and biases closer together"
 FUNCTION = "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
+PRE_SYNAPSE = "use nengo.PES(pre_synapse=nengo.Lowpass(tau)), with a tau of one time step or more"
 EVEN = (
     "give all neurons that a convolution ends at the same gain and bias: "
     "gain=nengo.dists.Choice([gain]), bias=nengo.dists.Choice([bias])"
@@ -20,7 +21,8 @@ CURES = {
         "learn from the ensemble in place of its neurons, as in nengo.Connection(ensemble, target, "
         "learning_rule_type=nengo.PES())"
     ),
-    "Loihi only supports `Lowpass` pre-synapses": "use nengo.PES(pre_synapse=nengo.Lowpass(tau))",
+    "Loihi only supports `Lowpass` pre-synapses": PRE_SYNAPSE,
+    "tracing_mag = -np.expm1(-1.0 / tracing_tau)": PRE_SYNAPSE,
     "of learned connection": OFF_CHIP,
     "of error connection": OFF_CHIP,
     "Conv2D transforms not supported for off-chip": (

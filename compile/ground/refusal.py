@@ -143,9 +143,9 @@ def concerning(about: tuple[str, ...], error: RefusedError) -> RefusedError:
 
 
 def reason_of(error: Exception) -> str:
-    """Return the text of an error or, for an assertion without text, the line that failed."""
+    """Return the text of an error; for a division by zero, or one without text, the line."""
     reason = printable(without_addresses(error))
-    if not reason:
+    if not reason or isinstance(error, ZeroDivisionError):
         where = traceback.extract_tb(error.__traceback__)[-1]
         return f"{type(error).__name__} at {where.name}: {where.line}"
     if isinstance(error, NengoException | NotImplementedError):

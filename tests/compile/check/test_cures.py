@@ -171,6 +171,7 @@ def regular(outside: float, inside: float) -> None:
 CASES = [
     Case("Learning rule presynaptic object must be", partial(learned, from_neurons=True), learned),
     Case("Loihi only supports `Lowpass`", partial(learned, synapse=nengo.Alpha(0.01)), learned),
+    Case("tracing_mag", partial(learned, synapse=0), partial(learned, synapse=0.001)),
     Case(
         "of learned connection", partial(ends_of_learning, "target"), partial(ends_of_learning, "")
     ),
@@ -282,6 +283,13 @@ def test_the_cure_of_a_convolved_node_includes_the_cure_of_the_next_refusal() ->
     assert CURES["Conv2D transforms not supported for off-chip"].endswith(
         CURES["must have the same gain"]
     )
+
+
+def test_no_pre_synapse_and_one_of_no_steps_get_the_same_cure() -> None:
+    for synapse in (None, nengo.Lowpass(0), 0.0004):
+        with pytest.raises(RefusedError, match="with a tau of one time step or more"):
+            compile_network(network_of(partial(learned, synapse=synapse)))
+    compile_network(network_of(partial(learned, synapse=0.0004)), dt=0.0004)
 
 
 def test_an_unknown_refusal_gets_the_general_cure() -> None:
