@@ -27,7 +27,13 @@ from spikeport.compile.image.modules import module_of_blocks
 from spikeport.errors import UsageError, unknown
 from spikeport.hardware_models.activity import Activity
 
-HOST = "host"
+HOST, ALL = "host", "all"
+"""Names of rates of no ensemble: of the host's spikes, and of everything that is not named."""
+AT_STATED_RATES = (
+    "every step has the mean number of spikes, and steps of a run in which more neurons spike take "
+    "longer"
+)
+"""The meaning of a longest step at stated rates, in words."""
 MOST_STEPS = 1000
 """Steps of an epoch above which the mean of its steps is counted; nengo-loihi's have 4."""
 
@@ -63,7 +69,7 @@ def expected_activity(image: ChipImage, rates: Rates) -> Activity:
     ------
     UsageError
         A rate is negative, not finite, or faster than a spike in every step, or no block has its
-        name, or a block has the name of the host.
+        name, or a block with a rate of its own is called ``host`` or ``all``.
     """
     spikes = source_rates(image, rates) * image.manifest.dt_s
     n, reached = image.n_compartments, reach(image)
@@ -113,16 +119,18 @@ def _host_hz(encoding: Encoding, image: ChipImage, rates: Rates) -> float:
 
 
 def _check(image: ChipImage, rates: Rates) -> None:
-    known = {HOST, *module_of_blocks(image)}
-    if HOST in rates.by_name_hz and HOST in module_of_blocks(image):
-        raise UsageError(
-            f"rate of {HOST}: it is that of the spikes from the host, and an ensemble has this "
-            "name, too; give the ensemble another label"
-        )
+    modules = module_of_blocks(image)
+    known = {HOST, *modules}
+    for name, meaning in ((HOST, "the spikes from the host"), (ALL, "all that is not named")):
+        if name in rates.by_name_hz and name in modules:
+            raise UsageError(
+                f"rate of {name}: it is that of {meaning}, and an ensemble has this name, too; "
+                "give the ensemble another label"
+            )
     if odd := [name for name in rates.by_name_hz if name not in known]:
         raise unknown("ensemble", odd[0], known)
     fastest = 1 / image.manifest.dt_s
-    for name, rate in [("all", rates.others_hz), *rates.by_name_hz.items()]:
+    for name, rate in [(ALL, rates.others_hz), *rates.by_name_hz.items()]:
         if not 0 <= rate <= fastest:
             raise UsageError(
                 f"rate of {name}: {rate:g} Hz; a neuron spikes from 0 to {fastest:g} times a second"

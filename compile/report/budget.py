@@ -22,7 +22,8 @@ class Budget:
     """A budget of cores, power and step time; None sets no limit.
 
     ``power_w`` limits dynamic and static power together, ``step_us`` the longest step, each in the
-    costliest calibration of the chip that has figures.
+    costliest calibration of the chip that has figures. At stated rates every step has the mean
+    number of spikes, so that steps of a run may be longer.
 
     Raises
     ------

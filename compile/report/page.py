@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 
 from spikeport.atomic import write_text
+from spikeport.compile.image.expected import AT_STATED_RATES
 from spikeport.compile.report.drawing import SIDE, Chip, chips, estimate
 from spikeport.compile.report.report import Json
 from spikeport.constants import BITS_PER_KIB
@@ -107,7 +108,7 @@ def _template() -> Template:
     )
     environment.filters["estimate"] = estimate
     environment.filters["count"] = _count
-    environment.globals["core_side"] = SIDE
+    environment.globals.update(core_side=SIDE, at_stated_rates=AT_STATED_RATES)
     environment.filters["words"] = lambda name: name.replace("_", " ")
     return environment.get_template("page.html.jinja")
 

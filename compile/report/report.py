@@ -9,7 +9,7 @@ import numpy as np
 from spikeport.compile.check.readouts import readout_hints
 from spikeport.compile.check.violation import Offloaded, OnHost, Violation
 from spikeport.compile.ground.quantisation import BlockError
-from spikeport.compile.image.expected import Rates
+from spikeport.compile.image.expected import ALL, Rates
 from spikeport.compile.report import summary
 from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.hardware_models.activity import Activity
@@ -219,7 +219,7 @@ def _basis(activity: Activity | None, rates: Rates | None) -> Json | None:
     """Return the basis of energy and timing: the steps of a run, or stated rates."""
     if activity is None:
         return None
-    stated = None if rates is None else {"all": rates.others_hz, **rates.by_name_hz}
+    stated = None if rates is None else {ALL: rates.others_hz, **rates.by_name_hz}
     return {"n_steps": activity.n_steps, "dt_s": activity.dt_s, "rates_hz": stated}
 
 

@@ -76,7 +76,7 @@ def print_costs(
     host_io = report.host_io(activity, rates)
     if activity is not None and report.chip.calibrations:
         console.print(cost_table(report.chip, activity, rates, host_io))
-        for note in cost_notes(report.chip, activity):
+        for note in cost_notes(report.chip, activity, rates):
             console.print(note, style="dim")
     if host_io is not None:
         console.print(host_io_table(host_io))

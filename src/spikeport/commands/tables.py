@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from spikeport.compile.image.expected import Rates
+from spikeport.compile.image.expected import AT_STATED_RATES, Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.report import Report
 from spikeport.compile.report.summary import resources
@@ -114,8 +114,10 @@ def _where_it_goes(spent: EnergyReport) -> str:
     return ", ".join(f"{name} {100 * value / whole:.0f} %" for value, name in largest)
 
 
-def cost_notes(chip: ChipModel, activity: Activity) -> Iterator[str]:
-    """Yield the sources of a table of costs."""
+def cost_notes(chip: ChipModel, activity: Activity, rates: Rates | None = None) -> Iterator[str]:
+    """Yield the sources of a table of costs, and what its longest step is at stated rates."""
+    if rates is not None and any(c.has_times for c in chip.calibrations):
+        yield f"longest step: at stated rates {AT_STATED_RATES}"
     for calibration in chip.calibrations:
         missing = energy(activity, chip, calibration).missing
         untimed = timing(activity, chip, calibration).missing if calibration.has_times else ()

@@ -10,7 +10,7 @@ import pytest
 from spikeport import Simulator
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.expected import HOST, Rates, expected_activity
+from spikeport.compile.image.expected import ALL, HOST, Rates, expected_activity
 from spikeport.compile.image.fanout import fanout
 from spikeport.compile.image.modules import by_module
 from spikeport.compile.pipeline import compile_network
@@ -81,6 +81,15 @@ def test_a_rate_of_the_host_is_not_that_of_an_ensemble_called_host() -> None:
     assert expected_activity(image, Rates(100)).spikes.sum() == pytest.approx(1)
     with pytest.raises(UsageError, match=r"rate of host: .* an ensemble has this name, too"):
         expected_activity(image, Rates(100, {HOST: 200}))
+
+
+def test_the_rate_of_all_is_not_that_of_an_ensemble_called_all() -> None:
+    with nengo.Network(seed=0) as network:
+        nengo.Probe(nengo.Ensemble(10, 1, label=ALL))
+    image = compile_network(network).image
+    assert expected_activity(image, Rates(100)).spikes.sum() == pytest.approx(1)
+    with pytest.raises(UsageError, match=r"rate of all: .* an ensemble has this name, too"):
+        expected_activity(image, Rates(100, {ALL: 50}))
 
 
 def learning(epoch: int) -> ChipImage:

@@ -77,6 +77,10 @@ def test_a_page_says_that_steps_with_host_io_are_not_shown_to_take_dt(page: Path
     assert text.count("dt = 1 ms not shown") == 2  # below the longest step of two calibrations
 
 
+def test_a_page_says_that_steps_at_stated_rates_have_the_mean_spikes(page: Path) -> None:
+    assert "At these rates every step has the mean number of spikes" in read(page).text
+
+
 def test_a_page_names_the_events_without_a_public_energy_or_time(page: Path) -> None:
     text = " ".join(read(page).text.split())
     assert text.count("No public figure: message. No public time: message in.") == 1

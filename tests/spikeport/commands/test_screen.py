@@ -79,6 +79,16 @@ def test_host_io_is_shown_beside_the_step_time(compilation, capsys):
     assert beside.count("dt = 1 ms not shown") == 2
 
 
+def test_a_longest_step_at_stated_rates_is_said_to_have_the_mean_spikes(compilation, capsys):
+    rates = Rates(100.0, {})
+    activity = expected_activity(compilation.image, rates)
+    for stated in (rates, None):
+        show_findings(Findings(compilation.report, activity, stated), cores=False)
+        printed = " ".join(capsys.readouterr().out.split())
+        said = "longest step: at stated rates every step has the mean number of spikes"
+        assert (said in printed) == (stated is not None)
+
+
 def test_a_written_folder_is_printed_in_one_line_however_long_it_is(tmp_path, capsys):
     for name in ("b.json", ".lock", "a[1].png"):
         (tmp_path / name).touch()
