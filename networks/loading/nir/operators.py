@@ -137,6 +137,7 @@ def _convolution(node: Node, shape: Shape, dt_s: float) -> Operator:
     weight = node.numbers("weight")
     n_axes = 1 if node.kind == "Conv1d" else 2
     batch, shape = _batch(node, shape, n_axes)
+    _check_space(node, shape[1:])
     if weight.ndim != 2 + n_axes:
         raise MismatchError(f"a weight of {2 + n_axes} axes in node {node.name}", f"{weight.ndim}")
     groups = node.one("groups")
@@ -162,6 +163,17 @@ def _batch(node: Node, shape: Shape, n_axes: int) -> tuple[Shape, Shape]:
             f"channels and {n_axes} axes of space into node {node.name}", f"{shape}"
         )
     return shape[:first], shape[first:]
+
+
+def _check_space(node: Node, space: Shape) -> None:
+    """Refuse an ``input_shape`` that is not the space of the values that reach a convolution."""
+    if isinstance(node.values.get("input_shape"), np.ndarray):
+        stated = node.whole("input_shape")
+        if stated != space:
+            raise MismatchError(
+                f"input_shape {space} in node {node.name}, as the nodes before it have it",
+                f"{stated}",
+            )
 
 
 def _pooling(node: Node, shape: Shape, dt_s: float) -> Operator:

@@ -152,6 +152,11 @@ MOST_WEIGHTS = "expected at most 8,388,608 weights in node n, found "
             (1, 9, 9),
             "expected a stride of 1 with padding same in node n, found (1, 2)",
         ),
+        (
+            node("Conv2d", **WHOLE, input_shape=[8, 9]),
+            (1, 9, 8),
+            "expected input_shape (9, 8) in node n, as the nodes before it have it, found (8, 9)",
+        ),
         (node("Conv2d", **CONV, groups=1, padding="all"), (1, 9, 9), "expected padding same or v"),
         (node("SumPool2d", kernel_size=2, stride=2, padding=0), (9,), "expected channels and"),
         (node("SumPool2d", kernel_size=2**12, stride=1, padding=0), (1, 9, 9), f"{MOST_WEIGHTS}16"),
@@ -161,6 +166,16 @@ def test_shapes_that_do_not_fit_are_refused(made, shape, message):
     with pytest.raises(MismatchError) as caught:
         operator(made, shape, DT_S)
     assert str(caught.value).startswith(message)
+
+
+def test_the_input_shape_of_a_convolution_may_be_stated_or_absent():
+    line = {**CONV, "weight": np.ones((2, 1, 3)), "padding": 0, "groups": 1}
+    for made, shape in (
+        (node("Conv2d", **WHOLE, input_shape=[9, 8]), (1, 9, 8)),
+        (node("Conv2d", **WHOLE), (1, 9, 8)),
+        (node("Conv1d", **line, input_shape=9), (1, 9)),
+    ):
+        assert operator(made, shape, DT_S).shape[0] == 2
 
 
 def test_a_diagonal_matrix_that_is_too_large_is_small_enough_as_a_scale():
