@@ -15,6 +15,8 @@ from spikeport.compile.passes.registry import PIPELINES
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.errors import CompileError
 
+MORE = 0.05
+"""Share by which an error is more than another: those of two seeds differ by as much."""
 MOST_ENSEMBLES = 300
 """Ensembles of a network above which compiling it as written may take minutes."""
 
@@ -43,7 +45,7 @@ def more_cores(found: Compilation, written: Compilation) -> Iterator[Violation]:
 
 
 def more_loss(error: float | None, written: float | None) -> Iterator[Violation]:
-    """Yield a hint if probes are further off than the probes of the network as written."""
-    if error is not None and written is not None and error > written:
+    """Yield a hint if probes are clearly further off than those of the network as written."""
+    if error is not None and written is not None and error > (1 + MORE) * written:
         used = f"{100 * error:.2g} % off, as written {100 * written:.2g} %"
         yield rules.get("SP412").broken("probes", used)

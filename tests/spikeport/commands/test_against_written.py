@@ -29,6 +29,9 @@ def test_more_cores_than_as_written_give_a_hint() -> None:
     ("error", "written", "used"),
     [
         (0.2, 0.1, ["20 % off, as written 10 %"]),
+        (0.106, 0.1, ["11 % off, as written 10 %"]),
+        (0.1049, 0.1, []),
+        (0.1, 0.0, ["10 % off, as written 0 %"]),
         (0.1, 0.2, []),
         (None, 0.2, []),
         (0.1, None, []),
