@@ -1,8 +1,9 @@
 from typing import Any
 
 import nengo
+import pytest
 
-from spikeport import add_params, compile_network
+from spikeport import Simulator, add_params, compile_network
 from spikeport.compile.check.learning_rates import learning_rate_hints
 from spikeport.compile.ground.names import Names
 
@@ -51,6 +52,24 @@ def test_a_connection_that_learns_nothing_gets_a_hint() -> None:
         "raise its learning_rate, or take a shorter pre_synapse"
     )
     assert of(1e-7, 0.005) == of(1e-4, 5.0) == [expected]
+
+
+def test_small_errors_teach_nothing_and_multiplied_ones_do() -> None:
+    def learned(error: float, rate: float, backend: str) -> float:
+        network = taught(nengo.PES(rate))
+        with network:
+            a, end = network.ensembles[0], network.nodes[0]
+            nengo.Connection(nengo.Node(0.5), a, synapse=None)
+            rule = network.connections[0].learning_rule
+            nengo.Connection(nengo.Node(-error), rule, synapse=None)
+            values = nengo.Probe(end, synapse=0.02)
+        with Simulator(network, backend=backend, pipeline="as_written") as sim:
+            sim.run(0.3)
+        return float(sim.data[values][-1, 0] - sim.data[values][100, 0])
+
+    wanted = learned(0.004, 2e-3, "reference")
+    assert abs(learned(0.004, 2e-3, "native")) < 0.2 * wanted
+    assert learned(0.08, 1e-4, "native") == pytest.approx(wanted, rel=0.3)
 
 
 def test_learning_on_the_host_gets_no_hint() -> None:
