@@ -28,6 +28,8 @@ from spikeport.compile.ground.scope import (
 
 WITHIN_1 = (np.sin, np.cos, np.tanh)
 """Functions whose values are known to be within 1."""
+WITHIN_DATA = ("zero", "nearest", "linear", "slinear")
+"""Interpolations of `nengo.processes.Piecewise` between values that stay within them."""
 UNKNOWN = np.inf
 ROUNDING = 1e-9
 
@@ -96,6 +98,9 @@ class _Largest:
     def _values(self, connection: nengo.Connection) -> np.ndarray:
         """Return the largest values of a connection ahead of its transform, (size_mid,)."""
         pre, size = connection.pre_obj, connection.size_mid
+        if isinstance(connection.function, np.ndarray):  # values at evaluation points
+            targets: np.ndarray = abs(connection.function).max(axis=0)
+            return targets
         if connection.function is not None:
             return np.full(size, _most(connection.function))
         if isinstance(pre, nengo.Node):
@@ -148,6 +153,10 @@ def _outputs(output: Callable[..., object] | nengo.Process | np.ndarray, size: i
     if isinstance(output, nengo.processes.PresentInput):
         largest: np.ndarray = abs(output.inputs).reshape(len(output.inputs), -1).max(axis=0)
         return largest
+    if isinstance(output, nengo.processes.Piecewise) and output.interpolation in WITHIN_DATA:
+        values = list(output.data.values())
+        if not any(callable(value) for value in values):
+            return np.broadcast_to(np.abs(values).max(axis=0), size)
     return np.full(size, _most(output))
 
 

@@ -404,7 +404,7 @@ CASES = [
     ),
     Case(
         "SP420",
-        "multiply its learning_rate by {factor}",
+        "if its learning_rate was not chosen for the chip, multiply it by {factor}",
         lambda: (
             hinted(partial(learned, 4.0))()
             & hinted(partial(learned, amplitude=3.0))()

@@ -9,6 +9,7 @@ import pytest
 import spikeport
 from spikeport.compile.pipeline import compile_network
 
+UNKNOWN = "not known before a run"
 PRESENTED = nengo.processes.PresentInput([[0.5, -1.0], [1.0, 0.2]], 0.1)
 
 
@@ -52,11 +53,15 @@ def test_the_cure_gives_nengos_rates() -> None:
 @pytest.mark.parametrize(
     ("output", "used"),
     [
-        (lambda t: 0.5, ["not known before a run"]),
-        (nengo.processes.WhiteSignal(1, 5), ["not known before a run"]),
+        (lambda t: 0.5, [UNKNOWN]),
+        (nengo.processes.WhiteSignal(1, 5), [UNKNOWN]),
         (np.sin, []),
         (PRESENTED, []),
         (nengo.processes.PresentInput([[2.0], [-5.0]], 0.1), ["up to 5"]),
+        (nengo.processes.Piecewise({0.1: [0.5, -1.0], 0.2: [1.0, 0.2]}), []),
+        (nengo.processes.Piecewise({0.1: 0.5, 0.2: -3.0}, "linear"), ["up to 3"]),
+        (nengo.processes.Piecewise({0.1: 0.5, 0.2: -0.5, 0.3: 0.5}, "quadratic"), [UNKNOWN]),
+        (nengo.processes.Piecewise({0.1: 0.5, 0.2: np.sin}), [UNKNOWN]),
         ([0.9, 1.0], []),
     ],
 )
@@ -132,6 +137,22 @@ def test_ensembles_on_the_host_keep_to_their_radius() -> None:
 
     assert hints(decoded(1.0, nengo.LIF())) == []
     assert len(hints(decoded(2.0, nengo.LIF()))) == 1
+
+
+def test_values_at_evaluation_points_are_known() -> None:
+    def decoded(full_scale: float) -> nengo.Network:
+        with driven([0.5]) as network:
+            spikeport.add_params(network)
+            host = nengo.Ensemble(20, 1, radius=2.0)
+            network.config[host].on_chip = False
+            points = np.linspace(-2, 2, 50)[:, np.newaxis]
+            values = {"eval_points": points, "function": full_scale * np.cos(points)}
+            neurons = network.all_ensembles[0].neurons
+            nengo.Connection(host, neurons, transform=np.ones((20, 1)), **values)
+        return network
+
+    assert hints(decoded(0.9)) == []
+    assert len(hints(decoded(1.5))) == 1
 
 
 def test_a_pass_that_sends_larger_values_has_a_larger_limit() -> None:

@@ -24,14 +24,14 @@ def on_learning(network: nengo.Network) -> list[str]:
 
 def test_a_connection_that_learns_at_another_rate_gets_a_hint() -> None:
     assert on_learning(taught(radius=4.0)) == [
-        "a -> end: SP420 learning rate: 0.0001 acts as 0.0004, 4 times as much; cure: multiply its "
-        "learning_rate by 0.25, which is amplitude**2 / radius of its ensemble; float Nengo learns "
-        "as fast without the factor"
+        "a -> end: SP420 learning rate: 0.0001 acts as 0.0004, 4 times as much; cure: if its "
+        "learning_rate was not chosen for the chip, multiply it by 0.25, which is amplitude**2 / "
+        "radius of its ensemble; float Nengo learns as fast without the factor"
     ]
     loud = nengo.LIF(amplitude=2.0)
     (found,) = on_learning(taught(neuron_type=loud))
-    assert "0.0001 acts as 2.5e-05, 0.25 times as much; cure: multiply its" in found
-    assert "learning_rate by 4, " in found
+    assert "0.0001 acts as 2.5e-05, 0.25 times as much; cure: if its" in found
+    assert "multiply it by 4, " in found
     assert on_learning(taught()) == []
     assert on_learning(taught(neuron_type=loud, radius=4.0)) == []
     assert on_learning(taught(None, radius=4.0)) == []
