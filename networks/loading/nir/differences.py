@@ -26,7 +26,9 @@ def differences(network: NirNetwork, moved: Collection[str] = ()) -> Iterator[tu
             yield name, "moved to the host, where Nengo computes it in floating point"
             continue
         texts = (
-            _on_chip(network, one, late.steps[name]) if one.spikes else _on_host(late.steps[name])
+            _on_chip(network, one, late.steps[name])
+            if one.spikes
+            else _on_host(one, late.steps[name])
         )
         yield from ((name, text) for text in (*texts, *_path_lengths(late, one)))
     for name in folded.outputs:
@@ -34,9 +36,11 @@ def differences(network: NirNetwork, moved: Collection[str] = ()) -> Iterator[tu
             yield name, f"values of {source} come {_steps(steps)} earlier than its latest ones"
 
 
-def _on_host(late: int) -> Iterator[str]:
+def _on_host(one: Population, late: int) -> Iterator[str]:
     yield "computed on the host, in floating point: it reads spikes and sends none"
     yield f"its voltage is {_steps(late)} late"
+    if one.depth > 1 and one.constants().any():
+        yield "in float, spikes reach it a step before its bias: `simulate` counts that as an error"
 
 
 def _on_chip(network: NirNetwork, one: Population, late: int) -> Iterator[str]:

@@ -82,6 +82,7 @@ def test_readouts_and_paths_of_different_lengths_are_named(tmp_path):
     assert found["r"] == [
         "computed on the host, in floating point: it reads spikes and sends none",
         "its voltage is 3 steps late",
+        "in float, spikes reach it a step before its bias: `simulate` counts that as an error",
     ]
 
 
@@ -92,3 +93,16 @@ def test_outputs_that_read_paths_of_different_lengths_are_named(tmp_path):
     assert differences_of(tmp_path, graph)["o"] == [
         "values of a come 1 step earlier than its latest ones"
     ]
+
+
+def test_readouts_whose_bias_is_late_in_float_are_named(tmp_path):
+    def of(bias: float, neurons: bool) -> list[str]:
+        first, last = nir_graphs.ends(2, 2)
+        before = {"i": first, "n": nir_graphs.lif(2)} if neurons else {"i": first}
+        read = nir.LI(tau=np.full(2, 1e-2), r=np.full(2, 10.0), v_leak=np.zeros(2))
+        weights = nir_graphs.weights(2, 2, bias=bias)
+        graph = nir_graphs.graph(**before, w=weights, l=read, o=last)
+        return [text for text in differences_of(tmp_path, graph)["l"] if "before its bias" in text]
+
+    assert len(of(0.3, neurons=True)) == 1
+    assert of(0.0, neurons=True) == of(0.3, neurons=False) == []
