@@ -196,7 +196,9 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
 
 def _probe_table(ran: Ran) -> Table:
     """Return the table of probes, with the rms of their float values, and their relative errors."""
-    table = Table("probe", box=SIMPLE_HEAD, title=f"probes on {ran.backend}, beside float Nengo")
+    beside = any(one.values_float is not None for one in ran.recorded.values())
+    title = f"probes on {ran.backend}" + ", beside float Nengo" * beside
+    table = Table("probe", box=SIMPLE_HEAD, title=title)
     for name in ("values", "samples", "rms", "error", "delay", "error, delay removed"):
         table.add_column(name, justify="right", no_wrap=True)
     for name, one in ran.recorded.items():

@@ -171,6 +171,8 @@ def test_a_model_without_probes_is_probed_at_its_outputs(spikeport, tmp_path, mo
         0,
         "note: the network has no probe; probed here: out\n",
     )
+    assert "probes on native" in done.out
+    assert "float Nengo" not in done.out
     (folder,) = (tmp_path / "runs").iterdir()
     assert folder.name.startswith("loose-")
     assert json.loads((folder / "result.json").read_text())["metrics"]["errors"] == {"out": None}
