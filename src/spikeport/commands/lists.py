@@ -70,19 +70,24 @@ def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:
 def print_backends() -> None:
     """Print all backends, and ``analytic``, which experiments take in place of a backend."""
     console = Console()
-    experiments = list(_experiments(console))
+    experiments, absent = _experiments()
     summaries = {name: backend.summary for name, backend in BACKENDS.items()}
     summaries[WITHOUT_NEURONS] = "no neurons: the exact control law"
     table = Table("backend", "what it is", "experiments", box=SIMPLE_HEAD)
     for name, summary in summaries.items():
         table.add_row(name, summary, ", ".join(e.name for e in experiments if name in e.backends))
     console.print(table)
+    if absent:
+        names, reason = ", ".join(absent), next(iter(absent.values()))
+        console.print(f"experiments that are not available: {names}; {reason}")
 
 
-def _experiments(console: Console) -> Iterator[Experiment]:
-    """Yield the experiments whose packages are installed; print how to install the others."""
+def _experiments() -> tuple[list[Experiment], dict[str, MissingExtraError]]:
+    """Return the experiments whose packages are installed, and the errors of the others."""
+    found, absent = [], {}
     for name in registry.EXPERIMENTS:
         try:
-            yield registry.get(name)
+            found.append(registry.get(name))
         except MissingExtraError as error:
-            console.print(f"experiment '{name}' is not available: {error}")
+            absent[name] = error
+    return found, absent

@@ -50,8 +50,12 @@ def test_backends_and_run_name_the_command_that_installs_a_missing_experiment(
     done = spikeport("backends")
     assert done.code == 0
     reason = (
-        "experiment 'reach' needs the package xarray, which is absent; "
+        "experiment '{}' needs the package xarray, which is absent; "
         "install it with: pip install 'spikeport[robot]'"
     )
-    assert reason in done.out
-    assert spikeport(*ANALYTIC) == (2, "", f"error: {reason}\n")
+    # One line for all of them, below the table that was asked for.
+    *_, line = done.out.splitlines()
+    absent = "draw, reach, switch, walk"
+    assert line == f"experiments that are not available: {absent}; {reason.format('draw')}"
+    assert done.out.count("xarray") == 1
+    assert spikeport(*ANALYTIC) == (2, "", f"error: {reason.format('reach')}\n")
