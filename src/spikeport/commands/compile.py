@@ -148,16 +148,17 @@ def _findings(
     progress: Progress,
 ) -> Findings:
     """Return the findings on a compile, with hints from a compile of the network as written."""
+    rewritten = is_rewritten(network, passes)
     beside = network
     if request.loss_s is None:
         findings = _reckoned(compilation, stated)
     else:
         # The run leaves a state in the functions that it calls, and the run of the network as
         # written has to begin without one.
-        beside = fresh_copy(network) if is_rewritten(network, passes) else network
+        beside = fresh_copy(network) if rewritten else network
         findings = _measured(network, compilation, request.loss_s, progress)
     # On one core a pipeline cannot take more cores than another, but it may lose more.
-    if request.loss_s is None and compilation.image.n_cores == 1:
+    if not rewritten or (request.loss_s is None and compilation.image.n_cores == 1):
         return findings
     progress("compiling as written", None)
     written = as_written(beside, request.chip, passes)

@@ -1,5 +1,6 @@
 """``spikeport compile`` as a user types it: verdict, files, boards, budgets and loss."""
 
+import contextlib
 import errno
 import json
 import os
@@ -358,6 +359,18 @@ def test_loss_is_printed_and_written(spikeport, net_py, report):
     assert "energy and time, from the counts of 100 steps" in done.out
     loss = ReportData.model_validate(report.read()).loss
     assert sum(part.share for part in loss.parts) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(("passes", "is_compiled"), [("as_written", False), ("compact", True)])
+def test_a_compile_as_written_is_announced_only_where_passes_rewrite_the_network(
+    spikeport, net_py, monkeypatch, passes, is_compiled
+):
+    stages = []
+    bar = contextlib.nullcontext(lambda stage, _share: stages.append(stage))
+    monkeypatch.setattr("spikeport.commands.compile.progress_bar", lambda: bar)
+    assert spikeport("compile", f"{net_py}:make", "--loss", "0.01", "-p", passes).code == 0
+    assert "rounding one part at a time" in stages
+    assert ("compiling as written" in stages) is is_compiled
 
 
 def test_a_node_that_raises_fails_the_run_of_loss_but_not_the_compile(spikeport, net_py):
