@@ -36,9 +36,9 @@ This page is made from `compile/check/rules.toml` by `python -m spikeport.docume
 
 COMMANDS_HEAD = """# Command line
 
-This page lists all commands with their arguments and options, as `--help` does. Exit codes: 0 done,
-1 the network does not fit or something failed, 2 the command was used wrongly, 130 interrupted by
-Ctrl-C.
+This page lists all commands with their arguments and options, as `--help` does; `spikeport
+--version` prints the version. Exit codes: 0 done, 1 the network does not fit or something failed, 2
+the command was used wrongly, 130 interrupted by Ctrl-C.
 
 This page is made from the commands by `python -m spikeport.documents docs`."""
 
@@ -95,6 +95,8 @@ def _row(row: Any) -> str:
         names += f" `{row.metavar}`"
     plain = isinstance(row.default, str | int | float) and not isinstance(row.default, bool)
     default = f"`{row.default}`" if plain else ""
+    if row.secondary_opts:  # a pair, one of which holds without either
+        default = f"`{(row.opts if row.default else row.secondary_opts)[0]}`"
     if row.required and row.param_type_name == "option":  # its name cannot mark it with brackets
         default = "required"
     text = " ".join((row.help or "").split()).replace("|", "\\|")  # a bar would end the cell

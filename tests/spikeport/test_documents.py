@@ -29,3 +29,9 @@ def test_required_options_are_marked_in_the_page_of_commands(spikeport):
 def test_main_writes_every_document(tmp_path):
     documents.main(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(documents.DOCUMENTS)
+
+
+def test_a_pair_of_options_has_the_default_that_holds_without_either():
+    rows = documents.commands().split("## spikeport simulate\n")[1].split("\n## ")[0].splitlines()
+    defaults = {row.split("`")[1]: row.split("`")[-2] for row in rows if "` or `--no-" in row}
+    assert defaults == {"--float": "--float", "--overwrite": "--no-overwrite"}
