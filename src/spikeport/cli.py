@@ -89,7 +89,7 @@ BuildTimeout = Annotated[
 GraphStep = Annotated[
     float | None, typer.Option(metavar="SECONDS", help="Time step of a NIR graph.")
 ]
-ExperimentName = Annotated[str, typer.Argument(help="The experiment, e.g. reach.")]
+ExperimentName = Annotated[str, typer.Argument(help="The experiment: draw, reach, switch or walk.")]
 ImageFolder = Annotated[Path | None, written("Write image and report to this folder.")]
 ReportFile = Annotated[Path | None, written("Write the report to this file, as JSON.")]
 ReportPage = Annotated[Path | None, written("Write the report to this file, as a web page.")]
@@ -551,7 +551,9 @@ def evaluate_command(
     ] = 20,
     seed: SeedOption = 0,
     target: Target,
-    seconds: SecondsOption = None,
+    seconds: Annotated[
+        float | None, typer.Option(help="Length of an episode, in s; by default 20.")
+    ] = None,
     settings: SettingsOption,
     out: Annotated[
         Path | None, written("Folder of the evaluation; an earlier one in it is resumed.")

@@ -1,9 +1,15 @@
 """Experiments by name."""
 
+from pathlib import Path
+
 import pytest
 
+from spikeport import documents
 from spikeport.errors import MissingExtraError, UsageError
 from spikeport.experiments import registry
+from spikeport.experiments.switch.schedule import SHIPPED, load
+
+DOCS = Path(__file__).parents[2] / "docs"
 
 
 @pytest.mark.parametrize("name", registry.EXPERIMENTS)
@@ -33,3 +39,13 @@ def test_the_error_of_an_absent_package_names_the_extra_to_install():
         "a dance needs the package no_such_package, which is absent; "
         "install it with: pip install 'spikeport[ballet]'"
     )
+
+
+def test_the_help_names_every_experiment_and_the_page_their_lengths():
+    assert "| `EXPERIMENT` | The experiment: draw, reach, switch or walk. |" in documents.commands()
+    assert list(registry.EXPERIMENTS) == ["draw", "reach", "switch", "walk"]
+    page = " ".join((DOCS / "experiments.md").read_text(encoding="utf-8").split())
+    reach, draw, walk = (registry.get(name).seconds for name in ("reach", "draw", "walk"))
+    switch = load(SHIPPED["switch"], 60.0).end_s
+    assert f"a reach takes {reach:g} s, a drawing {draw:g} s, a walk {walk:g} s, " in page
+    assert f"a switch as long as its schedule, {switch:g} s" in page

@@ -64,7 +64,10 @@ ImageFile = Annotated[
         help="An image.npz that `compile --out` wrote, or its folder.", callback=image_file
     ),
 ]
-SecondsOption = Annotated[float | None, typer.Option(help="Simulated time, in s.")]
+SecondsOption = Annotated[
+    float | None,
+    typer.Option(help="Simulated time, in s; by default as docs/experiments.md says."),
+]
 SeedOption = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
 SettingsOption = Annotated[
     list[str],
