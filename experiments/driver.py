@@ -16,6 +16,7 @@ from spikeport.constants import DT_S
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError
 from spikeport.experiments import run_folder, watching
 from spikeport.experiments.costs import Amounts, by_unit
+from spikeport.experiments.digests import check_unchanged, digests
 from spikeport.experiments.options import Options, Outcome, keeps_to_a_clock
 from spikeport.experiments.pictures import (
     Scenes,
@@ -56,7 +57,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     Raises
     ------
     UsageError
-        If the trial asks for something that cannot be done.
+        If the trial asks for something that cannot be done, or one of its files changes meanwhile.
     RenderError, MissingExtraError
         If it asks for a video that cannot be made on this machine.
     DivergedError
@@ -68,9 +69,12 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     if options.video:
         # Checked before the run: a missing encoder found later would cost the whole run.
         check_video(folder, trial.plant())
+    files = digests(trial.files)
     ready = prepare(trial)
     rig = ready.closed.rig
     with ready.sim as sim, contextlib.closing(rig.plant):
+        # Later changes do not matter: the run has read all of its files.
+        check_unchanged(files)
         try:
             done = perform(trial, ready, folder)
         except (DivergedError, SimulationError) as error:  # Nengo's: NaN or infinity from a node
@@ -91,7 +95,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
                 raise
             path = run_folder.write_last_states(folder, rig.plant.history())
             raise RobotLostError(f"{error}; its last states are in {path}") from None
-    found = outcome(trial, ready, done)
+    found = outcome(trial, ready, done, files)
     options.progress("writing", None)
     _write(trial, rig, done, found.result, sim, folder)
     return found
@@ -187,8 +191,11 @@ def _series(trial: Trial[K, R], rig: Rig, done: R) -> xr.Dataset:
     return with_poses(trial.probes(done), rig.film)
 
 
-def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
-    """Return the result, report and counts of a trial that has run."""
+def outcome(trial: Trial[K, R], ready: Ready[K], done: R, files: Mapping[str, str]) -> Outcome:
+    """Return the result, report and counts of a trial that has run.
+
+    ``files`` are the digests of its files, as they were when its network was made.
+    """
     settings, options, sim = dataclasses.asdict(trial.settings), trial.options, ready.sim
     robot: Mapping[str, Any] | None = ready.closed.rig.plant.link
     if robot is not None and "estimator" in settings:
@@ -201,6 +208,7 @@ def outcome(trial: Trial[K, R], ready: Ready[K], done: R) -> Outcome:
         "seconds": options.seconds,
         "seeds": {"run": options.seed, "network": settings["network_seed"]},
         "settings": settings,
+        "files": dict(files),
         "metrics": trial.metrics(done),
         "activity": sim.activity.totals(),
         "link": sim.link,

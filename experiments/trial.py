@@ -18,6 +18,7 @@ from spikeport.experiments.loop import Loop, Port
 from spikeport.experiments.options import Options
 from spikeport.experiments.pictures import Film, Scenes
 from spikeport.experiments.run_folder import Result
+from spikeport.hardware_models import chip as chips
 from spikeport.robot import menagerie
 from spikeport.robot.link.connection import connect
 from spikeport.robot.link.motion import EstimatedMotion
@@ -139,6 +140,11 @@ class Trial(ABC, Generic[K, R]):
     def calibrate(self) -> DecoderCalibration:
         """Refit decoders to the activity of neurons on the backend; UsageError without decoders."""
         raise UsageError(f"experiment '{self.name}' has no decoders to calibrate")
+
+    @property
+    def files(self) -> list[Path]:
+        """The files that settings and chip name, which the run reads."""
+        return [*self.settings.files, *chips.files_of(self.options.chip)]
 
     @property
     def perturbation(self) -> Perturbation:

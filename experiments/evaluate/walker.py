@@ -7,10 +7,10 @@ import nengo
 import numpy as np
 
 from spikeport.constants import DT_S
+from spikeport.experiments.digests import digests
 from spikeport.experiments.driver import simulator
 from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.options import Options
-from spikeport.experiments.sweep.inputs import digests
 from spikeport.experiments.sweep.keeper import Keeper
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.experiments.walk.settings import WalkSettings

@@ -6,40 +6,19 @@ from two contents side by side.
 """
 
 import dataclasses
-import hashlib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
 from spikeport.errors import UsageError
 from spikeport.experiments import registry
+from spikeport.experiments.digests import digest, digests
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.sweep.workers import Run
 from spikeport.hardware_models import chip as chips
-from spikeport.reading.archive import open_file
-from spikeport.reading.mismatch import MismatchError
 
 S = TypeVar("S", bound=Sweep)
 """A plan of any kind."""
-
-DIGITS = 12
-
-
-def digest(path: Path) -> str:
-    """Return the first digits of the SHA-256 of a file; UsageError if it cannot be read."""
-    try:
-        with open_file(path) as file:
-            return hashlib.sha256(file.read()).hexdigest()[:DIGITS]
-    except MismatchError as error:
-        raise UsageError(f"{path}: {error}; cure: name a file") from None
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
-
-
-def digests(files: Sequence[Path]) -> dict[str, str]:
-    """Return the digest of each file, by its path as it was named."""
-    return {str(path): digest(path) for path in files}
 
 
 def files_of(point: Point) -> list[Path]:
@@ -58,7 +37,7 @@ def with_inputs(plan: S) -> S:
         If one of them cannot be read.
     """
     named = {path for point in plan.of_a_seed() for path in files_of(point)}
-    return dataclasses.replace(plan, files=digests(sorted(named)))
+    return dataclasses.replace(plan, files=digests(named))
 
 
 def check(point: Point) -> None:

@@ -12,6 +12,7 @@ from nengo.exceptions import SimulationError
 
 from spikeport.errors import DivergedError
 from spikeport.experiments import driver, registry, run_folder
+from spikeport.experiments.digests import digests
 from spikeport.experiments.driver import Ready
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.keeper import Keeper
@@ -63,7 +64,8 @@ def _files(
         raise DivergedError(str(error)) from error
     with tempfile.TemporaryDirectory(dir=scratch) as name:
         folder = Path(name)
-        run_folder.write_result(folder, driver.outcome(trial, ready, done).result)
+        files = digests(trial.files)  # the same as before: `Unchanged` compares them
+        run_folder.write_result(folder, driver.outcome(trial, ready, done, files).result)
         probes = None
         if keeps_probes:
             run_folder.write_probes(folder, trial.probes(done))

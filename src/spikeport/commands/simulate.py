@@ -1,5 +1,6 @@
 """``spikeport simulate``: a user's network on a chip, beside float Nengo."""
 
+import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +27,9 @@ from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
+from spikeport.experiments.digests import check_unchanged, digests
 from spikeport.find_network import BUILT_IN, find_network
+from spikeport.hardware_models import chip as chips
 from spikeport.plots import rendered
 from spikeport.simulation.probes import probing_outputs
 from spikeport.simulation.run import Ran, SimulationOptions, Watch, run, unwatched
@@ -70,7 +73,9 @@ def simulate(request: SimulateRequest) -> None:
         run_folder.check_outside(folder, "--record", request.link.record)
         with contained(request.network), progress_bar() as progress:
             progress("building the network", None)
+            files = digests(_files(request))
             network = _network(request)
+            check_unchanged(files)
             played = nir.play(network, request.spikes)
             options = _options(request, counts)
             watch = _viewers(folder, options, series)
@@ -82,7 +87,7 @@ def simulate(request: SimulateRequest) -> None:
             progress("writing", None)
             _write(folder, request, ran, drawing, series)
             run_folder.add_counts(folder, counts)
-            run_folder.write_result(folder, _result(request, ran, network))
+            run_folder.write_result(folder, _result(request, ran, network, files))
         _show(ran, network, played, folder)
 
 
@@ -103,6 +108,16 @@ def _stem(spec: str) -> str:
     """Return the name of a run's folder: the name of the file or the module."""
     where = spec if spec.endswith((*FILES, nir.SUFFIX)) else spec.rpartition(":")[0]
     return Path(where).stem or "network"
+
+
+def _files(request: SimulateRequest) -> list[Path]:
+    """Return the files that the request names: network, chip and spikes."""
+    spec = request.network
+    where = Path(spec if spec.endswith((*FILES, nir.SUFFIX)) else spec.rpartition(":")[0])
+    spikes = [] if request.spikes is None else [Path(request.spikes)]
+    named = [where, *chips.files_of(request.target.chip), *spikes]
+    # A module, or spikes drawn at random, are no files; others that are not there are refused soon.
+    return [path for path in named if os.path.isfile(path)]  # False, too, for a name too long
 
 
 def _network(request: SimulateRequest) -> nengo.Network:
@@ -152,7 +167,9 @@ def _write(
         run_folder.write_report(folder, ran.report_json, request.network)
 
 
-def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[str, Any]:
+def _result(
+    request: SimulateRequest, ran: Ran, network: nengo.Network, files: dict[str, str]
+) -> dict[str, Any]:
     """Return the content of ``result.json``."""
     errors = {name: one.error() for name, one in ran.recorded.items()}
     delays = {name: one.best_delay() for name, one in ran.recorded.items()}
@@ -164,6 +181,7 @@ def _result(request: SimulateRequest, ran: Ran, network: nengo.Network) -> dict[
         "seconds": request.seconds,
         "seeds": {"run": request.seed, "network": network.seed},
         "settings": request.settings,
+        "files": files,
         "metrics": {
             "errors": errors,
             "delays_s": {name: late and late[0] for name, late in delays.items()},

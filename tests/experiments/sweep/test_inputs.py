@@ -1,15 +1,15 @@
 """Files that settings name, which must not change after a plan began."""
 
-import os
 import shutil
 from pathlib import Path
 
 import pytest
 
 from spikeport.errors import UsageError
+from spikeport.experiments.digests import digest
 from spikeport.experiments.evaluate.plan import EvaluationSweep
 from spikeport.experiments.sweep.folder import PointFiles
-from spikeport.experiments.sweep.inputs import Unchanged, check, digest, with_inputs
+from spikeport.experiments.sweep.inputs import Unchanged, check, with_inputs
 from spikeport.experiments.switch.schedule import SHIPPED
 from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
@@ -22,25 +22,6 @@ def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_path(tmp_path / "path.csv", 0.3)
     return tmp_path
-
-
-def test_a_digest_is_of_the_content(here):
-    before = digest(Path("path.csv"))
-    assert len(before) == 12
-    Path("path.csv").touch()
-    assert digest(Path("path.csv")) == before
-    write_path(Path("path.csv"), 0.2)
-    assert digest(Path("path.csv")) != before
-
-
-def test_a_pipe_an_absent_file_and_a_folder_have_no_digest(here):
-    os.mkfifo("pipe")
-    with pytest.raises(UsageError, match="pipe: expected a file, found a pipe or a device"):
-        digest(Path("pipe"))
-    with pytest.raises(UsageError, match=r"none\.csv: no such file"):
-        digest(Path("none.csv"))
-    with pytest.raises(UsageError, match="cannot be read"):
-        digest(here)
 
 
 def test_files_of_settings_values_and_the_chip_are_in_the_plan(sweep_of, here):

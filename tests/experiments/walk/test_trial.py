@@ -1,5 +1,7 @@
 import dataclasses
 import json
+import shutil
+from pathlib import Path
 
 import nengo
 import numpy as np
@@ -12,14 +14,17 @@ from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.calibration import DecoderCalibration
+from spikeport.experiments.digests import digest
 from spikeport.experiments.options import Options
 from spikeport.experiments.walk import trial as walk_trial
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.find_network import find_network
+from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.policy import PolicyNetwork
 from spikeport.robot.description import JOINTS
+from tests.helpers.sweeps import write_path
 
 ANALYTIC = ("run", "walk", "--backend", "analytic", "--seconds", "0.5")
 FILES = ["figure.png", "probes.nc", "result.json"]
@@ -137,7 +142,7 @@ def test_a_board_does_what_the_native_backend_does(tmp_path):
 def test_the_result_has_every_field(exact):
     result = exact[1]
     assert list(result) == [
-        *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
+        *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings", "files"),
         *(
             "metrics",
             "activity",
@@ -154,6 +159,33 @@ def test_the_result_has_every_field(exact):
     ]
     assert list(result["metrics"]) == [*METRICS, "spikes_per_second", "real_time_factor"]
     assert result["settings"]["path"] == "line"
+    assert result["files"] == {}
+
+
+def test_the_result_has_the_digests_of_the_files_that_the_run_read(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_path(Path("path.csv"), 0.3)
+    shutil.copy(BUILT_IN / "loihi.toml", "own.toml")
+    named = {name: digest(Path(name)) for name in ("own.toml", "path.csv")}
+    options = Options(0.1, backend="analytic", chip="own.toml")
+    found = driver.run(WalkTrial(WalkSettings(path="path.csv"), options), tmp_path / "run")
+    assert found.result["files"] == named
+
+
+def test_a_file_that_changes_while_the_network_is_made_is_refused(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_path(Path("path.csv"), 0.3)
+    close = WalkTrial.close
+
+    def changing(*arguments):
+        closed = close(*arguments)
+        write_path(Path("path.csv"), 0.2)
+        return closed
+
+    monkeypatch.setattr(WalkTrial, "close", changing)
+    trial = WalkTrial(WalkSettings(path="path.csv"), Options(0.1, backend="analytic"))
+    with pytest.raises(UsageError, match=r"path\.csv: changed while the network was made"):
+        driver.run(trial, tmp_path / "run")
 
 
 def test_the_metrics_are_those_of_the_probes(exact):

@@ -2,8 +2,10 @@
 
 import json
 import re
+import shutil
 import signal
 import tempfile
+from pathlib import Path
 
 import pytest
 import recount
@@ -12,7 +14,9 @@ import xarray as xr
 from spikeport import Simulator
 from spikeport.commands import simulate as simulating
 from spikeport.compile.report.schema import ReportData
+from spikeport.experiments.digests import digest
 from spikeport.find_network import find_network
+from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.simulation import dataset
 from tests.helpers import refused_networks
 
@@ -79,6 +83,19 @@ def test_anyone_can_recompute_energy_and_times_from_the_counts(spikeport, tmp_pa
     energy = json.loads((out / "result.json").read_text())["energy"]
     assert sum(t["count"] for t in energy["nahuku-fit"]["terms"] if "hop" in t["event"]) > 0
     assert spikeport("simulate", tmp_path / "chain.py", *options, "--overwrite").code == 0
+
+
+def test_a_result_has_the_digests_of_network_and_chip(spikeport, net_py, tmp_path):
+    shutil.copy(BUILT_IN / "loihi.toml", tmp_path / "own.toml")
+    options = ("--seconds", "0.01", "--out", tmp_path / "run", "--chip", tmp_path / "own.toml")
+    assert spikeport("simulate", f"{net_py}:make", *options, "--no-float").code == 0
+    named = [Path(net_py), tmp_path / "own.toml"]
+    result = json.loads((tmp_path / "run" / "result.json").read_text())
+    assert result["files"] == {str(path): digest(path) for path in named}
+    module = f"{refused_networks.__name__}:with_foreign_neurons"
+    options = ("--backend", "reference", "--seconds", "0.01", "--out", tmp_path / "module")
+    assert spikeport("simulate", module, *options).code == 0
+    assert json.loads((tmp_path / "module" / "result.json").read_text())["files"] == {}
 
 
 def test_counts_are_refused_for_a_backend_without_cores(spikeport, net_py, tmp_path):

@@ -1,0 +1,43 @@
+"""Digests of the files that a run reads, by which its results name their contents."""
+
+import hashlib
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from spikeport.errors import UsageError
+from spikeport.reading.archive import open_file
+from spikeport.reading.mismatch import MismatchError
+
+DIGITS = 12
+
+
+def digest(path: Path) -> str:
+    """Return the first digits of the SHA-256 of a file; UsageError if it cannot be read."""
+    try:
+        with open_file(path) as file:
+            return hashlib.sha256(file.read()).hexdigest()[:DIGITS]
+    except MismatchError as error:
+        raise UsageError(f"{path}: {error}; cure: name a file") from None
+    except OSError as error:
+        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def digests(files: Iterable[Path]) -> dict[str, str]:
+    """Return the digest of each file, by its path as it was named."""
+    return {str(path): digest(path) for path in sorted(set(files))}
+
+
+def check_unchanged(before: Mapping[str, str]) -> None:
+    """Refuse to go on if a file is not as it was before a network was made of it.
+
+    Raises
+    ------
+    UsageError
+        If a file differs or cannot be read; the error names the first one.
+    """
+    for name, then in before.items():
+        if (now := digest(Path(name))) != then:
+            raise UsageError(
+                f"{name}: changed while the network was made (digest {then} then, {now} now); "
+                "give the same command again"
+            )
