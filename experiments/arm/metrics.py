@@ -7,6 +7,7 @@ from scipy.spatial import cKDTree
 
 from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun
+from spikeport.robot.perturbation import PHYSICS_DT_S
 
 LONGEST_LAG_S = 1.0
 
@@ -54,7 +55,13 @@ def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, obje
 
 def drawing(recording: ArmRecording) -> ArmRecording:
     """Return the part of a recording in which the pen is down, without the approach."""
-    return recording.where(recording.time_s >= DrawTask.begin_s)
+    return recording.where(pen_down(recording.time_s))
+
+
+def pen_down(time_s: np.ndarray) -> np.ndarray:
+    """Return whether the pen is down at times (n,) in s, which are sums of time steps."""
+    # 400 steps of 5 ms add up to a little less than 2 s.
+    return np.asarray(time_s > DrawTask.begin_s - PHYSICS_DT_S / 2)
 
 
 def shape_error(stroke: np.ndarray, trace: np.ndarray) -> np.ndarray:

@@ -50,9 +50,11 @@ def _in_words(one: Recorded) -> str:
 
 
 def _draw_values(axes: Axes, one: Recorded) -> None:
+    # A line through a single sample has no length: it would not be seen.
+    dots = "o" if len(one.times_s) == 1 else ""
     if one.values_float is not None:
-        axes.plot(one.times_s, one.values_float[:, :LINES], color=EXACT, lw=2.5)
-    axes.plot(one.times_s, one.values[:, :LINES], lw=1)
+        axes.plot(one.times_s, one.values_float[:, :LINES], dots + "-", color=EXACT, lw=2.5, ms=6)
+    axes.plot(one.times_s, one.values[:, :LINES], dots + "-", lw=1, ms=4)
 
 
 def _draw_spikes(axes: Axes, one: Recorded) -> None:

@@ -21,6 +21,15 @@ def test_only_the_time_of_the_drawing_counts():
     assert DrawTask.begin_s == 2.0
 
 
+def test_a_drawing_has_its_first_sample_though_sums_of_steps_are_rounded():
+    times = np.cumsum([0.0, *[0.005] * 800])
+    position = np.zeros((801, 3))
+    assert times[400] < DrawTask.begin_s
+    drawn = drawing(recorded(times, position, position))
+    assert len(drawn.time_s) == 401
+    assert drawn.time_s[0] == times[400]
+
+
 def test_the_shape_error_is_the_distance_to_the_nearest_point():
     stroke = np.stack([np.linspace(0, 1, 1001), np.zeros(1001), np.zeros(1001)], axis=1)
     trace = np.array([[0.5, 0.03, 0.04], [-0.3, 0.0, 0.4], [0.2, 0.0, 0.0]])

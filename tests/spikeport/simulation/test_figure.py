@@ -41,6 +41,14 @@ def test_many_probes_stand_in_columns(n, shape):
     assert drawn.get_suptitle() == "model\ncolours: native"
 
 
+@pytest.mark.parametrize(("n", "marker"), [(1, "o"), (2, "None")])
+def test_a_single_sample_is_a_dot(n, marker):
+    one = Recorded(np.arange(1, n + 1) * 0.001, np.ones((n, 2)), np.ones((n, 2)), False)
+    (axes,) = panels(figure({"p": one}, "native", "model"))
+    assert len(axes.lines) == 4
+    assert {line.get_marker() for line in axes.lines} == {marker}
+
+
 def test_a_picture_says_how_many_probes_it_leaves_out(monkeypatch):
     monkeypatch.setattr(drawing, "MOST", 2)
     one = Recorded(np.arange(1, 3) * 0.001, np.ones((2, 1)), None, False)
