@@ -2,6 +2,7 @@
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.cures import cure_of
+from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.refusal import RefusedError, refused
 
 NOT_FINITE = "array must not contain infs or NaNs"
@@ -13,10 +14,14 @@ class NotFiniteError(RefusedError):
 
     everywhere = True
 
+    def __init__(self, violation: Violation) -> None:
+        self.violations = (violation,)
+        super().__init__(str(violation))
+
 
 def not_finite(name: str, where: str) -> NotFiniteError:
     """Return the error for an object with NaN or infinite numbers."""
-    return NotFiniteError(str(rules.get("SP011").broken(name, f"NaN or infinity in {where}")))
+    return NotFiniteError(rules.get("SP011").broken(name, f"NaN or infinity in {where}"))
 
 
 def refused_or_not_finite(about: tuple[str, ...], error: Exception) -> RefusedError:

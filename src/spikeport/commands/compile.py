@@ -13,17 +13,15 @@ from spikeport.commands.options import check_seconds
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings, show_nothing
-from spikeport.compile.check.violation import (
-    DoesNotFitError,
-    NothingOnChipError,
-    OverBudgetError,
-)
+from spikeport.compile.check.violation import NothingOnChipError, OverBudgetError
+from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.passes.parse import targeted
 from spikeport.compile.passes.pipeline import Observer
 from spikeport.compile.pipeline import Compilation, compile_network
 from spikeport.compile.report.budget import Budget
+from spikeport.compile.report.refusal import refused_report
 from spikeport.compile.report.report import Modules, Report
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
@@ -78,10 +76,8 @@ def run(request: CompileRequest) -> None:
         except NothingOnChipError as nothing:
             _write_nothing(chip, nothing, request)
             return
-        except DoesNotFitError as error:
-            report = Report(chip, "", (), (), (), violations=error.violations)
-            # not into the folder, where an image of an earlier compile may lie
-            replace(request.to, out=None).write_report(report.to_dict(), request.network)
+        except RefusedError as error:
+            request.to.write_refusal(refused_report(chip, error).to_dict(), request.network)
             raise
         findings = _findings(network, compilation, request, passes, stated, progress)
     request.to.write_image(compilation.image)
@@ -122,6 +118,7 @@ def _compilation(
 def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: CompileRequest) -> None:
     """Write a report without cores, and say why there is no image."""
     report = Report(chip, "", (), (), (), hints=nothing.violations, offloaded=nothing.offloaded)
+    request.to.remove_image()
     request.to.write_report(report.to_dict(), request.network)
     show_nothing(report, nothing.verdict)
     request.to.note()

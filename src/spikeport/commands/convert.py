@@ -13,7 +13,9 @@ from spikeport.commands.destinations import Destinations
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
 from spikeport.compile.check.violation import DoesNotFitError
+from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.passes.parse import parse
+from spikeport.compile.report.refusal import refused_report
 from spikeport.errors import UsageError
 from spikeport.experiments.policy.conversion import Conversion, convert
 from spikeport.experiments.policy.lint import ConversionLint
@@ -32,6 +34,8 @@ from spikeport.networks.walking_policy import POLICIES, WalkingPolicy
 
 POLICY = "policy.npz"
 """The file of a walking policy, in the folder of its conversion."""
+CONVERSION = "conversion.json"
+"""The file of a conversion's errors in that folder."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,16 +70,17 @@ def run(request: ConvertRequest) -> None:
         conversion = Conversion(mlp, options, observations.values, request.seed)
         try:
             converted = convert(conversion, request.chip, request.passes, progress)
-        except DoesNotFitError as error:
-            error.advice = _smaller(request.n_neurons)
+        except RefusedError as error:
+            if isinstance(error, DoesNotFitError):
+                error.advice = _smaller(request.n_neurons)
+            report = refused_report(chips.get(request.chip), error)
+            request.to.write_refusal(report.to_dict(), str(request.file))
             raise
     findings = Findings(converted.compilation.report, converted.activity)
     request.to.write_image(converted.compilation.image)
     request.to.write_report(findings.to_dict(), str(request.file))
     if (out := request.to.out) is not None:
-        write_json(out / "conversion.json", asdict(converted.lint))
-        if walker is not None:
-            walker.save(out / POLICY)
+        _write(out, converted.lint, walker)
     console = Console(highlight=False)
     console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {mlp.activation}")
     console.print(f"observations: {observations.origin}")
@@ -100,6 +105,16 @@ def _check(request: ConvertRequest) -> None:
         check_output("--out", request.to.out / POLICY, *reads)
     chips.get(request.chip)
     parse(request.passes)
+
+
+def _write(out: Path, lint: ConversionLint, walker: WalkingPolicy | None) -> None:
+    """Write the errors of a conversion and a walking policy, in place of an earlier conversion."""
+    if walker is not None:
+        walker.save(out / POLICY)
+    elif (out / CONVERSION).exists():
+        # The walking policy of the earlier conversion; without one, the file is the user's own.
+        (out / POLICY).unlink(missing_ok=True)
+    write_json(out / CONVERSION, asdict(lint))
 
 
 def _smaller(n_neurons: int) -> str:

@@ -1,7 +1,7 @@
 """The places that a compile writes image and report to."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from spikeport.atomic import check_apart, check_folder, check_output
@@ -69,6 +69,15 @@ class Destinations:
             from spikeport.compile.report.page import write_page  # imports jinja2
 
             write_page(self.html, report, title)
+
+    def write_refusal(self, report: Json, title: str) -> None:
+        """Write the report on a refused network: not to the folder, where an image may lie."""
+        replace(self, out=None).write_report(report, title)
+
+    def remove_image(self) -> None:
+        """Remove the image of an earlier compile from the folder: the report is of another one."""
+        if self.out is not None:
+            (self.out / IMAGE).unlink(missing_ok=True)
 
     def note(self) -> None:
         """Print where image and report are, if they were asked for."""

@@ -17,6 +17,17 @@ from spikeport.hardware_models import chip as chips
 RUN = "a run is at least one step of 0.001 s, and at most 1,000,000,000 steps"
 
 
+SPARSE = """
+import nengo
+import numpy as np
+
+with nengo.Network(seed=1) as model:
+    a, b = (nengo.Ensemble(10, 1, label=name) for name in "ab")
+    weights = nengo.Sparse((1, 1), indices=[[0, 0]])
+    nengo.Connection(a, b, transform=weights)
+"""
+
+
 def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
@@ -116,6 +127,33 @@ def test_a_network_with_nothing_for_the_chip_has_a_report_and_no_image(spikeport
     assert names(tmp_path / "out") == ["report.json"]
     report = ReportData.model_validate(json.loads((tmp_path / "out" / "report.json").read_text()))
     assert (report.image_digest, report.cores, report.hints[0].id) == ("", [], "SP001")
+
+
+def test_a_report_without_an_image_replaces_an_earlier_compile(spikeport, net_py, tmp_path):
+    out = tmp_path / "out"
+    assert spikeport("compile", f"{net_py}:make", "--out", out).code == 0
+    assert names(out) == ["image.npz", "report.json"]
+    assert spikeport("compile", f"{net_py}:empty", "--out", out).code == 0
+    assert names(out) == ["report.json"]
+
+
+def test_a_network_that_its_builder_refuses_has_a_report(spikeport, net_py, tmp_path):
+    script, out = tmp_path / "sparse.py", tmp_path / "out"
+    script.write_text(SPARSE)
+    files = ("--out", out, "--json", tmp_path / "r.json", "--html", tmp_path / "r.html")
+    assert spikeport("compile", f"{net_py}:make", *files).code == 0
+    before = (out / "report.json").read_bytes()
+    done = spikeport("compile", script, *files)
+    assert done.code == 1
+    assert done.err.startswith("error: a -> b: nengo-loihi refuses it: ")
+    report = ReportData.model_validate(json.loads((tmp_path / "r.json").read_text()))
+    assert (report.fits, report.image_digest) == (False, "")
+    (violation,) = report.violations
+    assert f"a -> b: {violation.used}; cure: {violation.cure}" in done.err
+    assert "does not fit chip &#39;loihi&#39;: its builder" in (tmp_path / "r.html").read_text()
+    # The folder stays as it was: report and image of the earlier compile.
+    assert (out / "report.json").read_bytes() == before
+    assert names(out) == ["image.npz", "report.json"]
 
 
 @pytest.mark.parametrize(

@@ -9,9 +9,12 @@ import torch
 import yaml
 from torch import nn
 
+from spikeport.commands.convert import POLICY, _write
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.registry import PASSES, PIPELINES
 from spikeport.compile.report.schema import ReportData
+from spikeport.experiments.policy.lint import ConversionLint
+from spikeport.experiments.policy.settings import load_policy
 from spikeport.hardware_models import chip as chips
 from spikeport.networks import walking_policy
 from tests.helpers.chip_files import chip_file
@@ -53,6 +56,28 @@ def test_a_policy_file_becomes_an_image_with_errors_and_report(spikeport, tiny, 
     )
     assert json.loads((tmp_path / "report.json").read_text()) == report
     assert not (out / "policy.npz").exists()
+
+
+def test_an_earlier_conversion_in_the_folder_is_replaced(tmp_path):
+    lint = ConversionLint((), 0.1, 0.2, 0.004)
+    (tmp_path / POLICY).write_bytes(b"the user's own")
+    _write(tmp_path, lint, None)
+    assert (tmp_path / POLICY).read_bytes() == b"the user's own"
+    _write(tmp_path, lint, load_policy())
+    assert load_policy(tmp_path / POLICY) is not None
+    _write(tmp_path, lint, None)
+    assert [path.name for path in tmp_path.iterdir()] == ["conversion.json"]
+
+
+def test_a_policy_that_does_not_fit_has_a_report(spikeport, tiny, tmp_path):
+    chip = chip_file(tmp_path / "small.toml", cores=1)
+    report = tmp_path / "report.json"
+    report.write_text("{}")
+    done = spikeport("convert", tiny, "-n", "4", "--chip", chip, "--json", report)
+    assert done.code == 1
+    assert "SP201 cores" in done.err
+    found = ReportData.model_validate(json.loads(report.read_text()))
+    assert (found.fits, found.violations[0].id) == (False, "SP201")
 
 
 def test_observations_of_a_described_policy_are_those_of_its_description(spikeport, tmp_path):
