@@ -1,8 +1,8 @@
 """A sweep's folder: ``sweep.json``, a file for each finished point, ``table.nc``, ``figure.png``.
 
-``sweep.json`` holds the plan, the version of spikeport, and digests of the files that the plan
-names. Every file is written whole or not at all. A point's ``points/NAME.json`` is written after
-its other files: a point that has one is finished.
+``sweep.json`` holds the plan, the versions of spikeport and of the packages that compute, and
+digests of the files that the plan names. Every file is written whole or not at all. A point's
+``points/NAME.json`` is written after its other files: a point that has one is finished.
 """
 
 import contextlib
@@ -24,8 +24,8 @@ MOST_METRICS = 100
 """The most metrics of a result: experiments have about twenty, and a figure draws each of them."""
 
 
-FILES, VERSION = "files", "spikeport"
-"""The keys of a plan for the digests of files and the version."""
+FILES, VERSION, VERSIONS = "files", "spikeport", "versions"
+"""The keys of a plan for the digests of files, and the versions of spikeport and of packages."""
 
 NONE = "none"
 """Stands for the digest of a file that a plan lacks: a changed schedule may name other files."""
@@ -191,8 +191,10 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
         raise UsageError(f"{folder.plan}: is no plan of a sweep; choose another --out")
     asked = _as_json(dataclasses.asdict(sweep))
     now = asked.pop(FILES)
-    # Plans of earlier versions do not name their version.
-    held.setdefault(VERSION, asked[VERSION])
+    # Plans of earlier versions do not name versions.
+    for key in (VERSION, VERSIONS):
+        held.setdefault(key, asked[key])
+    held, asked = _by_package(held), _by_package(asked)
     differing = sorted(key for key in held.keys() | asked if held.get(key) != asked.get(key))
     if differing:
         there, here = (_pairs(plan, differing) for plan in (held, asked))
@@ -201,6 +203,15 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
             "give the earlier values, or choose another --out"
         )
     _check_files(folder, files, now)
+
+
+def _by_package(plan: dict[str, Any]) -> dict[str, Any]:
+    """Return a plan with a key for each version, so that an error names those that differ."""
+    versions = plan[VERSIONS]
+    if not isinstance(versions, dict):
+        return plan
+    others = {key: value for key, value in plan.items() if key != VERSIONS}
+    return others | {f"{VERSIONS}.{name}": version for name, version in versions.items()}
 
 
 def _check_files(

@@ -12,10 +12,13 @@ from typing import TypeVar
 from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.digests import digest, digests
+from spikeport.experiments.run_folder import version_of
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.sweep.workers import Run
 from spikeport.hardware_models import chip as chips
+
+SPIKEPORT = "spikeport"
 
 S = TypeVar("S", bound=Sweep)
 """A plan of any kind."""
@@ -41,15 +44,16 @@ def with_inputs(plan: S) -> S:
 
 
 def check(point: Point) -> None:
-    """Refuse to go on with a point whose files have changed since its plan began.
+    """Refuse to go on with a point whose files or versions are not those of its plan.
 
-    On a cluster these are the files of the worker's machine.
+    On a cluster these are the files and packages of the worker's machine.
 
     Raises
     ------
     UsageError
-        If a file differs or cannot be read; the error names the first one.
+        If a version or a file differs, or a file cannot be read; the error names the first one.
     """
+    _check_versions(point.sweep)
     held = point.sweep.files
     if not held:
         return
@@ -64,9 +68,20 @@ def check(point: Point) -> None:
             )
 
 
+def _check_versions(plan: Sweep) -> None:
+    """Refuse packages of other versions than where the plan was made."""
+    begun = {SPIKEPORT: plan.spikeport, **plan.versions}
+    for name, version in begun.items():
+        if (here := version_of(name)) != version:
+            raise UsageError(
+                f"{name} is {here} in the worker, but {version} where the {plan.kind} began; "
+                "install the same version"
+            )
+
+
 @dataclasses.dataclass(frozen=True)
 class Unchanged:
-    """A runner of points in a worker, which refuses a point whose files changed meanwhile."""
+    """A runner of points in a worker, which refuses other files and versions than the plan's."""
 
     run: Run
 

@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, ClassVar, NamedTuple
 from urllib.parse import quote
 
-from spikeport.cache import digest_of
+from spikeport.cache import COMPUTING, digest_of
 from spikeport.experiments import registry
 from spikeport.experiments.options import Options
 from spikeport.experiments.run_folder import version_of
@@ -17,6 +17,11 @@ BACKEND = "backend"
 LONGEST_NAME, KEPT = 235, 150
 """The longest name of a point, and the letters that are kept of a longer one. Names in file systems
 have up to 255 bytes, of which an ending and the ending of a half-written file take 20."""
+
+
+def computing_versions() -> dict[str, str | None]:
+    """Return the versions of the packages that compute: others may have other results."""
+    return {name: version_of(name) for name in COMPUTING}
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,8 @@ class Sweep:
         `spikeport.experiments.sweep.inputs`.
     spikeport : str
         The version of spikeport that its points are run by.
+    versions : mapping
+        The versions of the packages that compute.
     """
 
     kind: ClassVar[str] = "sweep"
@@ -58,6 +65,7 @@ class Sweep:
     probes: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
     spikeport: str | None = field(default_factory=partial(version_of, "spikeport"))
+    versions: Mapping[str, str | None] = field(default_factory=computing_versions)
 
     @property
     def axes(self) -> dict[str, tuple[Any, ...]]:

@@ -160,7 +160,7 @@ def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:
     title = _title(evaluation)
     write_text(folder.path / "table.md", markdown(rows))
     plan = dataclasses.asdict(evaluation)
-    del plan["varied"], plan["probes"], plan["spikeport"]
+    del plan["varied"], plan["probes"], plan["spikeport"], plan["versions"]
     result = {**plan, "experiment": f"{KIND}{evaluation.experiment}", "rows": as_json(rows)}
     write_result(folder.path, result)
     write_figure(folder.path, rendered(figure(rows, f"{title}, intervals of 95 %")))

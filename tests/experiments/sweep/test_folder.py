@@ -65,10 +65,22 @@ def test_a_plan_of_another_spikeport_version_is_refused(sweep_of, tmp_path):
     )
 
 
+def test_a_plan_of_another_version_of_a_package_is_refused(sweep_of, tmp_path):
+    begin(tmp_path, sweep_of(versions={"numpy": "2.1.0", "mujoco": "3.2.0"}))
+    asked = sweep_of(versions={"numpy": "2.1.0", "mujoco": "3.3.0"})
+    assert refused(tmp_path, asked) == (
+        f'{tmp_path}: was begun with versions.mujoco="3.2.0", but this sweep has '
+        'versions.mujoco="3.3.0"; give the earlier values, or choose another --out'
+    )
+    (tmp_path / "sweep.json").write_text(json.dumps({"versions": 1}))
+    assert "was begun with" in refused(tmp_path, sweep_of())
+
+
 def test_a_plan_without_a_version_is_continued(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
     assert plan.pop("spikeport") == version("spikeport")
+    assert plan.pop("versions")["numpy"] == version("numpy")
     folder.plan.write_text(json.dumps(plan))
     begin(tmp_path, sweep_of())
 

@@ -1,6 +1,7 @@
 """Files that settings name, which must not change after a plan began."""
 
 import shutil
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -87,6 +88,18 @@ def test_a_point_whose_file_changed_is_refused_and_others_are_not(sweep_of, here
     Path("b.csv").unlink()
     with pytest.raises(UsageError, match=r"b\.csv: no such file"):
         check(b)
+
+
+@pytest.mark.parametrize("other", [{"spikeport": "0.1"}, {"versions": {"numpy": "0.1"}}])
+def test_a_worker_with_other_versions_than_the_plan_is_refused(sweep_of, other):
+    (point,) = sweep_of(settings={}, varied={}, **other).points()
+    name = next(iter(other.get("versions", other)))
+    with pytest.raises(UsageError) as caught:
+        Unchanged(lambda *_: PointFiles({}, None))(point, "")
+    assert str(caught.value) == (
+        f"{name} is {version(name)} in the worker, but 0.1 where the sweep began; install the same "
+        "version"
+    )
 
 
 def test_a_point_whose_file_changes_while_it_runs_is_refused(sweep_of, here):
