@@ -1,7 +1,7 @@
 """``spikeport run``."""
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 NO_CORES = (WITHOUT_NEURONS, "reference")
 """Backends without a chip."""
+NEEDS = {"push_every": "push", "silence_at": "silence"}
+"""Settings that do nothing unless another one is above 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +56,9 @@ def run(request: RunRequest) -> None:
     """Check the request, run the experiment, print its figures."""
     experiment, target, asked = registry.get(request.experiment), request.target, request.options
     experiment.check_backend(target.backend)
-    chosen = experiment.settings(**experiment.parse_settings(asked.settings))
+    given = experiment.parse_settings(asked.settings)
+    chosen = experiment.settings(**given)
+    check_needed(given, [chosen])
     seconds = seconds_of(asked.seconds, experiment)
     check_target(target)
     check_counts(asked.counts, target)
@@ -89,6 +93,16 @@ def check_target(target: Target) -> None:
     chips.get(target.chip)
     if target.passes is not None:
         parse(target.passes)
+
+
+def check_needed(given: Collection[str], chosen: Collection[Any]) -> None:
+    """Raise UsageError for a setting that does nothing in any run; ``chosen`` are the runs'."""
+    for key, needed in NEEDS.items():
+        if key in given and not any(getattr(one, needed) for one in chosen):
+            raise UsageError(
+                f"{key}: does nothing without {needed}, which is 0; cure: a value of {needed} "
+                "beside it, or leave it out"
+            )
 
 
 def check_counts(asked: bool, target: Target) -> None:

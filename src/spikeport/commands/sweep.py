@@ -9,7 +9,7 @@ from spikeport.commands.console import Console
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check_target, seconds_of
+from spikeport.commands.run import check_needed, check_target, seconds_of
 from spikeport.commands.screen import print_written
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError
@@ -155,9 +155,11 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
             f"a sweep of {n_points:,} points, limit {MOST_POINTS:,}; cure: fewer values of --vary, "
             "or fewer --seeds"
         )
-    for point in sweep.of_a_seed():
-        chosen = experiment.settings(**point.settings)
-        experiment.trial(chosen, point.options).check()
+    points = sweep.of_a_seed()
+    chosen = [experiment.settings(**point.settings) for point in points]
+    check_needed({*sweep.settings, *sweep.varied}, chosen)
+    for point, settings in zip(points, chosen, strict=True):
+        experiment.trial(settings, point.options).check()
 
 
 def _show(folder: Path, n_points: int, failures: Sequence[tuple[Point, str]]) -> None:

@@ -8,7 +8,8 @@ import time
 
 import pytest
 
-from spikeport.commands.run import show_outcome
+from spikeport.commands.run import check_needed, show_outcome
+from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.options import Outcome
 from spikeport.hardware_models import chip as chips
@@ -39,6 +40,29 @@ def test_a_run_without_out_goes_into_a_folder_of_its_own(spikeport, tmp_path, mo
     (folder,) = (tmp_path / "runs").iterdir()
     assert folder.name.startswith("reach-")
     assert (folder / "result.json").is_file()
+
+
+@pytest.mark.parametrize(("key", "needed"), [("push_every=2", "push"), ("silence_at=0", "silence")])
+def test_a_setting_that_does_nothing_is_refused(spikeport, tmp_path, key, needed):
+    walk = ("run", "walk", "--backend", "analytic", "--seconds", "0.05", "--out", tmp_path / "run")
+    done = spikeport(*walk, "--set", key)
+    name = key.partition("=")[0]
+    assert done == (
+        2,
+        "",
+        f"error: {name}: does nothing without {needed}, which is 0; cure: a value of {needed} "
+        "beside it, or leave it out\n",
+    )
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_setting_that_some_points_of_a_sweep_need_is_accepted():
+    walk = registry.get("walk").settings
+    chosen = [walk(push=push, push_every=2.0) for push in (0.0, 0.5)]
+    check_needed({"push_every"}, chosen)
+    with pytest.raises(UsageError, match="push_every: does nothing without push"):
+        check_needed({"push_every"}, chosen[:1])
+    check_needed({"preset"}, [registry.get("reach").settings()])
 
 
 def test_unknown_names_of_run_list_the_known_ones(spikeport, tmp_path):

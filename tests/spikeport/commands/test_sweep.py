@@ -68,6 +68,14 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
     }
 
 
+def test_a_setting_that_no_point_needs_is_refused(spikeport, tmp_path):
+    walk = ("sweep", "walk", "--backend", "analytic", "--seconds", "4", "--out", tmp_path / "out")
+    done = spikeport(*walk, "--vary", "push_every=1,2")
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith("error: push_every: does nothing without push, which is 0; cure: ")
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.parametrize(
     ("typed", "values"),
     [
