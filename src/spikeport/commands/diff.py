@@ -43,7 +43,7 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
     if kinds == {True}:
         rows, note = _of_evaluations(file_a, file_b, html)
     else:
-        rows, note = _of_reports(a, b, html), ""
+        rows, note = _of_reports(a, b, html)
     console = Console(highlight=False)
     if rows:
         table = Table(Column("figure", overflow="fold"), box=SIMPLE_HEAD)
@@ -72,7 +72,8 @@ def _of_evaluations(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
     return [tuple(map(printable, one)) for one in differences], note
 
 
-def _of_reports(a: Path, b: Path, html: Path | None) -> Rows:
+def _of_reports(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
+    """Return the figures that differ, and a note on sections that one of the reports lacks."""
     if html is not None:
         check_output("--html", html, *map(report_file, (a, b)), suffix=".html")
     reports = {str(a): read(a), str(b): read(b)}
@@ -84,7 +85,9 @@ def _of_reports(a: Path, b: Path, html: Path | None) -> Rows:
 
         write_pair(html, reports, rows)
         print(f"written: {html}")
-    return rows
+    alone = [one for one in SECTIONS if len([1 for each in reports.values() if each.get(one)]) == 1]
+    lacking = f"not compared, since one report lacks them: {', '.join(alone)}"
+    return rows, lacking if alone and len(reports) == 2 else ""
 
 
 def changes(a: Json, b: Json) -> list[Change]:

@@ -13,6 +13,8 @@ from spikeport.files import read_json
 from spikeport.reading.mismatch import shown
 
 IN_FOLDERS = ("report.json", "result.json")
+OF_RUNS = {"experiment", "model"}
+"""Keys of the results of `run` and `simulate`, of which each has one, and a report none."""
 NEEDED = ("image_digest", "resources", "energy", "timing")
 COMPARED = (*NEEDED, "host_io", "passes", "quantisation", "loss")
 PARTS: dict[str, TypeAdapter[object]] = {
@@ -73,7 +75,7 @@ def report_file(path: Path) -> Path:
 def _check(file: Path, report: object) -> None:
     if not isinstance(report, dict) or not set(NEEDED) <= set(report):
         raise UsageError(f"{file}: not a report of a compile, nor of a run")
-    known = RESULT_SCHEMA if "experiment" in report else SCHEMA
+    known = RESULT_SCHEMA if OF_RUNS & set(report) else SCHEMA
     if report.get("schema") != known:
         raise UsageError(
             f"{file}: report schema {shown(report.get('schema'))}, this spikeport reads {known}; "

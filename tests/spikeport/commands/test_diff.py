@@ -57,6 +57,31 @@ def test_reports_without_host_io_can_be_compared(spikeport, two):
         assert "host I/O" not in done.out
 
 
+def test_sections_of_one_report_alone_are_named(spikeport, two):
+    path = two[0] / "report.json"
+    report = json.loads(path.read_text())
+    other = two[0] / "without.json"
+    other.write_text(json.dumps(report | {"energy": None, "timing": None}))
+    for pair in ((path, other), (other, path)):
+        assert spikeport("diff", *pair) == (
+            0,
+            "no difference\nnot compared, since one report lacks them: energy, timing\n",
+            "",
+        )
+    assert spikeport("diff", other, other) == (0, "no difference\n", "")
+
+
+def test_the_result_of_a_simulation_is_compared(spikeport, net_py, tmp_path):
+    run = ("simulate", f"{net_py}:make", "--seconds", "0.01", "--no-float", "--out")
+    assert spikeport(*run, tmp_path / "run").code == 0
+    result = tmp_path / "run" / "result.json"
+    assert spikeport("diff", result, result) == (0, "no difference\n", "")
+    assert spikeport(*run, tmp_path / "float", "--backend", "reference").code == 0
+    done = spikeport("diff", result, tmp_path / "float")
+    assert done.code == 2
+    assert "the run used no chip" in done.err
+
+
 def test_files_that_are_not_reports_are_refused(spikeport, two, tmp_path):
     def error(path):
         done = spikeport("diff", two[0], path)
