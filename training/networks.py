@@ -115,7 +115,10 @@ class MirrorNetwork(nn.Module):
 
 
 class MirrorGaussian(GaussianDistribution):
-    """Gaussian actions whose standard deviation is the same on both sides, and capped per joint."""
+    """Gaussian actions whose standard deviation is the same on both sides, and capped per joint.
+
+    Hip yaw and torso begin above their caps and stay at them: a minimum has no gradient there.
+    """
 
     def __init__(self, output_dim: int, init_std: float) -> None:
         super().__init__(output_dim, init_std, std_type="log")
