@@ -1,6 +1,7 @@
 """Digests of the files that a run reads, by which its results name their contents."""
 
 import hashlib
+import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
@@ -25,6 +26,12 @@ def digest(path: Path) -> str:
 def digests(files: Iterable[Path]) -> dict[str, str]:
     """Return the digest of each file, by its path as it was named."""
     return {str(path): digest(path) for path in sorted(set(files))}
+
+
+def digests_of_present(files: Iterable[Path]) -> dict[str, str]:
+    """Return the digest of each file that is there; readers refuse the others in own words."""
+    # False, too, for a name that is too long, where `Path.is_file` raises an error.
+    return digests(path for path in files if os.path.isfile(path))
 
 
 def check_unchanged(before: Mapping[str, str]) -> None:

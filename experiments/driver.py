@@ -16,7 +16,7 @@ from spikeport.constants import DT_S
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError
 from spikeport.experiments import run_folder, watching
 from spikeport.experiments.costs import Amounts, by_unit
-from spikeport.experiments.digests import check_unchanged, digests
+from spikeport.experiments.digests import check_unchanged, digests_of_present
 from spikeport.experiments.options import Options, Outcome, keeps_to_a_clock
 from spikeport.experiments.pictures import (
     Scenes,
@@ -69,7 +69,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     if options.video:
         # Checked before the run: a missing encoder found later would cost the whole run.
         check_video(folder, trial.plant())
-    files = digests(trial.files)
+    files = digests_of_present(trial.files)
     ready = prepare(trial)
     rig = ready.closed.rig
     with ready.sim as sim, contextlib.closing(rig.plant):

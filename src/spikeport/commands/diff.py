@@ -85,7 +85,7 @@ def _of_reports(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
 
         write_pair(html, reports, rows)
         print(f"written: {html}")
-    alone = [one for one in SECTIONS if len([1 for each in reports.values() if each.get(one)]) == 1]
+    alone = [one for one in SECTIONS if sum(bool(each.get(one)) for each in reports.values()) == 1]
     lacking = f"not compared, since one report lacks them: {', '.join(alone)}"
     return rows, lacking if alone and len(reports) == 2 else ""
 

@@ -1,6 +1,5 @@
 """``spikeport simulate``: a user's network on a chip, beside float Nengo."""
 
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +26,7 @@ from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
-from spikeport.experiments.digests import check_unchanged, digests
+from spikeport.experiments.digests import check_unchanged, digests_of_present
 from spikeport.find_network import BUILT_IN, find_network
 from spikeport.hardware_models import chip as chips
 from spikeport.plots import rendered
@@ -73,7 +72,7 @@ def simulate(request: SimulateRequest) -> None:
         run_folder.check_outside(folder, "--record", request.link.record)
         with contained(request.network), progress_bar() as progress:
             progress("building the network", None)
-            files = digests(_files(request))
+            files = digests_of_present(_files(request))
             network = _network(request)
             check_unchanged(files)
             played = nir.play(network, request.spikes)
@@ -111,13 +110,14 @@ def _stem(spec: str) -> str:
 
 
 def _files(request: SimulateRequest) -> list[Path]:
-    """Return the files that the request names: network, chip and spikes."""
+    """Return the files that the request may name: network, chip and spikes.
+
+    A module, or spikes drawn at random, are no files.
+    """
     spec = request.network
     where = Path(spec if spec.endswith((*FILES, nir.SUFFIX)) else spec.rpartition(":")[0])
     spikes = [] if request.spikes is None else [Path(request.spikes)]
-    named = [where, *chips.files_of(request.target.chip), *spikes]
-    # A module, or spikes drawn at random, are no files; others that are not there are refused soon.
-    return [path for path in named if os.path.isfile(path)]  # False, too, for a name too long
+    return [where, *chips.files_of(request.target.chip), *spikes]
 
 
 def _network(request: SimulateRequest) -> nengo.Network:

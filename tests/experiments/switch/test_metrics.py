@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from spikeport.experiments.switch.metrics import metrics, phase_metrics, switched_after_s
+from spikeport.experiments.switch.metrics import metrics, phase_metrics, switched_after_s, within
 from spikeport.experiments.switch.schedule import Phase
 from spikeport.experiments.walk.paths import find_path
 
@@ -14,6 +14,13 @@ WALK, DRAW = {"walk": 0.8, "draw": 0.4}, {"walk": 0.4, "draw": 0.8}
 
 def phase(begin_s, end_s, utilities, **goal):
     return Phase(name="one", begin_s=begin_s, end_s=end_s, utilities=utilities, **goal)
+
+
+def test_a_phase_begins_with_its_first_step_after_hours_of_steps():
+    time_s = np.cumsum(np.full(2_000_010, 0.005))
+    begun = within(time_s, phase(10_000.0, 10_001.0, {"walk": 1.0}, path="line"))
+    assert 1e-9 < 10_000.0 - time_s[1_999_999] < 1e-6  # a sum of steps, and rounded
+    assert np.flatnonzero(begun)[0] == 1_999_999
 
 
 def test_a_switch_is_over_once_the_gate_of_the_action_alone_stays_open():
