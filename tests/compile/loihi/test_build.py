@@ -140,7 +140,8 @@ def test_an_error_in_a_users_function_names_the_connection() -> None:
     with pytest.raises(CompileError) as raised:
         integer_blocks(network)
     assert str(raised.value) == (
-        "a -> b: Nengo refuses it: ZeroDivisionError: division by zero; cure: change this object"
+        "a -> b: Nengo refuses it: ZeroDivisionError at <lambda>: nengo.Connection(a, b, "
+        "function=lambda x: 1 / 0 if x.any() else 0.0); cure: change this object"
     )
 
 
