@@ -22,7 +22,10 @@ from spikeport.interrupts import uninterruptible
 ENDS_S = 1.0
 """Time in which a process that is gone has ended for good."""
 MEETING = timedelta(minutes=5)
-"""Time in which all processes must meet, and in which each must answer another."""
+"""Time in which all processes must meet: one that died at its start would be awaited for ever."""
+ANSWER = timedelta(days=7)
+"""Time in which each must answer another. A process that dies is noticed at once; one waits long
+while the first one evaluates, or while a user has suspended them, or the machine."""
 Arguments = TypeVarTuple("Arguments")
 
 
@@ -33,13 +36,12 @@ class Worker(NamedTuple):
     world_size: int = 1
 
     def join(self, meeting: str) -> None:
-        """Join the other workers; ``meeting`` is the address of a file that all can reach."""
+        """Join the other workers; ``meeting`` is the path of a file that all can reach."""
+        store = distributed.FileStore(meeting, self.world_size)
+        store.set(str(self.rank), "here")
+        store.wait([str(rank) for rank in range(self.world_size)], MEETING)
         distributed.init_process_group(
-            "gloo",
-            init_method=meeting,
-            rank=self.rank,
-            world_size=self.world_size,
-            timeout=MEETING,  # else a process that died at its start is awaited for ever
+            "gloo", store=store, rank=self.rank, world_size=self.world_size, timeout=ANSWER
         )
 
 
@@ -57,7 +59,7 @@ def others(
     # A fork would copy torch's and MuJoCo's threads in the middle of their work.
     spawn = multiprocessing.get_context("spawn")
     with tempfile.TemporaryDirectory() as folder:
-        meeting = (Path(folder) / "meeting").as_uri()
+        meeting = str(Path(folder) / "meeting")
         workers = [Worker(rank, number + 1) for rank in range(number + 1)]
         processes = [
             spawn.Process(target=_help, args=(worker, meeting, work, args), daemon=True)

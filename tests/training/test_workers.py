@@ -1,5 +1,7 @@
 import os
 import signal
+import time
+from datetime import timedelta
 
 import pytest
 
@@ -10,6 +12,7 @@ import torch
 from torch import distributed
 
 from spikeport.errors import WorkerLostError
+from spikeport.training import workers
 from spikeport.training.learner import Learner, LearnerOptions
 from spikeport.training.workers import ALONE, Worker, others
 
@@ -55,6 +58,29 @@ def test_a_worker_that_died_is_named_with_a_cure():
         "again"
     )
     assert not distributed.is_initialized()
+
+
+def test_a_worker_that_does_not_come_is_not_awaited_for_ever(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "MEETING", timedelta(seconds=0.2))
+    with pytest.raises(RuntimeError, match="timeout"):
+        Worker(0, 2).join(str(tmp_path / "meeting"))
+    assert not distributed.is_initialized()
+
+
+def answer_late(worker):
+    """Take part in a sum after a while."""
+    time.sleep(3)
+    add(worker, [1.0, 10.0])
+
+
+@pytest.mark.slow
+def test_an_answer_may_take_longer_than_the_meeting(monkeypatch):
+    monkeypatch.setattr(workers, "ANSWER", timedelta(seconds=0.5))
+    with pytest.raises(RuntimeError, match="Timed out"), others(1, answer_late):
+        add(Worker(0, 2), [1.0, 10.0])
+    monkeypatch.undo()
+    with others(1, answer_late):
+        assert add(Worker(0, 2), [1.0, 10.0]) == 11.0
 
 
 def test_a_single_worker_starts_no_process_group():
