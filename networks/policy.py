@@ -135,7 +135,8 @@ def _network(
             # sum.
             halves = isinstance(layers[number + 1], Readout)
             hidden = hidden_layer(f"layer {number + 1}", reach, options, halves, rng)
-            if number == 0 and options.observes_host and _is_off_centre(layer, reach):
+            signs = options.function.signs
+            if number == 0 and options.observes_host and _is_off_centre(layer, reach, signs):
                 _on_host(values, hidden.input, layer)
             else:
                 _dense(values, hidden.input, layer, synapse)
@@ -145,10 +146,18 @@ def _network(
     return net
 
 
-def _is_off_centre(layer: Layer, reach: Ranges) -> bool:
-    """Return whether a bias is large against its unit's range on the other side of zero."""
-    room = np.where(layer.bias < 0, reach.above, reach.below)
-    return bool((np.abs(layer.bias) > OFF_CENTRE * room).any())
+def _is_off_centre(layer: Layer, reach: Ranges, signs: Sequence[int]) -> bool:
+    """Return whether the host can only send a layer's sums with their biases, for halves of signs.
+
+    A half of the range r gets its sum s within +- r, and z = s + b. A bias shifts the sums of the
+    half on the other side of zero out of +- r. On its own side, a bias above r would drive the half
+    even with the least sum that is sent, however far z is on the other side.
+    """
+    size, rises = np.abs(layer.bias), layer.bias > 0
+    # ReLU has no neurons below zero, and nothing that a bias could drive.
+    below = reach.below if -1 in signs else np.inf
+    own, other = np.where(rises, reach.above, below), np.where(rises, reach.below, reach.above)
+    return bool(((size > OFF_CENTRE * other) | (size > own)).any())
 
 
 def _on_host(pre: nengo.Node, post: nengo.Node, layer: Layer) -> None:

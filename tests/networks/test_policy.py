@@ -73,6 +73,23 @@ def test_observations_far_from_zero_cost_no_accuracy() -> None:
     assert far == pytest.approx(near, rel=0.05)
 
 
+def test_a_bias_drives_no_neurons_of_its_sign_where_a_unit_is_always_negative() -> None:
+    # z = 4 - x is below 0: the neurons above 0 have the least range, an eighth of the bias.
+    layers = [Layer(-np.ones((2, 1)), np.full(2, 4.0)), Layer(np.ones((1, 2)), np.zeros(1))]
+    observations = np.linspace(4.5, 14, 50)[:, np.newaxis]
+    with nengo.Network(label="negative", seed=1) as network:
+        net = policy(layers, record_ranges(layers, observations))
+        held = nengo.Node(lambda _: observations[25])
+        nengo.Connection(held, net.observation, synapse=None)
+        network.probe = nengo.Probe(net.action)
+    compilation = compile_network(network, pipeline=PASSES)
+    loop = HostLoop(compilation, NativeChip(compilation.image, seed=1), seed=1)
+    for _ in range(100):
+        loop.step()
+    wanted = exact(layers, observations[25:26])[-1].item()
+    assert loop.data(network.probe)[50:].mean() == pytest.approx(wanted, abs=0.2)
+
+
 def of_both_sides(n: int, m: int, rng: np.random.RandomState) -> Layer:
     """Return a layer whose outputs (n,) swap their halves when its inputs (m,) do."""
     near, far = rng.randn(2, n // 2, m // 2)
