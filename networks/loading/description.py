@@ -99,7 +99,9 @@ def translated_observations(
     # A scale of 0 hides a value, so that any one will do.
     plain = np.divide(observations, scale, out=np.zeros_like(observations), where=scale != 0)
     head, q, dq, action = _parts(plain, order)
-    return np.hstack((head, q + p - p_ours, dq, (s * action + p - p_ours) / s_ours))
+    # With differences first, the observations of an equal robot keep every bit.
+    shift = p - p_ours
+    return np.hstack((head, q + shift, dq, s / s_ours * action + shift / s_ours))
 
 
 def _pose_and_scale(robot: Description, joints: Sequence[str]) -> Iterator[np.ndarray]:

@@ -69,29 +69,49 @@ def load_walking(
         return translated(mlp, theirs, robot)
 
 
-def our_observations(observations: np.ndarray, robot: Description, description: Path) -> np.ndarray:
-    """Return observations of a description's robot as those of ours, like the policy's layers.
+def our_observations(
+    observations: np.ndarray, robot: Description, path: Path, description: Path | None
+) -> np.ndarray:
+    """Return what a policy of a file observes as our robot's observations, like its layers.
+
+    Parameters
+    ----------
+    observations : (n, 12 + 3 joints) array
+        Observations in the order and the units of the file.
+    robot : Description
+        Our robot.
+    path, description : Path
+        The file and its description, as `load_walking` takes them.
 
     Raises
     ------
     UsageError
-        The description is of another robot or task.
+        The file or its description is of another robot or task.
     """
-    return translated_observations(observations, _foreign(description, robot), robot)
+    if description is None:
+        theirs = _owned(walking_policy.load(path), robot)
+    else:
+        theirs = _foreign(description, robot)
+    return translated_observations(observations, theirs, robot)
 
 
 def _ours(path: Path, mlp: Mlp, robot: Description) -> WalkingPolicy:
     """Read the rest of our file: joints, pose, action scale and the follower's gains."""
     policy = walking_policy.load(path)
-    theirs = replace(
+    theirs = _owned(policy, robot)
+    with refusing(path):
+        check_robot(theirs, robot)
+        return replace(translated(mlp, theirs, robot), gains=policy.gains)
+
+
+def _owned(policy: WalkingPolicy, robot: Description) -> Description:
+    """Return the robot that our file is of: ours, but for what the file states."""
+    return replace(
         robot,
         joints=policy.joints,
         pose_rad=dict(zip(policy.joints, policy.pose_rad, strict=True)),
         action_scale_rad=dict.fromkeys(policy.joints, policy.action_scale_rad),
     )
-    with refusing(path):
-        check_robot(theirs, robot)
-        return replace(translated(mlp, theirs, robot), gains=policy.gains)
 
 
 def _foreign(path: Path, robot: Description) -> Description:

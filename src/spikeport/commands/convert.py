@@ -137,7 +137,7 @@ def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
 def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Mlp) -> Observations:
     if request.observations is not None:
         found = read_observations(request.observations, mlp.sizes[0])
-        return found if request.description is None else _translated(found, request.description)
+        return found if walker is None else _translated(found, request)
     if walker is None:
         return normal_observations(mlp)
     from spikeport.experiments.walk.gait import record_gait
@@ -146,12 +146,14 @@ def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Ml
     return Observations(gait, f"{len(gait):,} of a gait, recorded from the exact policy")
 
 
-def _translated(found: Observations, description: Path) -> Observations:
-    """Return observations of a foreign policy in our order of joints, as its layers are."""
+def _translated(found: Observations, request: ConvertRequest) -> Observations:
+    """Return observations of a walking policy in our order of joints, as its layers are."""
     from spikeport.experiments.policy.settings import H1  # needs the robot
 
-    values = our_observations(found.values, H1, description)
-    return Observations(values, f"{found.origin}, in the order of {description}")
+    described = request.description
+    values = our_observations(found.values, H1, request.policy, described)
+    origin = found.origin if described is None else f"{found.origin}, in the order of {described}"
+    return Observations(values, origin)
 
 
 def lint_table(lint: ConversionLint) -> Table:

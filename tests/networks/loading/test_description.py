@@ -5,6 +5,7 @@ import pytest
 import torch
 
 from spikeport.experiments.policy.settings import H1, load_policy
+from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.loading.walking import our_observations
 from spikeport.robot.description import DEFAULT_POSE, JOINTS
@@ -61,14 +62,20 @@ def test_another_pose_and_other_scales_are_folded_in(path, module, environment):
 
 def test_observations_are_translated_as_the_first_layer_is(path, module, environment):
     theirs = np.random.default_rng(3).standard_normal((20, 12 + 3 * N))
-    ours = our_observations(theirs, H1, environment(CHANGES))
+    ours = our_observations(theirs, H1, path, environment(CHANGES))
     policy = load_policy(path, environment(CHANGES))
     with torch.no_grad():
         wanted = module[0](torch.tensor(theirs)).numpy()
     np.testing.assert_allclose(ours @ policy.weights[0].T + policy.biases[0], wanted, atol=1e-6)
 
 
-def test_an_observation_with_a_scale_of_0_is_0(environment):
+def test_observations_of_our_own_robot_keep_every_bit():
+    own = np.random.default_rng(3).standard_normal((20, 12 + 3 * N))
+    assert our_observations(own, H1, walking_policy.SHIPPED, None).tolist() == own.tolist()
+
+
+def test_an_observation_with_a_scale_of_0_is_0(path, environment):
     place = "observations/policy/base_ang_vel/scale"
-    ours = our_observations(np.ones((2, 12 + 3 * N)), H1, environment({place: 0.0}))
+    described = environment({place: 0.0})
+    ours = our_observations(np.ones((2, 12 + 3 * N)), H1, path, described)
     assert ours[:, 3:6].tolist() == [[0.0] * 3] * 2

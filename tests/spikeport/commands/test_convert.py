@@ -17,6 +17,8 @@ from spikeport.experiments.policy.lint import ConversionLint
 from spikeport.experiments.policy.settings import load_policy
 from spikeport.hardware_models import chip as chips
 from spikeport.networks import walking_policy
+from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.description import DEFAULT_POSE, JOINTS
 from tests.helpers.chip_files import chip_file
 from tests.helpers.foreign import ENVIRONMENT
 
@@ -95,6 +97,21 @@ def test_observations_of_a_described_policy_are_those_of_its_description(spikepo
     with torch.no_grad():
         sums = module[0](torch.tensor(observations, dtype=torch.float)).numpy()
     assert layer["above"] == pytest.approx(np.quantile(sums, 0.995, axis=0).max(), rel=1e-4)
+
+
+def test_observations_of_a_file_of_ours_are_in_its_order_of_joints(spikeport, tmp_path):
+    rng = np.random.RandomState(0)
+    joints, policy, seen = JOINTS[::-1], tmp_path / "walk.npz", tmp_path / "seen.npz"
+    weights, biases = (rng.randn(2, 69), rng.randn(19, 2)), (np.zeros(2), np.zeros(19))
+    pose = np.array([DEFAULT_POSE[joint] for joint in joints]) + 0.1
+    WalkingPolicy(weights, biases, joints, pose, 0.25).save(policy)
+    observations = rng.randn(50, 69)
+    np.savez(seen, observations=observations)
+    done = spikeport("convert", policy, "--observations", seen, "-n", "2", "--out", tmp_path)
+    assert f"observations: 50 of {seen}\n" in done.out
+    layer = json.loads((tmp_path / "conversion.json").read_text())["layers"][0]
+    wanted = np.quantile(observations @ weights[0].T, 0.995, axis=0).max()
+    assert layer["above"] == pytest.approx(wanted)
 
 
 def test_random_observations_are_named_if_no_file_is_given(spikeport, tiny):
