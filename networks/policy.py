@@ -113,7 +113,9 @@ def solved_layers(
     if observations is None:
         raise UsageError("solve='layer' needs recorded observations; give them to policy()")
     halved = [layers[0], *(by_halves(layer, options) for layer in layers[1:])]
-    net = _network(halved, ranges, options, seed)
+    # In a network of its own: one under construction would keep these neurons, too.
+    with nengo.Network(add_to_container=False):
+        net = _network(halved, ranges, options, seed)
     return solve_layers(net, layers, options, observations)
 
 

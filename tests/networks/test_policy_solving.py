@@ -33,6 +33,12 @@ def test_solving_by_layers_leaves_neurons_and_decoders_of_units_unchanged():
             assert (a.data[one.decoded].weights == b.data[other.decoded].weights).all()
 
 
+def test_solving_by_layers_adds_no_second_policy_to_a_network_under_construction():
+    with nengo.Network() as network:
+        net = built(PolicyOptions(solve="layer"), observations=OBSERVATIONS)
+    assert network.networks == [net]
+
+
 def test_a_readout_by_halves_computes_the_same_as_the_layer():
     options = PolicyOptions()
     actions = []
