@@ -5,7 +5,7 @@ range. So the range is as narrow as the task allows: it is taken from recorded s
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -34,6 +34,14 @@ class Box:
         """Return a box centred at zero that holds nearly all samples; peaks beyond are clipped."""
         half = np.percentile(np.abs(samples), PEAK_PERCENTILE, axis=0)
         return cls(np.zeros_like(half), half * (1 + margin))
+
+    def holding(self, points: Floats) -> "Box":
+        """Return the box, widened where one of the points (n, d) is beyond it."""
+        if (np.abs((points - self.centre) / self.half) <= 1).all():
+            return self
+        low = np.minimum(self.centre - self.half, points.min(axis=0))
+        high = np.maximum(self.centre + self.half, points.max(axis=0))
+        return Box((low + high) / 2, (high - low) / 2)
 
     def at_least(self, half: Floats) -> "Box":
         """Return the box, widened where it is narrower than ``half``."""
@@ -70,6 +78,15 @@ class ArmRegion:
     x: Box
     error: Box
     q_samples: Floats
+
+    def holding(self, targets: Floats) -> "ArmRegion":
+        """Return the region, with boxes of positions and errors for the targets (n, 3) in m, too.
+
+        A hand that lags behind its target cuts corners, so that recordings do not pass through all
+        targets, and a target beyond the box would be clipped to it.
+        """
+        position = self.x.holding(targets)
+        return replace(self, x=position, error=self.error.at_least(position.half))
 
     def arrays(self) -> dict[str, Floats]:
         """Return all its arrays by name, for a cache."""

@@ -25,13 +25,14 @@ class Rehearsal(NamedTuple):
 
 def record_region(law: OperationalSpaceLaw, rehearsals: Iterable[Rehearsal]) -> ArmRegion:
     """Return the region of all states that the exact law passes through in rehearsals."""
-    runs = [_exact_run(law, rehearsal) for rehearsal in rehearsals]
+    runs = [exact_run(law, rehearsal) for rehearsal in rehearsals]
     whole = ArmRecording.join(runs)
     error = whole.target - whole.hand
     return ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
 
 
-def _exact_run(law: OperationalSpaceLaw, rehearsal: Rehearsal) -> ArmRecording:
+def exact_run(law: OperationalSpaceLaw, rehearsal: Rehearsal) -> ArmRecording:
+    """Return the recording of a rehearsal by the exact law."""
     plant = Plant(anchored=True)
     rig = ArmRig(plant, law)
     rig.begin(rehearsal.seed, rehearsal.task)

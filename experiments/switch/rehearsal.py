@@ -12,10 +12,12 @@ import numpy as np
 
 from spikeport.cache import Arrays
 from spikeport.errors import UsageError
+from spikeport.experiments.arm.reach_task import rehearsals
 from spikeport.experiments.arm.recording import ArmRecording
+from spikeport.experiments.arm.region import exact_run
 from spikeport.experiments.policy.calibration import Policy, Walks
 from spikeport.experiments.switch.gate import HumanoidRig
-from spikeport.experiments.switch.goals import Goal
+from spikeport.experiments.switch.goals import BOX, Goal
 from spikeport.experiments.walk.gait import drift_trim, record_gait
 from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.networks.humanoid import ACTIONS
@@ -111,11 +113,28 @@ class Rehearsals:
             # Taken now, since the same rig begins anew for the next seed.
             observations.append(self._observed(rig, draws))
             arms.append(rig.arm.recording().where(draws))
-        whole = ArmRecording.join(arms)
+        whole = ArmRecording.join([*arms, *self._reaches()])
         error = whole.target - whole.hand
         region = ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
+        for stroke in self._strokes():
+            region = region.holding(stroke)
         gait = record_gait(self.exact.policy, self.perturbations)
         return Rehearsed(region, np.concatenate((gait, *observations)))
+
+    def _reaches(self) -> list[ArmRecording]:
+        """Record the arm alone in the box of random targets, if a phase has some.
+
+        The schedule's own runs pass through the targets of a few seeds; a run has others.
+        """
+        if not any(goal.phase.arm == "reach" for goal in self.goals(SEEDS[0])):
+            return []
+        return [exact_run(self.exact.law, rehearsal) for rehearsal in rehearsals(BOX)]
+
+    def _strokes(self) -> list[np.ndarray]:
+        """Return the templates (n, 3) of drawings, if the torso is held upright as they are."""
+        if not self.anchors:
+            return []
+        return [goal.stroke for goal in self.goals(SEEDS[0]) if goal.phase.arm == "digit"]
 
     @property
     def walks(self) -> Walks:

@@ -34,6 +34,22 @@ def test_a_box_around_samples_is_wider_by_the_margin():
     assert box.half.tolist() == [1.5, 3.0]
 
 
+def test_a_box_is_widened_for_points_beyond_it_alone():
+    assert BOX.holding(np.array([[0.5, -6.0], [1.5, 2.0]])) is BOX
+    wider = BOX.holding(np.array([[1.0, 4.0], [0.8, -3.0]]))
+    assert wider.normalise(np.array([[0.5, -6.0], [1.5, 4.0]])).tolist() == [[-1, -1], [1, 1]]
+
+
+def test_a_region_holds_targets_and_their_errors(recording):
+    region = ArmRegion.from_recording(**recording, seed=0)
+    far = region.x.centre + 3 * region.x.half * [1, 0, 0]
+    wider = region.holding(far[np.newaxis])
+    assert wider.x.clip(far) == pytest.approx(far)
+    assert (wider.error.half >= wider.x.half).all()
+    assert wider.q is region.q
+    assert wider.q_samples is region.q_samples
+
+
 def test_a_symmetric_box_leaves_out_the_peaks():
     samples = np.arange(-1000.0, 1001.0)[:, np.newaxis]
     box = Box.symmetric(samples, margin=0.0)

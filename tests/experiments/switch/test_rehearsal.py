@@ -7,8 +7,10 @@ import pytest
 
 from spikeport.cache import Cache
 from spikeport.errors import UsageError
+from spikeport.experiments.arm.draw_task import Sheet
 from spikeport.experiments.options import Options
 from spikeport.experiments.switch import rehearsal
+from spikeport.experiments.switch.goals import BOX
 from spikeport.experiments.switch.rehearsal import Rehearsals, Rehearsed
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.switch.trial import SwitchTrial
@@ -28,6 +30,31 @@ def test_only_a_policy_that_balances_observes_the_arm_at_work(brief, monkeypatch
     elbow = found.observations[:, PARTS["joint angles"]][:, JOINTS.index("right_elbow")]
     assert (np.ptp(elbow) > 0.6) == knows
     assert np.ptp(found.region.q_samples[:, -1]) > 0.6
+
+
+@pytest.fixture
+def region(tmp_path, phases, monkeypatch):
+    """Return a function that rehearses phases, and returns the region of the arm."""
+    monkeypatch.setattr(rehearsal, "record_gait", lambda *_asked: np.zeros((1, 69)))
+    monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
+
+    def rehearsed(seconds, goal, digit=8):
+        file = tmp_path / "schedule.toml"
+        file.write_text(phases((seconds, goal)))
+        trial = SwitchTrial(SwitchSettings(schedule=str(file), digit=digit), Options(seconds))
+        return trial.rehearsals(trial.exact()).record().region
+
+    return rehearsed
+
+
+def test_a_short_phase_that_reaches_is_rehearsed_in_the_whole_box(region):
+    corners = BOX.grid(2)
+    assert (np.abs(region(0.5, 'arm = "reach"').x.normalise(corners)) < 1).all()
+
+
+def test_the_region_holds_the_strokes_whose_corners_a_fast_hand_cuts(region):
+    stroke = Sheet().stroke(4)
+    assert region(4, 'arm = "digit"', 4).x.clip(stroke) == pytest.approx(stroke)
 
 
 def test_a_robot_that_falls_before_its_arm_works_is_refused(brief, tmp_path):
