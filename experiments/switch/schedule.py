@@ -3,6 +3,7 @@
 The schedules beside this file are shipped; ``switch.toml`` explains the entries of such a file.
 """
 
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
@@ -25,6 +26,9 @@ SHORTEST_ARM_S = {"digit": SHORTEST_S, "retract": 1.0, "reach": 0.5}
 """The least time of each task of the arm."""
 GOALS = {"walk": ("path", "speed_m_s"), "draw": ("arm",)}
 """Keys that describe the goal of an action; the first one is required."""
+
+LEAST_UTILITY = 0.2
+"""The least highest utility of a phase: the striatum is silent up to 0.12, and selects nothing."""
 
 Seconds = Annotated[float, Field(ge=0, strict=True)]
 Utility = Annotated[float, Field(strict=True)]
@@ -63,8 +67,14 @@ class Phase(_Strictly):
                 raise ValueError(f"'{action}' has utility {utility:g}, limit 0 to 1")
         if not utilities:
             raise ValueError("no action has a utility; give one to the action of this phase")
-        if list(utilities.values()).count(max(utilities.values())) != 1:
+        values = _of_all_actions(utilities)
+        if values.count(max(values)) != 1:
             raise ValueError("no single action has the highest utility; raise one above the others")
+        if max(values) < LEAST_UTILITY:
+            raise ValueError(
+                f"the highest utility is {max(values):g}, and the basal ganglia then select both "
+                f"actions or none; raise it to {LEAST_UTILITY:g} or more"
+            )
         return utilities
 
     @model_validator(mode="after")
@@ -112,7 +122,11 @@ class Phase(_Strictly):
     @property
     def values(self) -> tuple[float, ...]:
         """The utilities in the order of `networks.humanoid.ACTIONS`; 0 where there is none."""
-        return tuple(self.utilities.get(action, 0.0) for action in ACTIONS)
+        return _of_all_actions(self.utilities)
+
+
+def _of_all_actions(utilities: Mapping[str, float]) -> tuple[float, ...]:
+    return tuple(utilities.get(action, 0.0) for action in ACTIONS)
 
 
 class Schedule(_Strictly):

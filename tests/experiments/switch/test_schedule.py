@@ -103,6 +103,17 @@ def test_phases_that_do_not_follow_each_other_are_refused(reason, changed, to, m
             "draw = 0.4",
             "utilities: no single action has the highest utility; raise one above the others",
         ),
+        (
+            DRAW,
+            "draw = 0.0",
+            "utilities: no single action has the highest utility; raise one above the others",
+        ),
+        (
+            DRAW,
+            "draw = 0.1",
+            "utilities: the highest utility is 0.1, and the basal ganglia then select both actions "
+            "or none; raise it to 0.2 or more",
+        ),
         (DRAW, "", "utilities: no action has a utility; give one to the action of this phase"),
         ("end_s = 12", "end_s = -1", "end_s: Input should be greater than or equal to 0"),
         ("end_s = 12", 'end_s = "12"', "end_s: Input should be a valid number"),
