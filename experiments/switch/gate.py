@@ -22,6 +22,8 @@ from spikeport.experiments.switch.frames import Frame
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.switch.schedule import ROUNDING_S
 from spikeport.experiments.trial import Rig
+from spikeport.experiments.walk.approach import TurnFirst
+from spikeport.experiments.walk.path_file import path_files
 from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.port import NOWHERE, WalkPort
 from spikeport.networks.humanoid import ACTIONS
@@ -160,6 +162,7 @@ class ScheduleGate(Port):
         """Begin the schedule, with the robot standing."""
         self.paths, self._rows = [], []
         self._walk.follow(NOWHERE)
+        self._walk.approach = None
         if self._anchor is not None:
             self._anchor.reset()
 
@@ -183,6 +186,9 @@ class ScheduleGate(Port):
             now = self._plant.in_plane
             path = path.laid(now[1:3], now[0])
             self._walk.follow(path)
+            # The reference on a user's path may stand or turn back; on the others it never does.
+            of_user = path_files(str(goal.phase.path))
+            self._walk.approach = TurnFirst() if of_user else None
         self.paths.append(path)
 
     def drive(self, gates: np.ndarray) -> None:

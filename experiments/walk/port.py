@@ -56,6 +56,8 @@ class WalkPort(Port):
     ----------
     path : WalkPath
         The path that the robot follows.
+    approach : TurnFirst or None
+        The present limits of the follower's commands.
     lends_arm : bool
         True if another port drives the right arm; the action then drives all other joints.
     fallen_at_s : float or None
@@ -76,7 +78,7 @@ class WalkPort(Port):
         approach: TurnFirst | None = None,
     ) -> None:
         self._plant = plant
-        self._approach = approach
+        self.approach = approach
         self._feet = Feet(plant.model)
         self._observe_steps = round(observe_every_s / plant.dt_s)
         self._observe_every_s = observe_every_s
@@ -98,8 +100,8 @@ class WalkPort(Port):
     def begin(self) -> None:
         """Forget the recording; the path stays."""
         self.fallen_at_s = None
-        if self._approach is not None:
-            self._approach.begin()
+        if self.approach is not None:
+            self.approach.begin()
         self._rows = []
         self._policy_view = PolicyView(self._observe_every_s)
         self._answer, self._command = np.zeros(ACTION_SIZE), np.zeros(COMMAND_SIZE)
@@ -127,8 +129,8 @@ class WalkPort(Port):
     def drive(self, values: np.ndarray) -> None:
         """Hold the joints at the action's targets; DivergedError if a value is not finite."""
         action, command = values[:ACTION_SIZE], values[ACTION_SIZE:]
-        if self._approach is not None:
-            command = self._approach.limited(command, *self.inputs[1:])
+        if self.approach is not None:
+            command = self.approach.limited(command, *self.inputs[1:])
         # Recorded before the check, so that the last states show values that are not finite.
         self._record(action, command)
         if np.count_nonzero(np.isfinite(values)) < len(values):

@@ -94,3 +94,16 @@ def test_a_path_begins_where_the_robot_is(rig, brief):
     ahead = place + begun_m * np.array([np.cos(heading), np.sin(heading)])
     assert reference[:2] == pytest.approx(ahead, abs=1e-3)
     assert len(rig.gate.paths) == 4
+
+
+def test_a_robot_stands_where_the_reference_of_a_users_path_does(rig, tmp_path, phases):
+    stands, schedule = tmp_path / "stands.csv", tmp_path / "schedule.toml"
+    stands.write_text("t_s,x_m,y_m\n0,0,0\n9,0,0\n")
+    goals = (1, 'path = "line"'), (1, f'path = "{stands}"'), (1, 'arm = "retract"')
+    schedule.write_text(phases(*goals))
+    begin(rig, str(schedule))
+    for _ in range(220):
+        rig.loop.step(np.concatenate((np.zeros(19), [1.0, 0.5], np.zeros(4), [1, 0])))
+    commands = rig.walk.recording().command
+    assert (commands[:199] == [1.0, 0.5]).all()
+    assert not commands[200:].any()
