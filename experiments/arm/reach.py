@@ -17,6 +17,9 @@ from spikeport.experiments.arm.trial import ArmTrial
 from spikeport.experiments.options import BACKENDS, Experiment
 from spikeport.experiments.run_folder import Result
 
+CHECKED_M = 0.1
+"""The largest distance between points of a box that must be reachable: around the shoulder, and in
+the trunk, places between reachable corners are out of reach."""
 TRACE_S = 1.0
 """The length of the trace in pictures."""
 
@@ -68,7 +71,7 @@ class ReachTrial(ArmTrial):
 
     def goal_points(self) -> np.ndarray:
         """Return points that fill the box."""
-        return self.settings.target_box.grid(3)
+        return self.settings.target_box.grid(3, CHECKED_M)
 
     def trace_since(self, time_s: float) -> float:
         """Return the time at which the last second begins."""

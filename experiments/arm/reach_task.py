@@ -39,10 +39,13 @@ class TargetBox:
             if np.linalg.norm(point - last) >= MIN_JUMP_M and self.reachable(point):
                 return point
 
-    def grid(self, points: int) -> np.ndarray:
-        """Return the points (n, 3) within reach of a grid that spans the box."""
+    def grid(self, points: int, spacing_m: float = np.inf) -> np.ndarray:
+        """Return the points (n, 3) within reach of a grid that spans the box.
+
+        An edge has so many points, or more if they would be farther apart than ``spacing_m``.
+        """
         edges = [
-            np.linspace(low, high, points)
+            np.linspace(low, high, max(points, 1 + math.ceil((high - low) / spacing_m)))
             for low, high in zip(self.low_m, self.high_m, strict=True)
         ]
         grid = np.stack(np.meshgrid(*edges), axis=-1).reshape(-1, 3)

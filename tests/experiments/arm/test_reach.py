@@ -322,11 +322,19 @@ def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
     )
     assert (code, printed) == (2, "")
     assert error == (
-        "error: box 0.3:0.9,-0.3:-0.1,1.1:1.3: (0.600, -0.300, 1.100) m is out of reach of the "
-        "right arm, by 10.0 cm; the nearest point inside is (0.518, -0.287, 1.157) m; cure: move "
+        "error: box 0.3:0.9,-0.3:-0.1,1.1:1.3: (0.557, -0.300, 1.100) m is out of reach of the "
+        "right arm, by 6.6 cm; the nearest point inside is (0.505, -0.291, 1.139) m; cure: move "
         "the goal there, or make it smaller\n"
     )
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "box", ["-0.17:0.454,-0.33:0.015,1.343:1.667", "-0.04:0.13,-0.38:-0.03,1.36:1.94"]
+)
+def test_a_box_around_a_place_out_of_reach_is_refused(box):
+    with pytest.raises(UsageError, match="is out of reach of the right arm, by"):
+        ReachTrial(ReachSettings(box=box), Options(1.0, backend="analytic")).check()
 
 
 # absent packages and graphics

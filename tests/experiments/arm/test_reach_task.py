@@ -91,6 +91,14 @@ def test_a_grid_spans_its_box():
     assert grid.max(axis=0).tolist() == [1.0, 1.0, 4.0]
 
 
+def test_long_edges_of_a_grid_have_more_points():
+    box = TargetBox((0.0, 0.0, 0.0), (0.1, 0.3, 0.35))
+    across, along, up = (np.unique(edge.round(9)) for edge in box.grid(3, 0.1).T)
+    assert across.tolist() == [0.0, 0.05, 0.1]
+    assert along.tolist() == [0.0, 0.1, 0.2, 0.3]
+    assert len(up) == 5
+
+
 def test_a_tour_visits_every_point_of_the_grid_for_its_time(box):
     tour = GridTour(box, points=3, dwell_s=0.5)
     grid = box.grid(3)
