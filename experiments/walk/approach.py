@@ -1,6 +1,6 @@
 """Ways to obey a path follower: as the paper's law commands, or turning first and standing still.
 
-The paper's law commands a speed from the distance alone, whatever the bearing. A robot whose
+The paper's law commands a speed from distance and velocity, whatever the bearing. A robot whose
 reference stands still, or is behind it, then circles the reference at full speed, for ever.
 `TurnFirst` slows the robot if it has to turn by more than `AHEAD_RAD`; from `ASIDE_RAD` on, the
 robot turns in place. Near a reference that stands still, the robot stands still, too. Within
