@@ -212,7 +212,7 @@ class ChipImage:
     def __repr__(self) -> str:
         return (
             f"<ChipImage for {self.manifest.chip}: {self.n_compartments:,} compartments on "
-            f"{self.n_cores:,} cores, {self.digest[:12]}>"
+            f"{self.n_cores:,} core{'s' * (self.n_cores != 1)}, {self.digest[:12]}>"
         )
 
     def __eq__(self, other: object) -> bool:

@@ -15,6 +15,7 @@ from spikeport.backends.board.messages import SPIKES
 from spikeport.backends.board.record import Record
 from spikeport.backends.board.server import Service
 from spikeport.backends.board.server import serve as serve_board
+from spikeport.commands.counted import counted
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.links import certificates
 from spikeport.commands.options import BoardService, Tls
@@ -174,7 +175,9 @@ def inspect(path: Path) -> int:
     session = record.session
     typer.echo(f"image {session.digest[:12]}, seed {session.seed}, on {session.runs}")
     mean = np.mean(sent_bytes) if steps else 0.0
-    typer.echo(f"{steps:,} steps, of which {held:,} held; {mean:.0f} bytes of spikes a step")
+    typer.echo(
+        f"{counted(steps, 'step')}, of which {held:,} held; {mean:.0f} bytes of spikes a step"
+    )
     if record.whole and record.totals is not None:
         typer.echo("whole: the session ended as it should")
     elif record.whole:

@@ -6,6 +6,7 @@ import typer
 
 from spikeport.backends.board.nxsdk.check import Checked, check
 from spikeport.backends.board.nxsdk.model import Placement
+from spikeport.commands.counted import counted
 from spikeport.compile.image.chip_image import ChipImage
 
 COMPARED = {
@@ -22,8 +23,9 @@ def run(path: Path, *, n_steps: int, seed: int) -> int:
     image = ChipImage.load(path)
     single, packed = Placement.single(image), Placement.packed(image)
     typer.echo(
-        f"image {image.digest[:12]}: {image.n_compartments:,} compartments in {image.n_blocks} "
-        f"blocks, {len(image.synapses):,} synapses, {image.n_inputs:,} sources on the host"
+        f"image {image.digest[:12]}: {counted(image.n_compartments, 'compartment')} in "
+        f"{counted(image.n_blocks, 'block')}, {counted(len(image.synapses), 'synapse')}, "
+        f"{counted(image.n_inputs, 'source')} on the host"
     )
     # An image with one block per core has one placement.
     outcomes = []
@@ -44,11 +46,12 @@ def _lines(checked: Checked) -> list[str]:
         return [first, *_findings(checked)]
     differing = ", ".join(f"{COMPARED[key]} {n:,}" for key, n in checked.differing.items())
     return [
-        f"{name}: {checked.n_cores} cores, {checked.n_synapses:,} synapses, "
-        f"{checked.n_registers:,} registers written",
-        f"  {checked.n_steps:,} steps, {checked.n_spikes:,} spikes; differing: {differing}",
-        f"  {checked.n_phantoms:,} phantom spikes in {checked.n_spike_values:,} values that snips "
-        "read",
+        f"{name}: {counted(checked.n_cores, 'core')}, {counted(checked.n_synapses, 'synapse')}, "
+        f"{counted(checked.n_registers, 'register')} written",
+        f"  {counted(checked.n_steps, 'step')}, {counted(checked.n_spikes, 'spike')}; "
+        f"differing: {differing}",
+        f"  {counted(checked.n_phantoms, 'phantom spike')} in "
+        f"{counted(checked.n_spike_values, 'value')} that snips read",
         *_findings(checked),
     ]
 

@@ -5,6 +5,7 @@ from pathlib import Path
 import typer
 
 from spikeport.atomic import check_output
+from spikeport.commands.counted import counted
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.nir_export import export
 
@@ -15,6 +16,7 @@ def run(image: Path, nir: Path) -> None:
     loaded = ChipImage.load(image)
     export(loaded, nir)
     typer.echo(
-        f"image {loaded.digest[:12]}: {loaded.n_compartments:,} neurons in {loaded.n_blocks:,} "
-        f"nodes, in steps of {loaded.manifest.dt_s:g} s; written: {nir}"
+        f"image {loaded.digest[:12]}: {counted(loaded.n_compartments, 'neuron')} in "
+        f"{counted(loaded.n_blocks, 'node')}, in steps of {loaded.manifest.dt_s:g} s; "
+        f"written: {nir}"
     )

@@ -8,6 +8,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Column, Table
 
 from spikeport.commands.console import Console
+from spikeport.commands.counted import counted
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding, Filter
 from spikeport.errors import printable
@@ -29,9 +30,10 @@ def head(image: ChipImage) -> Iterator[str]:
     yield f"image {image.digest}"
     yield f"for chip {manifest.chip}, computes as {manifest.arithmetic}, schema {manifest.schema}"
     yield (
-        f"{image.n_compartments:,} compartments in {image.n_blocks:,} blocks on "
-        f"{image.n_cores:,} cores, {len(image.synapses):,} synapses in {len(image.groups):,} "
-        f"groups ({image.learns.sum():,} learn), steps of {1000 * manifest.dt_s:g} ms"
+        f"{counted(image.n_compartments, 'compartment')} in {counted(image.n_blocks, 'block')} on "
+        f"{counted(image.n_cores, 'core')}, {counted(len(image.synapses), 'synapse')} in "
+        f"{counted(len(image.groups), 'group')} ({image.learns.sum():,} of them learning), steps "
+        f"of {1000 * manifest.dt_s:g} ms"
     )
 
 

@@ -9,6 +9,7 @@ import typer
 from spikeport.atomic import atomic_path, check_output
 from spikeport.backends.decoding import Output
 from spikeport.backends.native.chip import NativeChip
+from spikeport.commands.counted import counted
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity
@@ -35,8 +36,9 @@ def run(image: Path, *, spikes: Path | None, n_steps: int, out: Path, seed: int)
     _write(out, loaded, sent, found)
     total = found.activity.totals()
     typer.echo(
-        f"{n_steps:,} steps of image {loaded.digest[:12]}: {total['spikes']:,} spikes, "
-        f"{total['synaptic_operations']:,} synaptic operations; written: {out}"
+        f"{counted(n_steps, 'step')} of image {loaded.digest[:12]}: "
+        f"{counted(total['spikes'], 'spike')}, "
+        f"{counted(total['synaptic_operations'], 'synaptic operation')}; written: {out}"
     )
 
 

@@ -31,11 +31,11 @@ def test_both_placements_are_checked(tmp_path: Path, capsys: pytest.CaptureFixtu
     unread = "  0 phantom spikes in 0 values that snips read"
     assert code == 0
     assert lines == [
-        f"image {image.digest[:12]}: 5 compartments in 2 blocks, 4 synapses, 1 sources on the host",
+        f"image {image.digest[:12]}: 5 compartments in 2 blocks, 4 synapses, 1 source on the host",
         "one block a core: 2 cores, 4 synapses, 38 registers written",
         nothing,
         unread,
-        "packed: 1 cores, 4 synapses, 27 registers written",
+        "packed: 1 core, 4 synapses, 27 registers written",
         nothing,
         unread,
         "  NX10 not provable offline: index bits: blocks that share a core: 2 of 2 weight rows, "

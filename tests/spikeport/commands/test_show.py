@@ -12,7 +12,7 @@ def test_show_prints_chip_digest_blocks_inputs_and_outputs(spikeport, image, ima
     lines = done.out.splitlines()
     assert lines[0] == f"image {image.digest}"
     assert lines[1] == "for chip loihi, computes as nengo-loihi 1.1, schema 2"
-    assert lines[2].startswith(f"{image.n_compartments} compartments in 2 blocks on 1 cores, ")
+    assert lines[2].startswith(f"{image.n_compartments} compartments in 2 blocks on 1 core, ")
     rows = [" ".join(line.split()) for line in lines]
     assert "0 0 a [bold]b ensemble 0 40" in rows
     assert any(row.startswith("0 stimulus -> a [bold]b 0 4 on/off, 500 ± 500 x Hz") for row in rows)
