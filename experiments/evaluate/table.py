@@ -99,7 +99,9 @@ def markdown(rows: list[TableRow]) -> str:
     for one in rows:
         figures = " | ".join(_text(one.means[name]) for name in MEASURES)
         lines.append(f"| {one.name} | {one.fallen} | {_percent(one.fell)} | {figures} |")
-    lines += ["", *(f"- *{one.heading}*: {one.definition}" for one in MEASURES.values())]
+    # With the names that `result.json` and `spikeport diff` have for them.
+    meanings = (f"- *{one.heading}* (`{name}`): {one.definition}" for name, one in MEASURES.items())
+    lines += ["", *meanings]
     return "\n".join(lines) + "\n"
 
 

@@ -63,8 +63,8 @@ def test_each_estimate_is_followed_by_its_interval(rows):
     assert "| 0.110 ± 0.127 |" in nominal  # t of one degree of freedom: 12.7 times 0.01
     assert pushed.startswith("| push=0.8 | 1 of 1 | 21-100 % | - |")
     assert definitions[-1] == (
-        "- *cost of transport*: positive work of the joints, divided by weight and distance, "
-        "while the robot is commanded to move ahead"
+        "- *cost of transport* (`cost_of_transport`): positive work of the joints, divided by "
+        "weight and distance, while the robot is commanded to move ahead"
     )
 
 
