@@ -47,15 +47,14 @@ class Counter:
         learning_updates: np.ndarray | None = None,
         from_host: int = 0,
     ) -> None:
-        """Count one step.
+        """Count one step, in which no source spikes more than once.
 
         Parameters
         ----------
         delivered : (n,) int array
             Sources whose spikes arrive at synapses in this step.
-        spiked : (n_compartments,) bool array, or (n,) int array
-            A mask of the compartments that spike in this step, or the number of the compartment of
-            each spike, if one can spike several times.
+        spiked : (n_compartments,) bool array
+            A mask of the compartments that spike in this step.
         active : (n_compartments,) bool array
             A mask of the compartments that are not at rest.
         learning_updates : (n_cores,) int array, optional
@@ -78,6 +77,26 @@ class Counter:
             ),
             from_host,
         )
+
+    def step_of_spikes(self, delivered: np.ndarray, spikes: np.ndarray) -> None:
+        """Count one step without inputs, in which all are active and may spike several times.
+
+        Parameters
+        ----------
+        delivered, spikes : (n_compartments,) int array
+            For each compartment, how many of its spikes arrive at synapses in this step, and how
+            often it spikes in this step.
+        """
+        n = self._n_cores
+        self._delivered += delivered
+        sources = np.flatnonzero(delivered)
+        times = delivered[sources]
+        counts = np.zeros((6, n), dtype=np.int64)  # rows as in `step`
+        np.add.at(counts[0], self._source_core, spikes)
+        counts[1] = times @ self._fanout.synaptic_operations[sources]
+        counts[2] = np.bincount(self._source_core, minlength=n)
+        counts[4] = times @ self._fanout.messages[sources]
+        self.log.append(counts, 0)
 
     def activity(self) -> Activity:
         """Return all counts so far."""

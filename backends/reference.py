@@ -67,16 +67,15 @@ class Reference:
             tuple(names[e] for e in ensembles), dt_s, cores, direct_fanout(network, ensembles), log
         )
         self._outputs = [self._sim.model.sig[e.neurons]["out"] for e in ensembles]
-        self._arriving = np.zeros(0, dtype=int)
-        self._all_active = np.ones(len(cores), dtype=bool)
+        self._arriving = np.zeros(len(cores), dtype=np.int64)
 
     def step(self) -> None:
         """Advance by one step."""
         self._sim.step()
         outputs = [self._sim.signals[out] for out in self._outputs]
-        spiked = self._spikes.sources(outputs)
-        self._counter.step(self._arriving, spiked, self._all_active)
-        self._arriving = spiked
+        spikes = self._spikes.counted(outputs)
+        self._counter.step_of_spikes(self._arriving, spikes)
+        self._arriving = spikes
 
     def data(self, probe: nengo.Probe) -> np.ndarray:
         """Return the values that a probe recorded, (n_steps, size)."""
@@ -101,6 +100,11 @@ class Reference:
         self._sim.close()
 
 
+MOST_SPIKES = 10**6
+"""A neuron counts as that many spikes in a step at most. Outputs of networks that diverge have no
+bound, and sums of them would not fit into an integer."""
+
+
 class _Spikes:
     """The spikes in the outputs of ensembles, whose neurons may spike several times in a step.
 
@@ -115,11 +119,11 @@ class _Spikes:
             for kind, amplitude in zip(kinds, amplitudes, strict=True)
         ]
 
-    def sources(self, outputs: list[np.ndarray]) -> np.ndarray:
-        """Return the numbers of the neurons that spike, each once for every spike."""
+    def counted(self, outputs: list[np.ndarray]) -> np.ndarray:
+        """Return how often each neuron spikes, (n,)."""
         spikes = [abs(one) * by for one, by in zip(outputs, self._per_output, strict=True)]
-        counts = np.rint(np.concatenate([np.zeros(0), *spikes])).astype(np.int64)
-        return np.repeat(np.arange(len(counts)), counts)
+        counts = np.nan_to_num(np.concatenate([np.zeros(0), *spikes]))
+        return np.rint(np.minimum(counts, MOST_SPIKES)).astype(np.int64)
 
 
 def fused(network: nengo.Network, chip: ChipModel, dt_s: float, pipeline: Pipeline) -> Rewrite:

@@ -178,6 +178,23 @@ def test_a_neuron_that_spikes_twice_in_a_step_is_counted_twice() -> None:
     assert activity.totals()["spikes"] == 250
 
 
+def test_a_network_that_diverges_runs_as_in_nengo_and_its_spikes_have_counts() -> None:
+    """Each spike once took memory of its own: the machine's was full after 33 steps."""
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(20, 1, neuron_type=nengo.SpikingRectifiedLinear())
+        nengo.Connection(nengo.Node(1.0), a)
+        nengo.Connection(a, a, function=np.square, transform=3)
+        probe = nengo.Probe(a)
+    ours = run(network)
+    with nengo.Simulator(network, seed=7, optimize=False, progress_bar=False) as theirs:
+        theirs.run_steps(STEPS)
+    assert np.array_equal(ours.data[probe], theirs.data[probe])
+    assert np.abs(ours.data[probe]).max() > 1e15
+    spikes = ours.activity.spikes[:, 0]
+    assert spikes[-1] == 1e7  # a million for each of 10 neurons
+    assert ours.activity.synaptic_operations[-1, 0] == 20 * spikes[-2]
+
+
 @pytest.mark.parametrize("kind", [nengo.RectifiedLinear(), nengo.Sigmoid(), nengo.LIFRate()])
 def test_neurons_that_do_not_spike_have_no_spikes(kind: nengo.neurons.NeuronType) -> None:
     with nengo.Network(seed=1) as network:
