@@ -123,7 +123,10 @@ def listen(place: Place, seconds: float, say: Callable[[str], None]) -> None:
             for arrival in states.take(min(left_s, SLICE_S)):
                 heard.take(arrival)
     if not heard.writers:
-        raise RobotLostError(f"nobody published {STATES.name} for {seconds:g} s")
+        raise RobotLostError(
+            f"nobody published {STATES.name} for {seconds:g} s on interface {place.interface}, "
+            f"domain {place.domain}; is a robot on, or `spikeport robot serve` running, there?"
+        )
     for line in heard.lines():
         say(line)
     if heard.problems():

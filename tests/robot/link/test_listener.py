@@ -88,4 +88,7 @@ def test_listening_sends_nothing_to_the_robot() -> None:
     found = in_namespace(listened)
     assert "their tick does not advance" in found["lines"][0]
     assert '"steps": 0' in found["robot"]
-    assert found["nobody"] == "nobody published rt/lowstate for 0.2 s"
+    assert found["nobody"] == (
+        "nobody published rt/lowstate for 0.2 s on interface lo, domain 7; is a robot on, or "
+        "`spikeport robot serve` running, there?"
+    )
