@@ -145,7 +145,7 @@ def test_a_wrong_setting_says_what_is_allowed(wrong, message):
 def test_the_result_has_every_field(loihi):
     result = loihi.result
     assert list(result) == [
-        *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings"),
+        *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings", "files"),
         *(
             "metrics",
             "activity",
