@@ -123,7 +123,8 @@ class _Spikes:
         """Return how often each neuron spikes, (n,)."""
         spikes = [abs(one) * by for one, by in zip(outputs, self._per_output, strict=True)]
         counts = np.nan_to_num(np.concatenate([np.zeros(0), *spikes]))
-        return np.rint(np.minimum(counts, MOST_SPIKES)).astype(np.int64)
+        whole: np.ndarray = np.rint(np.minimum(counts, MOST_SPIKES)).astype(np.int64)
+        return whole
 
 
 def fused(network: nengo.Network, chip: ChipModel, dt_s: float, pipeline: Pipeline) -> Rewrite:
