@@ -46,5 +46,5 @@ def check_unchanged(before: Mapping[str, str]) -> None:
         if (now := digest(Path(name))) != then:
             raise UsageError(
                 f"{name}: changed while the network was made (digest {then} then, {now} now); "
-                "give the same command again"
+                "cure: give the same command again"
             )

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from spikeport.counted import counted
 from spikeport.errors import UsageError
 from spikeport.table import Table
 
@@ -150,8 +151,8 @@ class Activity:
         return self._table().html()
 
     def _extent(self) -> str:
-        cores = f"{len(self.cores)} core{'s' * (len(self.cores) != 1)}"
-        return f"{self.n_steps:,} steps of {1000 * self.dt_s:g} ms on {cores}"
+        cores = counted(len(self.cores), "core")
+        return f"{counted(self.n_steps, 'step')} of {1000 * self.dt_s:g} ms on {cores}"
 
     def _table(self) -> Table:
         """Return the total of each count, its mean of a step, and the core with the most of it."""

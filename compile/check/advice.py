@@ -11,6 +11,7 @@ from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
+from spikeport.counted import counted
 
 COMPACT, AS_WRITTEN = "compact", "as_written"
 """The passes that rewrite a network to take fewer cores, and those that rewrite nothing."""
@@ -77,7 +78,7 @@ def advice(
             return otherwise
         cure = "; try --offload" if movable else ""
         return f"more: it does not compile with -p {passes} either{cure}"
-    return f"more: it compiles with -p {passes}, on {n_cores} core{'s' * (n_cores != 1)}"
+    return f"more: it compiles with -p {passes}, on {counted(n_cores, 'core')}"
 
 
 def _movable(scope: Scope, error: RefusedError) -> bool:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from spikeport.compile.ground.refusal import RefusedError
+from spikeport.counted import counted
 from spikeport.errors import CompileError
 
 MOST_NAMED = 8
@@ -126,7 +127,7 @@ def on_host_lines(ensembles: Iterable[OnHost]) -> list[str]:
     for reason, found in alike.items():
         n = sum(one.n_neurons for one in found)
         names = _listed([one.object for one in found])
-        lines.append(f"{names} ({n:,} neuron{'s' * (n != 1)}): {reason}")
+        lines.append(f"{names} ({counted(n, 'neuron')}): {reason}")
     return lines
 
 

@@ -41,6 +41,7 @@ from spikeport.compile.image.tables import (
     part,
 )
 from spikeport.compile.image.validation import check
+from spikeport.counted import counted
 from spikeport.errors import ImageError
 
 MOST_NAMED = 3
@@ -212,7 +213,7 @@ class ChipImage:
     def __repr__(self) -> str:
         return (
             f"<ChipImage for {self.manifest.chip}: {self.n_compartments:,} compartments on "
-            f"{self.n_cores:,} core{'s' * (self.n_cores != 1)}, {self.digest[:12]}>"
+            f"{counted(self.n_cores, 'core')}, {self.digest[:12]}>"
         )
 
     def __eq__(self, other: object) -> bool:

@@ -7,6 +7,7 @@ from spikeport.compile.report.report import Report
 from spikeport.hardware_models.chip import ChipModel
 
 CURE = "; cure: "
+"""The text between the reason and the cure in the message of an error."""
 
 
 def refused_report(chip: ChipModel, error: RefusedError) -> Report:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from spikeport.constants import BITS_PER_KIB
+from spikeport.counted import counted
 from spikeport.hardware_models.limits import Usage, limits_of_a_core
 from spikeport.hardware_models.topology import chips_used
 from spikeport.table import Table
@@ -38,7 +39,7 @@ def resources(report: "Report") -> Table:
 
 def cores_in_words(report: "Report") -> str:
     """Return the number of cores, and of chips if there are several, in words."""
-    cores = f"{len(report.cores)} core{'s' * (len(report.cores) != 1)}"
+    cores = counted(len(report.cores), "core")
     chips = chips_used(len(report.cores), report.chip)
     return cores if chips <= 1 else f"{cores} of {chips} chips"
 

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun
-from spikeport.robot.perturbation import PHYSICS_DT_S
+from spikeport.robot.perturbation import ROUNDING_S
 
 LONGEST_LAG_S = 1.0
 
@@ -61,7 +61,7 @@ def drawing(recording: ArmRecording) -> ArmRecording:
 def pen_down(time_s: np.ndarray) -> np.ndarray:
     """Return whether the pen is down at times (n,) in s, which are sums of time steps."""
     # 400 steps of 5 ms add up to a little less than 2 s.
-    return np.asarray(time_s > DrawTask.begin_s - PHYSICS_DT_S / 2)
+    return np.asarray(time_s > DrawTask.begin_s - ROUNDING_S)
 
 
 def shape_error(stroke: np.ndarray, trace: np.ndarray) -> np.ndarray:

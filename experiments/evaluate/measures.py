@@ -9,6 +9,7 @@ from spikeport.experiments.walk.metrics import smoothed
 from spikeport.robot.feet import POINTS, SIDES
 from spikeport.robot.foot_sensors import FootReadings, readings
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
+from spikeport.robot.perturbation import ROUNDING_S
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.training.motion import Motion, rotations
 
@@ -16,7 +17,6 @@ BEFORE_FALL_S = 1.0
 """The last time before a fall, in which only the fall itself is counted."""
 SHORTEST_S = 3.0
 """The least time of walking before that; with less, the figures are None."""
-ROUNDING_S = 1e-6
 SETTLING_S = 1.0
 """The time after a change of command in which no error is counted."""
 CONTACT_N = 1.0
@@ -195,6 +195,8 @@ def _ends_below_m(plant: PerturbedPlant, places: np.ndarray) -> np.ndarray:
     # A capsule lies along its own z axis; its second size is half of its length, 0 for a sphere.
     half = [geom.size[1] * rotations(geom.quat[None])[0, :, 2] for geom in geoms]
     half_x, _, half_z = np.moveaxis(np.reshape(half, pos.shape), -1, 0)
+    # The halves along the line from heel to toe and across it, in the plane of the foot; with the
+    # sine of the line's pitch, the vertical part of their sum follows.
     x, _, z = np.moveaxis(_along(pos), -1, 0)[..., None]
     rise = _along(places)[..., 2:]
     ahead, up = x * half_x + z * half_z, x * half_z - z * half_x

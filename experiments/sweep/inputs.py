@@ -13,12 +13,10 @@ from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.digests import digest, digests
 from spikeport.experiments.run_folder import version_of
-from spikeport.experiments.sweep.folder import PointFiles
+from spikeport.experiments.sweep.folder import VERSION, PointFiles
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.sweep.workers import Run
 from spikeport.hardware_models import chip as chips
-
-SPIKEPORT = "spikeport"
 
 S = TypeVar("S", bound=Sweep)
 """A plan of any kind."""
@@ -70,12 +68,12 @@ def check(point: Point) -> None:
 
 def _check_versions(plan: Sweep) -> None:
     """Refuse packages of other versions than where the plan was made."""
-    begun = {SPIKEPORT: plan.spikeport, **plan.versions}
+    begun = {VERSION: plan.spikeport, **plan.versions}
     for name, version in begun.items():
         if (here := version_of(name)) != version:
             raise UsageError(
                 f"{name} is {here} in the worker, but {version} where the {plan.kind} began; "
-                "install the same version"
+                "cure: install the same version"
             )
 
 

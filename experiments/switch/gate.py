@@ -20,7 +20,6 @@ from spikeport.experiments.recording import Recording
 from spikeport.experiments.switch.anchor import Anchor
 from spikeport.experiments.switch.frames import Frame
 from spikeport.experiments.switch.goals import Goal
-from spikeport.experiments.switch.schedule import ROUNDING_S
 from spikeport.experiments.trial import Rig
 from spikeport.experiments.walk.approach import TurnFirst
 from spikeport.experiments.walk.path_file import path_files
@@ -28,6 +27,7 @@ from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.port import NOWHERE, WalkPort
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.region import Box
+from spikeport.robot.perturbation import ROUNDING_S
 from spikeport.robot.plant import Plant
 
 OPEN = 0.5

@@ -22,10 +22,11 @@ from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.gate import OPEN
 from spikeport.experiments.switch.goals import Goal, hanging_hand
 from spikeport.experiments.switch.recording import SwitchRun
-from spikeport.experiments.switch.schedule import ROUNDING_S, Phase
+from spikeport.experiments.switch.schedule import Phase
 from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import WalkRecording
 from spikeport.networks.humanoid import ACTIONS
+from spikeport.robot.perturbation import ROUNDING_S
 
 # The limits of success; docs/switch.md has them as a table.
 LATEST_SWITCH_S = 0.045

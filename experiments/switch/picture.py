@@ -8,8 +8,8 @@ from spikeport.constants import DT_S
 from spikeport.experiments.pictures import Caption, Captions, Marks
 from spikeport.experiments.switch.metrics import pen_down, within
 from spikeport.experiments.switch.recording import SwitchRun
-from spikeport.experiments.switch.schedule import ROUNDING_S
 from spikeport.networks.humanoid import ACTIONS
+from spikeport.robot.perturbation import ROUNDING_S
 from spikeport.robot.render import Mark
 
 COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))

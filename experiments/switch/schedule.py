@@ -16,11 +16,10 @@ from spikeport.experiments.walk.path_file import FASTEST_M_S, path_files
 from spikeport.files import Name, read_model
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.reading.mismatch import shown
+from spikeport.robot.perturbation import ROUNDING_S
 
 SHIPPED = {file.stem: file for file in sorted(Path(__file__).parent.glob("*.toml"))}
 """Schedules by name."""
-ROUNDING_S = 1e-6
-"""The error that a time of the robot, the sum of its steps, may have: 2e-8 s after 2,000 s."""
 SHORTEST_PHASE_S = 0.1
 SHORTEST_ARM_S = {"digit": SHORTEST_S, "retract": 1.0, "reach": 0.5}
 """The least time of each task of the arm."""

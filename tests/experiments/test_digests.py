@@ -51,5 +51,5 @@ def test_a_file_that_changed_is_refused(here):
         check_unchanged(before)
     assert str(caught.value) == (
         f"path.csv: changed while the network was made (digest {before['path.csv']} then, "
-        f"{digest(Path('path.csv'))} now); give the same command again"
+        f"{digest(Path('path.csv'))} now); cure: give the same command again"
     )

@@ -17,6 +17,7 @@ EVERYONE = {
         "child",
         "compiled",
         "constants",
+        "counted",
         "fault_plan",
     ),
     *("files", "freed_memory", "fresh_copy", "function_identity", "interrupts"),

@@ -13,6 +13,7 @@ import numpy as np
 from nengo.transforms import Dense, Sparse
 from scipy import sparse
 
+from spikeport.counted import counted
 from spikeport.networks.loading.nir.populations import CONSTANTS, Population, PopulationGraph
 from spikeport.networks.loading.nir.signals import Signal
 from spikeport.networks.loading.nir.units import Units, all_parts, parts, units
@@ -110,7 +111,7 @@ class NirNetwork(nengo.Network):
         """Return neurons on the host that spike ``late`` steps after an input is above one half."""
         if (name, late) not in self._sources:
             node = self.inputs[name]
-            label = f"{name} spikes" + (f", {late} step{'s' * (late != 1)} late" if late else "")
+            label = f"{name} spikes" + (f", {counted(late, 'step')} late" if late else "")
             source = self._on_host(_ensemble(node.size_in, SpikeSource(late), label))
             nengo.Connection(node, source.neurons, synapse=None)
             self._sources[name, late] = source

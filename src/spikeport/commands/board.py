@@ -15,11 +15,11 @@ from spikeport.backends.board.messages import SPIKES
 from spikeport.backends.board.record import Record
 from spikeport.backends.board.server import Service
 from spikeport.backends.board.server import serve as serve_board
-from spikeport.commands.counted import counted
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.links import certificates
 from spikeport.commands.options import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.counted import counted
 from spikeport.errors import ImageError, UsageError, unknown
 
 

@@ -6,8 +6,8 @@ import typer
 
 from spikeport.backends.board.nxsdk.check import Checked, check
 from spikeport.backends.board.nxsdk.model import Placement
-from spikeport.commands.counted import counted
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.counted import counted
 
 COMPARED = {
     "u": "u",

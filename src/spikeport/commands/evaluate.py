@@ -18,6 +18,7 @@ from spikeport.commands.run import check_target, seconds_of
 from spikeport.commands.screen import print_written
 from spikeport.commands.sweep import check_workers
 from spikeport.constants import MOST_POINTS
+from spikeport.counted import counted
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.evaluate.comparison import KIND
@@ -178,7 +179,7 @@ def _title(evaluation: "EvaluationSweep") -> str:
         whose = f"the exact policy{file}"
     else:
         whose = f"the spiking policy{file} on {evaluation.backend}"
-    return f"{whose}, {n} episode{'s' * (n != 1)} of {evaluation.seconds:g} s a row"
+    return f"{whose}, {counted(n, 'episode')} of {evaluation.seconds:g} s a row"
 
 
 def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:

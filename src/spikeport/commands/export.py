@@ -5,8 +5,8 @@ from pathlib import Path
 import typer
 
 from spikeport.atomic import check_output
-from spikeport.commands.counted import counted
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.counted import counted
 from spikeport.nir_export import export
 
 

@@ -8,9 +8,9 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Column, Table
 
 from spikeport.commands.console import Console
-from spikeport.commands.counted import counted
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding, Filter
+from spikeport.counted import counted
 from spikeport.errors import printable
 
 

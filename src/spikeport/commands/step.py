@@ -9,8 +9,8 @@ import typer
 from spikeport.atomic import atomic_path, check_output
 from spikeport.backends.decoding import Output
 from spikeport.backends.native.chip import NativeChip
-from spikeport.commands.counted import counted
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.counted import counted
 from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity
 from spikeport.reading import npz

@@ -97,8 +97,8 @@ def test_a_worker_with_other_versions_than_the_plan_is_refused(sweep_of, other):
     with pytest.raises(UsageError) as caught:
         Unchanged(lambda *_: PointFiles({}, None))(point, "")
     assert str(caught.value) == (
-        f"{name} is {version(name)} in the worker, but 0.1 where the sweep began; install the same "
-        "version"
+        f"{name} is {version(name)} in the worker, but 0.1 where the sweep began; cure: install "
+        "the same version"
     )
 
 

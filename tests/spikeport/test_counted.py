@@ -2,7 +2,7 @@
 
 import pytest
 
-from spikeport.commands.counted import counted
+from spikeport.counted import counted
 
 
 @pytest.mark.parametrize(
