@@ -243,12 +243,15 @@ def the_demo(demo: Results) -> Iterator[str]:
 
 
 @states("README.md")
-def the_demo_in_short(demo: Results) -> Iterator[str]:
+def the_demo_in_short(demo: Results, switch: Results) -> Iterator[str]:
     (run,) = demo
     yield f"are one image on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
-    shape_mm = 1000 * run["metrics"]["shape_error_rms_m"]
-    # Rounded up: the last digits differ from processor to processor.
-    yield f"{run['metrics']['falls']} falls, the drawn 8 within {math.ceil(shape_mm)} mm"
+    shapes = values(switch, "metrics.shape_error_rms_m")
+    # A processor whose last bits differ gives other spikes, as another network seed does.
+    yield (
+        f"{sum(values(switch, 'metrics.falls'))} falls with {len(shapes)} network seeds, "
+        f"the drawn 8 within {math.ceil(1000 * max(shapes))} mm"
+    )
 
 
 def _switched(results: Results) -> str:
