@@ -19,8 +19,9 @@ import markdown_table
 import numpy as np
 
 from spikeport.angles import wrap
+from spikeport.experiments.walk.legs import PolicyView
 from spikeport.experiments.walk.paths import WalkPath, find_path
-from spikeport.experiments.walk.port import LEAD_S, PolicyView
+from spikeport.experiments.walk.port import LEAD_S
 from spikeport.experiments.walk.recording import fallen
 from spikeport.networks.path_following import exact_command
 from spikeport.networks.walking_policy import load

@@ -361,19 +361,23 @@ class _PlantClock:
             If time went back.
         """
         before_s, self._last_s = self._last_s, self._plant.time_s
-        found_s, dt_s = self._last_s - before_s, self._plant.dt_s
+        found_s = self._last_s - before_s
         if found_s < 0:
             raise DivergedError(
                 f"the plant's time went from {before_s:g} s to {self._last_s:g} s within a run: it "
                 "was reset, as MuJoCo does if a simulation diverges; cure: a shorter time step or "
                 "weaker commands, or begin() after a reset() of yours"
             )
-        if not self._is_known and abs(found_s - dt_s) > ROUNDING * dt_s:
+        if not self._is_known:
+            self._check_length(found_s, self._plant.dt_s)
+            self._is_known = True
+
+    def _check_length(self, found_s: float, dt_s: float) -> None:
+        if abs(found_s - dt_s) > ROUNDING * dt_s:
             raise UsageError(
                 f"a step of the plant took {1000 * found_s:g} ms by its time_s, but its dt_s is "
                 f"{1000 * dt_s:g} ms; cure: let both agree, with all of MuJoCo's steps in a step"
             )
-        self._is_known = True
 
 
 def _check_plant(plant: object) -> None:

@@ -74,21 +74,27 @@ class PerturbedPlant(Plant):
 
     def step(self) -> None:
         """Advance the physics by ``dt_s`` under the delayed commands; see `Plant.step`."""
-        wanted = self._command()
-        # Append, then pop: a delay of no steps returns the same command.
-        self._commands.append(wanted)
-        self._commands.popleft().set_on(self.model, self.data)
         push = self._pushes.due(self.time_s)
         if push is not None:
             self.data.qvel[:2] += push
             # Recompute the quantities that depend on velocities after the jump.
             mujoco.mj_step1(self.model, self.data)
+        if self._commands:
+            self._step_late()
+        else:
+            super().step()
+        self._senses.look()
+
+    def _step_late(self) -> None:
+        """Advance under the oldest command that is under way."""
+        wanted = self._command()
+        self._commands.append(wanted)
+        self._commands.popleft().set_on(self.model, self.data)
         try:
             super().step()
         finally:
             # Ports read the command that was set, not the delayed one that acts now.
             wanted.set_on(self.model, self.data)
-        self._senses.look()
 
     @property
     def state(self) -> RobotState:

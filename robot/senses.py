@@ -64,12 +64,16 @@ class Senses:
             errors = {name: self._noise * rough for name, rough in asdict(ROUGH).items()}
             self._sensors = SimulatedSensors(plant, SensorErrors(**errors), rng.randint(2**31))
             self._estimator = BY_SENSORS[perturbation.estimator]()
+        # The truth of now needs no look in steps in which nobody observes it.
+        self._on_demand = self._estimator is None and not self._noise and not delay_steps
         # Filled with the first observation: until the delay has passed, sensors read the start.
         self._late = deque([self._begun()] * (delay_steps + 1), delay_steps + 1)
 
     @property
     def state(self) -> RobotState:
         """The motion as observed now."""
+        if not self._late:
+            self._late.append(read(self._data))
         return self._late[0]
 
     @property
@@ -79,7 +83,9 @@ class Senses:
 
     def look(self) -> None:
         """Observe the robot, after a step of its physics."""
-        if self._estimator is None:
+        if self._on_demand:
+            self._late.clear()
+        elif self._estimator is None:
             self._late.append(self._noisy(read(self._data)))
         else:
             self._late.append(self._estimator.update(self._sensors.read()))

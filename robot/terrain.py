@@ -86,8 +86,14 @@ class Slope:
 
     def height_m(self, x: Floats, y: Floats) -> Floats:
         """Return heights, tan(angle) (x cos(direction) + y sin(direction))."""
-        along = x * np.cos(self.direction_rad) + y * np.sin(self.direction_rad)
-        return np.asarray(np.tan(self.angle_rad) * along)
+        rise, c, s = self._rise
+        return np.asarray(rise * (x * c + y * s))
+
+    @functools.cached_property
+    def _rise(self) -> tuple[float, float, float]:
+        """The rise a metre, and the direction's unit vector."""
+        turn_rad = self.direction_rad
+        return np.tan(self.angle_rad), np.cos(turn_rad), np.sin(turn_rad)
 
 
 class Pose(NamedTuple):

@@ -42,7 +42,7 @@ class RandomCommands:
 
     def _number(self, time_s: float | np.ndarray) -> np.ndarray:
         # A command holds from its start on, that moment included.
-        return np.searchsorted(self._starts_s, time_s, side="right") - 1
+        return np.asarray(self._starts_s.searchsorted(time_s, side="right") - 1)
 
 
 def _drawn(rng: np.random.RandomState) -> list[float]:

@@ -83,7 +83,7 @@ MEASURES = {
 def measure(stage: Stage) -> dict[str, float | int | None]:
     """Return the figures of an episode that is over."""
     recording = stage.witness.recording()
-    fallen_at_s = stage.walk.fallen_at_s
+    fallen_at_s = stage.legs.fallen_at_s
     figures: dict[str, float | int | None] = {
         "falls": int(fallen_at_s is not None),
         "fallen_at_s": fallen_at_s,

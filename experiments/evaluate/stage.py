@@ -7,12 +7,12 @@ import numpy as np
 from spikeport.experiments.evaluate.commands import RandomCommands
 from spikeport.experiments.loop import Loop, Port
 from spikeport.experiments.recording import Recording
-from spikeport.experiments.walk.port import NOWHERE, WalkPort
+from spikeport.experiments.walk.legs import LegsPort
 from spikeport.networks.region import Box
 from spikeport.robot.foot_sensors import VALUES
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
-from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
+from spikeport.robot.walk_interface import PARTS
 
 
 @dataclass(frozen=True)
@@ -45,18 +45,18 @@ class Witness(Port):
     ----------
     plant : PerturbedPlant
         The robot.
-    walk : WalkPort
+    legs : LegsPort
         The port of its legs, served before this port.
     """
 
-    def __init__(self, plant: PerturbedPlant, walk: WalkPort) -> None:
-        self._plant, self._walk = plant, walk
+    def __init__(self, plant: PerturbedPlant, legs: LegsPort) -> None:
+        self._plant, self._legs = plant, legs
         self._rows: list[tuple[object, ...]] = []
 
     def observe(self) -> np.ndarray:
         """Keep state, forces and command, and return no value."""
         data = self._plant.data
-        command = self._walk.inputs[0][PARTS["command"]]
+        command = self._legs.observed[PARTS["command"]]
         # The feet's sensors come after all others.
         feet = data.sensordata[-VALUES:]
         states = data.qpos.copy(), data.qvel.copy(), data.actuator_force.copy(), feet.copy()
@@ -98,14 +98,13 @@ class Stage:
         dt_s: float,
     ) -> None:
         self.plant = PerturbedPlant(perturbation)
-        self.walk = WalkPort(self.plant, encoding, observe_every_s)
-        self.witness = Witness(self.plant, self.walk)
+        self.legs = LegsPort(self.plant, encoding, observe_every_s)
+        self.witness = Witness(self.plant, self.legs)
         self.commands = RandomCommands(seconds, seed)
         # The witness is last: the command that it keeps is the one observed in this step.
-        self._loop = Loop(self.plant, [self.walk, self.witness], dt_s)
+        self._loop = Loop(self.plant, [self.legs, self.witness], dt_s)
         self.n_steps = round(seconds / dt_s)
         self.plant.reset(seed)
-        self.walk.follow(NOWHERE)
         self._loop.begin()
 
     @property
@@ -116,4 +115,8 @@ class Stage:
     def advance(self, action: np.ndarray) -> np.ndarray:
         """Advance by a step under an action (19,), and return the policy's observation (69,)."""
         command = self.commands.at(self.plant.time_s)
-        return self._loop.step(np.concatenate((action, command)))[:OBSERVATION_SIZE]
+        return self._loop.step(np.concatenate((action, command)))
+
+    def skip(self) -> int:
+        """Skip the steps before the robot's next one; see `Loop.skip`."""
+        return self._loop.skip()

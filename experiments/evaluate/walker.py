@@ -12,11 +12,12 @@ from spikeport.experiments.driver import simulator
 from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.options import Options
 from spikeport.experiments.sweep.keeper import Keeper
-from spikeport.experiments.walk.port import OBSERVATION_DT_S
+from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.node_functions import Skippable
 from spikeport.robot.perturbation import PHYSICS_DT_S, Perturbation
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, OBSERVATION_SIZE
 
@@ -64,10 +65,10 @@ class SpikingWalker:
 
     def __init__(self, trial: WalkTrial) -> None:
         walker, self._encoding = trial.spiking_policy()
-        self._stage: Stage | None = None
+        self._on_stage = _OnStage()
         with nengo.Network(label="policy", seed=trial.settings.network_seed) as network:
             network.add(walker)
-            robot = nengo.Node(self._advance, size_in=ACTION_SIZE, size_out=OBSERVATION_SIZE)
+            robot = nengo.Node(self._on_stage, size_in=ACTION_SIZE, size_out=OBSERVATION_SIZE)
             nengo.Connection(robot, walker.observation, synapse=None)
             nengo.Connection(walker.action, robot, synapse=None)
         self._sim = simulator(network, trial.options)
@@ -76,7 +77,7 @@ class SpikingWalker:
         """Walk an episode; see `Walker.walk`."""
         stage = Stage(perturbation, seconds, seed, self._encoding, OBSERVATION_DT_S, DT_S)
         # The network's node steps this robot from here on.
-        self._stage = stage
+        self._on_stage.stage = stage
         self._sim.reset(seed)
         for _ in range(stage.n_steps):
             if stage.over:
@@ -89,9 +90,17 @@ class SpikingWalker:
         self._sim.close()
         del self._sim
 
-    def _advance(self, _t: float, action: np.ndarray) -> np.ndarray:
-        assert self._stage is not None
-        return self._stage.advance(action)
+
+class _OnStage(Skippable):
+    """The function of the robot's node: called in the robot's steps, held in between."""
+
+    stage: Stage
+
+    def __call__(self, _t: float, action: np.ndarray) -> np.ndarray:
+        return self.stage.advance(action)
+
+    def skip(self) -> int:
+        return self.stage.skip()
 
 
 def find_walker(settings: WalkSettings, options: Options) -> Walker:

@@ -19,7 +19,7 @@ from spikeport.experiments.policy.calibration import Policy, Walks
 from spikeport.experiments.switch.gate import HumanoidRig
 from spikeport.experiments.switch.goals import BOX, Goal
 from spikeport.experiments.walk.gait import drift_trim, record_gait
-from spikeport.experiments.walk.port import OBSERVATION_DT_S
+from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.path_following import COMMAND_SIZE, exact_command

@@ -35,8 +35,8 @@ from spikeport.experiments.switch.rehearsal import ExactControllers, Rehearsals,
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.trial import Closed, Trial
 from spikeport.experiments.walk.gait import encoding
+from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.experiments.walk.path_file import path_files
-from spikeport.experiments.walk.port import OBSERVATION_DT_S
 from spikeport.networks.humanoid import HumanoidNetwork
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.policy import record_ranges, solved_layers

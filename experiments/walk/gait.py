@@ -13,9 +13,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from spikeport.experiments.loop import Loop
 from spikeport.experiments.policy.calibration import Policy, Walks
-from spikeport.experiments.walk.paths import find_path
-from spikeport.experiments.walk.port import OBSERVATION_DT_S, WalkRig
+from spikeport.experiments.walk.legs import OBSERVATION_DT_S, LegsPort
 from spikeport.networks.region import Box
 from spikeport.robot import mirror
 from spikeport.robot.perturbation import NONE, Perturbation
@@ -83,18 +83,20 @@ def _walked(
     policy: Policy, plant: Plant, command: Callable[[], Sequence[float]], seconds: float
 ) -> np.ndarray:
     """Return observations (n, 69) of a robot that gets a new command every 2.5 s."""
-    rig = WalkRig(plant, None, OBSERVATION_DT_S, OBSERVATION_DT_S)
-    line, action, observed = find_path("line", 1.0, seconds), np.zeros(ACTION_SIZE), []
-    rig.begin(SEED, line)
+    legs = LegsPort(plant, None, OBSERVATION_DT_S)
+    loop = Loop(plant, [legs], OBSERVATION_DT_S)
+    plant.reset(SEED)
+    loop.begin()
+    action, observed = np.zeros(ACTION_SIZE), []
     for step in range(round(seconds / OBSERVATION_DT_S)):
         if step % round(HELD_S / OBSERVATION_DT_S) == 0:
             wanted = command()
-        rig.loop.step(np.concatenate((action, wanted)))
-        observed.append(rig.walk.inputs[0])
+        observed.append(loop.step(np.concatenate((action, wanted))))
         action = policy(observed[-1])
-        if rig.loop.over:
+        if loop.over:
             # Another seed each time: from the same start it might fall the same way for ever.
-            rig.begin(SEED + step, line)
+            plant.reset(SEED + step)
+            loop.begin()
             action = np.zeros(ACTION_SIZE)
     return np.array(observed)
 

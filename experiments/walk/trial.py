@@ -32,9 +32,10 @@ from spikeport.experiments.walk.controller import (
 )
 from spikeport.experiments.walk.figure import walk_figure, walk_marks
 from spikeport.experiments.walk.gait import encoding, record_gait, walks
+from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import WalkPath, find_path
-from spikeport.experiments.walk.port import LEAD_S, OBSERVATION_DT_S, WalkRig
+from spikeport.experiments.walk.port import LEAD_S, WalkRig
 from spikeport.experiments.walk.recording import WalkRun, dataset
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.silence_figure import silence_figure

@@ -7,7 +7,7 @@ from spikeport.experiments.evaluate.measures import MEASURES, SHORTEST_S, measur
 from spikeport.experiments.evaluate.stage import EpisodeRecording, Stage
 from spikeport.experiments.evaluate.walker import ExactWalker
 from spikeport.experiments.policy.settings import load_policy
-from spikeport.experiments.walk.port import OBSERVATION_DT_S
+from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
 from spikeport.robot.perturbation import NONE, Perturbation
 
@@ -142,7 +142,7 @@ def test_a_heel_that_lies_along_the_foot_is_as_high_as_its_lower_end():
 
 def test_the_last_second_before_a_fall_does_not_count():
     stage, gait = gliding()
-    stage.walk.fallen_at_s = 6.0
+    stage.legs.fallen_at_s = 6.0
     limit = SPEED_LIMITS_RAD_S[5]
     gait.qvel[998, 6 + 5], gait.qvel[999:, 6 + 5] = 0.5 * limit, 0.9 * limit  # 4.995 s, then 5 s
     figures = figures_of(stage, gait)

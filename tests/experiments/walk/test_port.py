@@ -13,7 +13,7 @@ from spikeport.robot import mirror
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
-from spikeport.robot.walk_interface import PARTS, POSE_RAD
+from spikeport.robot.walk_interface import PARTS
 
 LINE = find_path("line", 0.5, 10.0)
 REST = np.zeros(21)
@@ -23,38 +23,6 @@ def begun(encoding=None, every_s=0.005, dt_s=0.005, plant=None):
     rig = WalkRig(plant or Plant(), encoding, every_s, dt_s)
     rig.begin(0, LINE)
     return rig
-
-
-def observed_actions(every_s, action=lambda step: step):
-    """Return the last action in each observation, where step n's action is ``action(n)``."""
-    rig = begun(every_s=every_s)
-    for step in range(12):
-        rig.loop.step(np.full(21, action(step) * 1e-3))
-    return 1e3 * rig.walk.recording().observation[:, PARTS["last action"]][:, 0]
-
-
-def test_the_observed_last_action_is_that_of_20_ms_before():
-    assert observed_actions(0.005)[7:] == pytest.approx([3, 4, 5, 6, 7])
-
-
-def test_the_observed_last_action_is_a_mean_and_not_a_sample_every_20_ms():
-    swapping = observed_actions(0.005, lambda step: 7 if step % 4 else -7)
-    assert np.abs(swapping[7:] - 3.5).max() < 1.6
-
-
-def test_the_mean_of_the_last_actions_equals_numpys_bit_for_bit():
-    """Runs then equal earlier ones, which took NumPy's mean."""
-    actions = np.random.RandomState(0).uniform(-1, 1, (40, 19))
-    rig = begun()
-    for action in actions:
-        rig.loop.step(np.append(action, (0.0, 0.0)))
-    seen = rig.walk.recording().observation[:, PARTS["last action"]]
-    for step in range(7, len(actions)):
-        assert seen[step].tolist() == actions[step - 7 : step].mean(axis=0).tolist()
-
-
-def test_an_observation_is_held_until_the_next():
-    assert observed_actions(0.02) == pytest.approx([0, 0, 0, 0, 0, 0, 0, 0, 4, 4, 4, 4])
 
 
 class Elsewhere(Plant):
@@ -87,23 +55,6 @@ def test_the_reference_runs_ahead_by_its_lead_and_the_state_is_the_robots():
     assert reference == pytest.approx([0.5 * (LEAD_S + 0.005), 0, 0.5, 0])
     x, y = rig.plant.data.qpos[:2]
     assert state == pytest.approx([0, x, y, *rig.plant.data.qvel[:2]], abs=1e-3)
-
-
-def test_the_command_and_the_pose_are_observed():
-    rig = begun()
-    shown = rig.loop.step(np.concatenate((np.zeros(19), (0.004, -0.003))))
-    assert shown[PARTS["command"]].tolist() == [0.004, 0.0, -0.003]
-    angles = rig.plant.data.qpos[7:] - POSE_RAD
-    assert shown[PARTS["joint angles"]] == pytest.approx(angles)
-
-
-@pytest.mark.parametrize("every_s", [0.005, 0.02])
-def test_commands_change_no_faster_than_in_training(every_s):
-    rig = begun(every_s=every_s)
-    for command, observed in (((0.5, -0.3), (0.1, 0, -0.2)), ((0.0, 0.0), (0, 0, 0))):
-        for _ in range(20):
-            shown = rig.loop.step(np.concatenate((np.zeros(19), command)))
-        assert shown[PARTS["command"]] == pytest.approx(observed)
 
 
 def test_values_out_of_range_are_clipped_and_counted():
