@@ -99,11 +99,12 @@ def print_on_host(console: Console, report: Report) -> None:
 
 def print_hints(console: Console, report: Report, of_run: Iterable[Violation] = ()) -> None:
     """Print the hints of the compile and of a run, by rule, and the warnings of nengo-loihi."""
-    for (rule_id, rule), found in _by_rule([*report.hints, *of_run]).items():
+    for found in _alike([*report.hints, *of_run]):
+        first = found[0]
         named = [f"{hint.object} ({hint.used})" for hint in found[:MOST_NAMED]]
         more = [f"{len(found) - MOST_NAMED} more"] if len(found) > MOST_NAMED else []
         where = ", ".join([*named, *more])
-        console.print(f"hint: {rule_id} {rule}: {where}; cure: {found[0].cure}")
+        console.print(f"hint: {first.id} {first.rule}: {where}; cure: {first.cure}")
     for warning in report.warnings:
         console.print(f"nengo-loihi: {warning}", style="dim")
 
@@ -114,11 +115,12 @@ def print_written(console: Console, folder: Path) -> None:
     console.print(f"written: {folder}/ ({names})", highlight=False, soft_wrap=True)
 
 
-def _by_rule(hints: Iterable[Violation]) -> dict[tuple[str, str], list[Violation]]:
+def _alike(hints: Iterable[Violation]) -> list[list[Violation]]:
+    """Return the hints of one rule and cure together: a cure may have a number for its object."""
     rows: dict[tuple[str, str], list[Violation]] = {}
     for hint in hints:
-        rows.setdefault((hint.id, hint.rule), []).append(hint)
-    return rows
+        rows.setdefault((hint.id, hint.cure), []).append(hint)
+    return list(rows.values())
 
 
 def neurobench_line(static: NeuroBench, activity: Activity | None) -> str:

@@ -44,6 +44,16 @@ def test_hints_of_one_rule_are_one_line_that_names_the_first_objects(compilation
     ) in printed
 
 
+def test_hints_of_one_rule_with_other_cures_have_lines_of_their_own(compilation, capsys):
+    hints = [Violation("SP420", "rate", f"c{i}", "late", "", f"multiply by {i}") for i in (2, 4, 2)]
+    show_findings(Findings(replace(compilation.report, hints=tuple(hints))), cores=False)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert (
+        "hint: SP420 rate: c2 (late), c2 (late); cure: multiply by 2 "
+        "hint: SP420 rate: c4 (late); cure: multiply by 4"
+    ) in printed
+
+
 def test_the_report_as_data_has_the_hints_of_a_loss_once(compilation):
     activity = replace(expected_activity(compilation.image, Rates(100.0)), readout_spikes=3)
     loss = Loss(
