@@ -11,13 +11,14 @@ from spikeport.atomic import check_output
 from spikeport.commands.console import Console
 from spikeport.commands.report_file import check_whole, read, report_file
 from spikeport.compile.report.report import Json
+from spikeport.counted import counted
 from spikeport.errors import UsageError, printable
 from spikeport.experiments.evaluate.comparison import compare, is_evaluation
 from spikeport.experiments.evaluate.interval import CONFIDENCE
 
 SAME, DIFFERENT = 0, 1
 
-SECTIONS = ("passes", "quantisation", "energy", "timing", "host_io", "loss")
+SECTIONS = ("passes", "quantisation", "basis", "energy", "timing", "host_io", "loss")
 
 Figures = dict[str, object]
 """Numbers, texts and unknown values (None), by name."""
@@ -104,6 +105,10 @@ def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
     found: Figures = {"image": report["image_digest"][:16]}
     for name, row in report["resources"].items():
         found |= {f"{name} {key}": value for key, value in row.items()}
+    # A network that is refused takes no resources: why it is refused is all that differs.
+    for one in report.get("violations", ()):
+        rule = f"{one['id']} {one['rule']}".strip()  # a builder's own refusal has no id
+        found[f"{one['object']}: {rule}"] = one["used"]
     for section in sections:
         found |= FIGURES[section](report[section])
     return found
@@ -120,6 +125,12 @@ def _pass(record: Json) -> str:
 
 def _rounding(errors: list[Json]) -> Figures:
     return {f"rounding of weights, {error['label']}": error["weights"] for error in errors}
+
+
+def _basis(basis: Json) -> Figures:
+    rates = [f"{name} {hz:g} Hz" for name, hz in (basis["rates_hz"] or {}).items()]
+    run = f"a run of {counted(basis['n_steps'], 'step')}"
+    return {"counts of events": f"expected at {', '.join(rates)}" if rates else run}
 
 
 def _powers(energy: Json) -> Figures:
@@ -148,12 +159,17 @@ def _host_io(host_io: Json) -> Figures:
 
 def _loss(loss: Json) -> Figures:
     parts = {f"loss by {p['object']}: {p['what']}": p["output_error"] for p in loss["parts"]}
-    return {"loss at the outputs": loss["output_error"], **parts}
+    errors = {
+        "loss at the outputs": loss["output_error"],
+        "loss at the probes, against float Nengo": loss["network_error"],
+    }
+    return errors | parts
 
 
 FIGURES: dict[str, Callable[[Any], Figures]] = {
     "passes": _passes,
     "quantisation": _rounding,
+    "basis": _basis,
     "energy": _powers,
     "timing": _times,
     "host_io": _host_io,

@@ -16,7 +16,7 @@ IN_FOLDERS = ("report.json", "result.json")
 OF_RUNS = {"experiment", "model"}
 """Keys of the results of `run` and `simulate`, of which each has one, and a report none."""
 NEEDED = ("image_digest", "resources", "energy", "timing")
-COMPARED = (*NEEDED, "host_io", "passes", "quantisation", "loss")
+COMPARED = (*NEEDED, "violations", "basis", "host_io", "passes", "quantisation", "loss")
 PARTS: dict[str, TypeAdapter[object]] = {
     name: TypeAdapter(get_type_hints(ReportData)[name]) for name in COMPARED
 }

@@ -71,6 +71,69 @@ def test_sections_of_one_report_alone_are_named(spikeport, two):
     assert spikeport("diff", other, other) == (0, "no difference\n", "")
 
 
+def rows(printed):
+    """Return the cells behind the name of each figure in a printed table."""
+    lines = (line.split("  ") for line in printed.splitlines())
+    cells = ([cell.strip() for cell in line if cell.strip()] for line in lines)
+    return {name: values for name, *values in filter(None, cells)}
+
+
+@pytest.fixture
+def reported(tmp_path):
+    """Return a function that writes a report with other parts to a file."""
+
+    def write(name, report, **parts):
+        path = tmp_path / f"{name}.json"
+        path.write_text(json.dumps(report | parts))
+        return path
+
+    return write
+
+
+def test_networks_that_are_refused_differ_by_what_they_break(spikeport, two, reported):
+    report = json.loads((two[0] / "report.json").read_text())
+    one = {
+        "id": "SP005",
+        "rule": "synapse",
+        "object": "a",
+        "used": "Alpha",
+        "limit": "",
+        "cure": "",
+    }
+    own = {"id": "", "rule": "refused by the builder", "object": "b", "used": "no", "limit": ""}
+    fits = reported("fits", report)
+    refused = reported("refused", report, violations=[one])
+    other = reported("other", report, violations=[own | {"cure": ""}])
+    assert spikeport("diff", refused, refused) == (0, "no difference\n", "")
+    done = spikeport("diff", fits, refused)
+    assert (done.code, rows(done.out)["a: SP005 synapse"]) == (1, ["-", "Alpha"])
+    done = spikeport("diff", refused, other)
+    assert (done.code, rows(done.out)["b: refused by the builder"]) == (1, ["-", "no"])
+
+
+def test_costs_at_other_rates_say_so(spikeport, two, reported):
+    report = json.loads((two[0] / "report.json").read_text())
+    at_100, run = reported("at_100", report), {"n_steps": 1, "dt_s": 0.001, "rates_hz": None}
+    done = spikeport("diff", at_100, reported("run", report, basis=run))
+    found = rows(done.out)["counts of events"]
+    assert (done.code, found) == (1, ["expected at all 100 Hz", "a run of 1 step"])
+    at_50 = report["basis"] | {"rates_hz": {"all": 50.0, "a": 20.0}}
+    done = spikeport("diff", at_100, reported("at_50", report, basis=at_50))
+    assert rows(done.out)["counts of events"][1] == "expected at all 50 Hz, a 20 Hz"
+
+
+def test_losses_against_float_nengo_are_compared(spikeport, two, reported):
+    report = json.loads((two[0] / "report.json").read_text())
+    loss = {
+        "n_steps": 10, "tau_s": 0.02, "network_error": 0.5, "output_error": 0.1, "floor": 0.0,
+        "parts": [], "aliasing": {}, "readout_spikes": 0, "saturated_inputs": {},
+    }  # fmt: skip
+    less = reported("less", report, loss=loss)
+    done = spikeport("diff", less, reported("more", report, loss=loss | {"network_error": 0.75}))
+    assert done.code == 1
+    assert rows(done.out)["loss at the probes, against float Nengo"] == ["0.5", "0.75", "+50.0 %"]
+
+
 def test_the_result_of_a_simulation_is_compared(spikeport, net_py, tmp_path):
     run = ("simulate", f"{net_py}:make", "--seconds", "0.01", "--no-float", "--out")
     assert spikeport(*run, tmp_path / "run").code == 0
