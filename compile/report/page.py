@@ -17,6 +17,7 @@ from spikeport.compile.image.expected import AT_STATED_RATES
 from spikeport.compile.report.drawing import SIDE, Chip, chips, estimate
 from spikeport.compile.report.report import Json
 from spikeport.constants import BITS_PER_KIB
+from spikeport.hardware_models.estimate import merge_sources
 from spikeport.hardware_models.host_io import HostIoReport
 
 MOST_CELLS = 4000
@@ -161,6 +162,13 @@ class View:
     def chips(self) -> list[Chip]:
         """The drawings of the chips in use."""
         return chips(self.report, self.calibration)
+
+    def sources(self, calibration: str) -> str:
+        """Return the sources of all energies, powers and times in a calibration."""
+        spent, taken = (self.report[costs][calibration] for costs in ("energy", "timing"))
+        powers = [spent[draw] and spent[draw]["power"] for draw in ("static", "system")]
+        figures = filter(None, [spent["dynamic_run"], *powers, taken and taken["mean"]])
+        return merge_sources(figure["source"] for figure in figures) or "none is public"
 
     @cached_property
     def host_io(self) -> list[tuple[str, str]]:

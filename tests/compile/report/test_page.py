@@ -77,6 +77,21 @@ def test_a_page_says_that_steps_with_host_io_are_not_shown_to_take_dt(page: Path
     assert text.count("dt = 1 ms not shown") == 2  # below the longest step of two calibrations
 
 
+def test_a_page_names_the_sources_of_all_its_costs(whole: dict[str, Any], tmp_path: Path) -> None:
+    costs = {name: dict(whole[name]) for name in ("energy", "timing")}
+    costs["energy"]["davies2018"] = dict(whole["energy"]["davies2018"], dynamic_run=None)
+    write_page(tmp_path / "report.html", whole | costs, "without dynamic energy")
+    text = read(tmp_path / "report.html").text
+    assert "Sources: Frady 2020; Blouw 2019 [transcribed]; TU Delft 2024 [abstract]" in text
+    assert "Sources: SANA-FE, arch/loihi.yaml [code]; Frady 2020; " in text
+    costs["energy"] |= {
+        name: dict(one, static=None, system=None) for name, one in costs["energy"].items()
+    }
+    costs["timing"]["davies2018"] = None
+    write_page(tmp_path / "report.html", whole | costs, "without any figure")
+    assert "Sources: none is public." in read(tmp_path / "report.html").text
+
+
 def test_a_page_says_that_steps_at_stated_rates_have_the_mean_spikes(page: Path) -> None:
     assert "At these rates every step has the mean number of spikes" in read(page).text
 
