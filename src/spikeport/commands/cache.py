@@ -2,11 +2,8 @@
 
 import time
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Column, Table
-
 from spikeport import cache
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 
 BYTES_PER_MIB = 2**20
 S_PER_DAY = 24 * 3600
@@ -24,12 +21,9 @@ def run(clear: bool) -> None:
 
 
 def _table(kept: cache.Cache) -> Table:
-    table = Table(
-        "kind",
-        *(Column(name, justify="right") for name in ("entries", "MiB", "newest, days")),
-        box=SIMPLE_HEAD,
-        title=str(kept.folder),
-    )
+    table = Table("kind", title=str(kept.folder))
+    for name in ("entries", "MiB", "newest, days"):
+        table.add_column(name, justify="right")
     entries = kept.entries()
     for kind in sorted({entry.kind for entry in entries}):
         mine = [entry for entry in entries if entry.kind == kind]

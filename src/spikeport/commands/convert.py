@@ -4,11 +4,8 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
 from spikeport.atomic import check_output
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.commands.destinations import Destinations
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
@@ -158,11 +155,11 @@ def _translated(found: Observations, request: ConvertRequest) -> Observations:
 
 def lint_table(lint: ConversionLint) -> Table:
     """Return the table of the conversion's errors, layer by layer."""
-    table = Table(box=SIMPLE_HEAD, title="conversion, in float spikes")
-    table.add_column("layer", no_wrap=True)
+    table = Table(title="conversion, in float spikes")
+    table.add_column("layer")
     columns = ("units", "range", "/ rms", "rate Hz", "tau ms", "spikes", "error")
     for name in columns:
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right")
     for one in lint.layers:
         table.add_row(
             one.name,

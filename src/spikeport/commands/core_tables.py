@@ -1,8 +1,6 @@
 """Tables of the resources and energy of every core, and the energy of every module."""
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
+from spikeport.commands.console import Table
 from spikeport.commands.tables import NO_FIGURE
 from spikeport.compile.report.report import Modules, Report
 from spikeport.constants import BITS_PER_KIB
@@ -13,11 +11,11 @@ from spikeport.hardware_models.energy import energy
 
 def core_table(report: Report, activity: Activity | None) -> Table:
     """Return the table of cores: their content, and the energy of a step on each."""
-    table = Table(title="cores", box=SIMPLE_HEAD)
-    table.add_column("core", no_wrap=True, justify="right")
+    table = Table(title="cores")
+    table.add_column("core", justify="right")
     table.add_column("holds")
     for name in ("neurons", "axons in", "out", "KiB"):
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right")
     costs = {} if activity is None else _core_costs(report.chip, activity)
     for name in costs:
         table.add_column(f"energy / step, {name}", justify="right")
@@ -46,7 +44,7 @@ def _core_costs(chip: ChipModel, activity: Activity) -> dict[str, list[str]]:
 
 def module_table(chip: ChipModel, modules: Modules) -> Table:
     """Return the table of the energy of a step of every module, without messages."""
-    table = Table("module", title="modules, without messages", box=SIMPLE_HEAD)
+    table = Table("module", title="modules, without messages")
     spent = modules.energies(chip)
     for name in spent:
         table.add_column(f"energy / step, {name}", justify="right")

@@ -4,11 +4,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Column, Table
-
 from spikeport.atomic import check_output
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.commands.report_file import check_whole, read, report_file
 from spikeport.compile.report.report import Json
 from spikeport.counted import counted
@@ -47,9 +44,9 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
         rows, note = _of_reports(a, b, html)
     console = Console(highlight=False)
     if rows:
-        table = Table(Column("figure", overflow="fold"), box=SIMPLE_HEAD)
+        table = Table("figure")
         for name in (str(a), str(b), "change"):
-            table.add_column(name, justify="right", overflow="fold")
+            table.add_column(name, justify="right")
         for row in rows:
             table.add_row(*row)
         console.print(table)

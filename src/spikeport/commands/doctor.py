@@ -3,10 +3,7 @@
 import re
 from importlib import metadata
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.extras import install_command
 
 DEVELOPMENT = ("test", "check", "referee")
@@ -32,7 +29,7 @@ def packages() -> dict[str, str]:
 
 def run() -> int:
     """Print installed and missing packages; return 1 if a required one is missing, else 0."""
-    table = Table("part", "found", "if missing", box=SIMPLE_HEAD)
+    table = Table("part", "found", "if missing")
     wanted = packages()
     missing = [name for name in wanted if not _version(name)]
     for name, extra in wanted.items():

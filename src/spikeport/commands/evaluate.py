@@ -6,11 +6,8 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
 from spikeport.atomic import write_text
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers, seeds_from
 from spikeport.commands.progress import progress_bar
@@ -194,13 +191,13 @@ def screen_table(rows: "list[TableRow]") -> Table:
     """Return the table of falls and of the means in `SHOWN`, for a screen of 80 columns."""
     from spikeport.experiments.evaluate.measures import MEASURES
 
-    shown = Table(box=SIMPLE_HEAD)
+    shown = Table()
     # The names of rows may differ only at their ends: a long name wraps.
-    shown.add_column("perturbation", overflow="fold")
-    shown.add_column("falls", no_wrap=True)
+    shown.add_column("perturbation")
+    shown.add_column("falls")
     for name in SHOWN:
         # A word per line: headings are wider than their numbers.
-        shown.add_column(MEASURES[name].heading.replace(" ", "\n"), justify="right", no_wrap=True)
+        shown.add_column(MEASURES[name].heading.replace(" ", "\n"), justify="right")
     for one in rows:
         means = (one.means[name] for name in SHOWN)
         cells = ("-" if mean is None else f"{mean.estimate:.3f}" for mean in means)

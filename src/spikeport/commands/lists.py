@@ -3,11 +3,9 @@
 from collections.abc import Iterator
 
 from pydantic import BaseModel
-from rich.box import SIMPLE_HEAD
-from rich.table import Column, Table
 
 from spikeport.backends.registry import BACKENDS
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.errors import MissingExtraError
 from spikeport.experiments import registry
 from spikeport.experiments.options import WITHOUT_NEURONS, Experiment
@@ -25,9 +23,8 @@ def print_chips() -> None:
 
 
 def _chip_table(chip: ChipModel) -> Table:
-    columns = ("figure", "value", "evidence", Column("source", overflow="fold"))
     title = f"{chip.name}: {chip.title}"
-    table = Table(*columns, box=SIMPLE_HEAD, title=title, caption=chip.caveat)
+    table = Table("figure", "value", "evidence", "source", title=title, caption=chip.caveat)
     for what, figure in _figures(chip):
         value = f"{figure.count:,}" if figure.unit in ("1", "bit") else figure.estimate.format()
         source = figure.source + f"; {figure.note}" * bool(figure.note)
@@ -73,7 +70,7 @@ def print_backends() -> None:
     experiments, absent = _experiments()
     summaries = {name: backend.summary for name, backend in BACKENDS.items()}
     summaries[WITHOUT_NEURONS] = "no neurons: the exact control law"
-    table = Table("backend", "what it is", "experiments", box=SIMPLE_HEAD)
+    table = Table("backend", "what it is", "experiments")
     for name, summary in summaries.items():
         table.add_row(name, summary, ", ".join(e.name for e in experiments if name in e.backends))
     console.print(table)

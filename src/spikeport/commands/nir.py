@@ -3,11 +3,9 @@
 from collections.abc import Collection, Iterator
 
 import nengo
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
 
 from spikeport.commands.agreement import Agreement, Played, measured, moved, spikes_of
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.report import Report
 from spikeport.constants import DT_S
@@ -91,10 +89,10 @@ def _lines(network: NirNetwork, on_host: Collection[str]) -> Iterator[str]:
 
 
 def _table(found: list[Agreement]) -> Table:
-    table = Table(box=SIMPLE_HEAD, title="equal neuron-steps, chip and NIR's equations")
-    table.add_column("population", no_wrap=True)
+    table = Table(title="equal neuron-steps, chip and NIR's equations")
+    table.add_column("population")
     for name in ("silent", "chip", "spikes in NIR", "on the chip"):
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right")
     for one in found:
         shares = (f"{100 * share:.2f} %" for share in (one.silent, one.equal))
         table.add_row(printable(one.name), *shares, f"{one.wanted:,}", f"{one.spikes:,}")

@@ -6,12 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
 from spikeport import cache
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
@@ -134,9 +131,7 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
         print_costs(console, outcome.report, outcome.activity)
     if result["energy_by_unit"]:
         console.print(unit_table(result["energy_by_unit"]))
-    table = Table(
-        "metric", "value", box=SIMPLE_HEAD, title=f"{result['experiment']} on {result['backend']}"
-    )
+    table = Table("metric", "value", title=f"{result['experiment']} on {result['backend']}")
     for name, value in result["metrics"].items():
         table.add_row(name, _text(value))
     console.print(table)
@@ -155,7 +150,7 @@ def _link_lines(result: Mapping[str, Any]) -> list[str]:
 
 def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
     """Return the table of the energy per unit of a robot's work, in every calibration."""
-    table = Table("energy", box=SIMPLE_HEAD, caption="without host processors and host I/O")
+    table = Table("energy", caption="without host processors and host I/O")
     for name in next(iter(found.values())):
         table.add_column(name)
     for unit, by_calibration in found.items():

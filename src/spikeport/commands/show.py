@@ -4,10 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
-from rich.table import Column, Table
 
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding, Filter
 from spikeport.counted import counted
@@ -39,11 +37,10 @@ def head(image: ChipImage) -> Iterator[str]:
 
 def _table(title: str, *columns: str) -> Table:
     left = ("block", "name", "kind", "encoding", "filter", "read")
-    made = [
-        Column(name, overflow="fold") if name in left else Column(name, justify="right")
-        for name in columns
-    ]
-    return Table(*made, title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    table = Table(title=title, title_justify="left", pad_edge=False)
+    for name in columns:
+        table.add_column(name, justify="left" if name in left else "right")
+    return table
 
 
 def _blocks(image: ChipImage) -> Table:

@@ -7,13 +7,11 @@ from types import ModuleType
 from typing import Any
 
 import nengo
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
 
 from spikeport.backends import registry as backends
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands import nir
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import Target, check_seconds
 from spikeport.commands.progress import progress_bar
@@ -216,9 +214,9 @@ def _probe_table(ran: Ran) -> Table:
     """Return the table of probes, with the rms of their float values, and their relative errors."""
     beside = any(one.values_float is not None for one in ran.recorded.values())
     title = f"probes on {ran.backend}" + ", beside float Nengo" * beside
-    table = Table("probe", box=SIMPLE_HEAD, title=title)
+    table = Table("probe", title=title)
     for name in ("values", "samples", "rms", "error", "delay", "error, delay removed"):
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right")
     for name, one in ran.recorded.items():
         n_samples, size = one.values.shape
         late = one.best_delay()

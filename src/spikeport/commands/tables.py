@@ -2,9 +2,7 @@
 
 from collections.abc import Iterator
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
+from spikeport.commands.console import Table
 from spikeport.compile.image.expected import AT_STATED_RATES, Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.report import Report
@@ -27,11 +25,11 @@ MOST_EVENTS = 3
 def resource_table(report: Report) -> Table:
     """Return the table of resources: the chip's sum, and the core that uses most."""
     found = resources(report)
-    table = Table(box=SIMPLE_HEAD, title=found.title, pad_edge=False, collapse_padding=True)
+    table = Table(title=found.title, pad_edge=False, collapse_padding=True)
     first, *others = found.header
-    table.add_column(first, no_wrap=True)
+    table.add_column(first)
     for name in others:
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right")
     for row in found.rows:
         table.add_row(*row)
     return table
@@ -44,7 +42,7 @@ def cost_table(
     host_io: HostIoReport | None = None,
 ) -> Table:
     """Return energy and time of a run, or at stated rates, by every calibration of the chip."""
-    table = Table("", box=SIMPLE_HEAD, title=f"energy and time, {_basis(activity, rates)}")
+    table = Table("", title=f"energy and time, {_basis(activity, rates)}")
     rows: dict[str, list[str]] = {}
     for calibration in chip.calibrations:
         table.add_column(calibration.name)
@@ -59,7 +57,7 @@ def cost_table(
 
 def host_io_table(host_io: HostIoReport) -> Table:
     """Return the table of a step's host input and output, and whether dt is known to suffice."""
-    table = Table("", box=SIMPLE_HEAD, title="host I/O of a step", show_header=False)
+    table = Table("", title="host I/O of a step", show_header=False)
     for label, text in host_io.rows():
         table.add_row(label, text)
     return table
@@ -155,9 +153,9 @@ def loss_table(loss: Loss) -> Table:
     title = f"loss to rounding: outputs {100 * loss.output_error:.2g} % off, {loss.n_steps:,} steps"
     floor = f"a change in the last bit alone: {100 * loss.floor:.2g} %"
     caption = f"{floor}; {against_float(loss)}"
-    table = Table("cause", box=SIMPLE_HEAD, title=title, caption=caption)
+    table = Table("cause", title=title, caption=caption)
     for name in ("rounding", "output error", "share"):
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right")
     for part in loss.parts[:MOST_PARTS]:
         numbers = (part.rounding, part.output_error, part.share)
         table.add_row(f"{part.object}: {part.what}", *(f"{100 * n:.2g} %" for n in numbers))

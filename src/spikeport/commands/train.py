@@ -3,11 +3,8 @@
 from dataclasses import asdict
 from pathlib import Path
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
 from spikeport.atomic import check_folder, locked
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Workers
 from spikeport.commands.progress import progress_bar
@@ -41,7 +38,7 @@ def run(
     out.mkdir(parents=True, exist_ok=True)
     with locked(out), resumable(out, "segments"), progress_bar() as progress:
         evaluations = train_walk(options, command, progress)
-    table = Table("walking", *evaluations, box=SIMPLE_HEAD)
+    table = Table("walking", *evaluations)
     rows = zip(*(asdict(e).items() for e in evaluations.values()), strict=True)
     for row in rows:
         table.add_row(row[0][0], *(f"{value:.4g}" for _, value in row))

@@ -4,10 +4,9 @@ import re
 from pathlib import Path
 
 import pytest
-from rich.table import Table
 
 from spikeport.commands import console as module
-from spikeport.commands.console import Console
+from spikeport.commands.console import Console, Table
 
 NAME = "[red]x[/] :smile: [/bold]"
 
@@ -24,9 +23,21 @@ def test_names_are_printed_as_they_are(printed, capsys):
     assert NAME in capsys.readouterr().out
 
 
-def test_no_command_uses_another_console_or_markup():
+def test_tables_lose_no_letter_on_a_narrow_screen(capsys):
+    wide = Table("name", title="wide")
+    wide.add_column("used / limit", justify="right")
+    wide.add_column("%", justify="right")
+    wide.add_row("l" * 50 + "end", "1,023 / 131,072", "99.9")
+    Console(width=30).print(wide)
+    printed = "".join(capsys.readouterr().out.split())
+    assert "…" not in printed
+    assert printed.count("l") == 50 + 1  # of the name, and of its header
+    assert all(text in printed for text in ("1,023/", "131,072", "99.9"))
+
+
+def test_no_command_uses_another_console_table_or_markup():
     folder = Path(module.__file__).parent
     others = [p for p in folder.glob("*.py") if p.name != "console.py"]
     assert len(others) > 30
-    other = r"(?m)rich\.(console|markup|print)|^\s*(import rich\b|from rich import)|from_markup"
-    assert [p.name for p in others if re.search(other, p.read_text())] == []
+    other = r"(?m)rich\.(console|markup|print|table|box)|^\s*(import rich\b|from rich import)"
+    assert [p.name for p in others if re.search(f"{other}|from_markup", p.read_text())] == []
