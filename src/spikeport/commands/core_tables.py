@@ -20,14 +20,10 @@ def core_table(report: Report, activity: Activity | None) -> Table:
     for name in costs:
         table.add_column(f"energy / step, {name}", justify="right")
     for number, core in enumerate(report.cores):
-        numbers = (
-            core.compartments,
-            core.in_axons,
-            core.out_axons,
-            core.synapse_bits // BITS_PER_KIB,
-        )
+        kib = core.synapse_bits / BITS_PER_KIB  # rounded as in the table of resources
+        numbers = (core.compartments, core.in_axons, core.out_axons, kib)
         spent = [texts[number] for texts in costs.values()]
-        table.add_row(str(number), core.label, *(f"{n:,}" for n in numbers), *spent)
+        table.add_row(str(number), core.label, *(f"{n:,.0f}" for n in numbers), *spent)
     return table
 
 

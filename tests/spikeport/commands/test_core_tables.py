@@ -1,9 +1,12 @@
 """Tables of every core and every module."""
 
+from dataclasses import replace
+
 import pytest
 
 from spikeport.commands.console import Console
 from spikeport.commands.core_tables import core_table, module_table
+from spikeport.commands.tables import resource_table
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import compile_network
@@ -31,9 +34,18 @@ def test_the_row_of_a_core_has_its_number_content_and_counts(compilation):
         f"{core.compartments:,}",
         f"{core.in_axons:,}",
         f"{core.out_axons:,}",
-        f"{core.synapse_bits // 8192:,}",
+        f"{core.synapse_bits / 8192:,.0f}",
     ]
     assert "[x]" in " ".join(row)
+
+
+def test_memory_is_rounded_as_in_the_table_of_resources(compilation):
+    (core,) = compilation.report.cores
+    report = replace(compilation.report, cores=(core._replace(synapse_bits=12_736),))  # 1.55 KiB
+    resources = next(line for line in lines(resource_table(report)) if "synapse bits" in line)
+    assert "2 / 128 KiB" in resources
+    row = next(line for line in lines(core_table(report, None)) if line.strip().startswith("0 "))
+    assert row.split()[-1] == "2"
 
 
 def test_energies_have_a_column_for_each_calibration(compilation):
