@@ -87,7 +87,7 @@ class Activity:
     synaptic_operations : (n_kept, n_cores) array
         Weights added to compartments of the core.
     updates_active, updates_inactive : (n_kept, n_cores) array
-        Updated compartments whose state was not at rest, and compartments at rest.
+        Updated compartments with a bias, or an input or a state other than zero, and the others.
     messages_in : (n_kept, n_cores) array
         Messages that arrived at the core, from other cores, itself and the host.
     learning_updates : (n_kept, n_cores) array
