@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from PIL import Image, ImageDraw, ImageFont
 
+from spikeport.counted import counted
 from spikeport.errors import RenderError
 from spikeport.experiments.loop import Port
 from spikeport.experiments.run_folder import Result
@@ -31,7 +32,7 @@ Marks = Callable[[int], Sequence[Mark]]
 def cores_of(result: Result) -> str:
     """Return the cores of a run for its title, with a comma before them; "" without a chip."""
     used = result["resources"]
-    return "" if used is None else f", {used['cores']['used']} cores"
+    return "" if used is None else f", {counted(used['cores']['used'], 'core')}"
 
 
 class Film(Port):

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from spikeport.counted import counted
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate
@@ -105,12 +106,12 @@ class HostIoReport:
         mean = f"{self.spikes:,.1f} {'on average' if self.counted else 'expected'}"
         most = "" if self.most_spikes is None else f", {self.most_spikes:,} at most"
         unknown = "" if self.counted else _unknown(self.unknown_sources)
-        yield "spikes in", f"{mean}{most}, of {self.sources:,} sources{unknown}"
+        yield "spikes in", f"{mean}{most}, of {counted(self.sources, 'source')}{unknown}"
         packets = f", {self.bytes_back:,} bytes in whole packets" if self.bytes_back else ""
-        what = f"{self.values_back:,} values, {self.spikes_back:,} spikes"
-        yield "read back", f"{self.words_back:,} words ({what}){packets}"
+        what = f"{counted(self.values_back, 'value')}, {counted(self.spikes_back, 'spike')}"
+        yield "read back", f"{counted(self.words_back, 'word')} ({what}){packets}"
         if self.errors:
-            yield "learning errors in", f"{self.errors:,} values"
+            yield "learning errors in", counted(self.errors, "value")
         if self.published is not None:
             yield "published", f"{self.published.format()}: {self.published.source}"
         yield self.dt, f"{self.verdict}: {self.reason}"

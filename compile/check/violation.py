@@ -105,8 +105,8 @@ class Offloaded(NamedTuple):
     def __str__(self) -> str:
         because = f"{self.id} {self.rule}".strip()
         return (
-            f"{self.object} ({self.n_neurons:,} neurons) to the host: {because} of "
-            f"{self.violator}; adds at most {self.host_spikes:,} host spikes a step"
+            f"{self.object} ({counted(self.n_neurons, 'neuron')}) to the host: {because} of "
+            f"{self.violator}; adds at most {counted(self.host_spikes, 'host spike')} a step"
         )
 
 

@@ -17,6 +17,7 @@ from spikeport.compile.image.expected import AT_STATED_RATES
 from spikeport.compile.report.drawing import SIDE, Chip, chips, estimate
 from spikeport.compile.report.report import Json
 from spikeport.constants import BITS_PER_KIB
+from spikeport.counted import counted
 from spikeport.hardware_models.estimate import merge_sources
 from spikeport.hardware_models.host_io import HostIoReport
 
@@ -108,7 +109,7 @@ def _template() -> Template:
         lstrip_blocks=True,
     )
     environment.filters["estimate"] = estimate
-    environment.filters["count"] = _count
+    environment.filters.update(count=_count, counted=counted)
     environment.globals.update(core_side=SIDE, at_stated_rates=AT_STATED_RATES)
     environment.filters["words"] = lambda name: name.replace("_", " ")
     return environment.get_template("page.html.jinja")

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spikeport.experiments.pictures import BAR, Caption, Film, captioned
+from spikeport.experiments.pictures import BAR, Caption, Film, captioned, cores_of
 from spikeport.robot.plant import Plant
 
 
@@ -27,3 +27,12 @@ def test_a_film_keeps_a_copy_of_every_pose():
     assert film.observe().shape == (0,)
     film.begin()
     assert film.poses == []
+
+
+def test_the_title_of_a_figure_has_the_cores_of_a_run():
+    cores = [{"cores": {"used": used}} for used in (1, 2)]
+    assert [cores_of({"resources": used}) for used in (None, *cores)] == [
+        "",
+        ", 1 core",
+        ", 2 cores",
+    ]

@@ -99,6 +99,14 @@ def test_spikes_are_expected_before_a_run_and_counted_in_one(make_activity):
     ]
 
 
+def test_counts_of_one_have_a_singular():
+    one = HostTraffic(0.001, 1, 0.5, 0, 1, 1, (1,), 1)
+    rows = dict(host_io(one, chips.get("loihi2")).rows())
+    assert rows["spikes in"] == "0.5 expected, of 1 source"
+    assert rows["read back"] == "1 word (1 value, 1 spike)"
+    assert rows["learning errors in"] == "1 value"
+
+
 @pytest.mark.parametrize("name", chips.names())
 def test_a_report_is_read_back_from_its_plain_data(name):
     found = host_io(TRAFFIC, chips.get(name))

@@ -7,6 +7,7 @@ from spikeport.compile.image.expected import AT_STATED_RATES, Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.report import Report
 from spikeport.compile.report.summary import resources
+from spikeport.counted import counted
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
@@ -65,7 +66,7 @@ def host_io_table(host_io: HostIoReport) -> Table:
 
 def _basis(activity: Activity, rates: Rates | None) -> str:
     if rates is None:
-        return f"from the counts of {activity.n_steps:,} steps"
+        return f"from the counts of {counted(activity.n_steps, 'step')}"
     named = [f"{name} {rate:g} Hz" for name, rate in rates.by_name_hz.items()]
     return f"expected at {', '.join([f'{rates.others_hz:g} Hz', *named])}"
 
@@ -150,7 +151,8 @@ def against_float(loss: Loss) -> str:
 
 def loss_table(loss: Loss) -> Table:
     """Return the table of the output errors that rounding causes, largest share first."""
-    title = f"loss to rounding: outputs {100 * loss.output_error:.2g} % off, {loss.n_steps:,} steps"
+    steps = counted(loss.n_steps, "step")
+    title = f"loss to rounding: outputs {100 * loss.output_error:.2g} % off, {steps}"
     floor = f"a change in the last bit alone: {100 * loss.floor:.2g} %"
     caption = f"{floor}; {against_float(loss)}"
     table = Table("cause", title=title, caption=caption)

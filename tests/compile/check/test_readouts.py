@@ -14,6 +14,7 @@ def test_spikes_of_read_outs_are_counted_against_none():
         "read-outs: SP406 read-out saturation: 1,234 spikes in 2,000 steps, limit 0; cure: divide "
         "what is decoded by its full scale, and multiply on the host"
     )
+    assert [one.used for one in readout_hints(1, 1)] == ["1 spike in 1 step"]
 
 
 def decoded(factor):

@@ -92,6 +92,12 @@ def test_a_page_names_the_sources_of_all_its_costs(whole: dict[str, Any], tmp_pa
     assert "Sources: none is public." in read(tmp_path / "report.html").text
 
 
+def test_a_page_on_a_run_of_one_step_says_so(whole: dict[str, Any], tmp_path: Path) -> None:
+    basis = {"n_steps": 1, "dt_s": 0.001, "rates_hz": None}
+    write_page(tmp_path / "report.html", whole | {"basis": basis}, "one step")
+    assert "From the exact counts of 1 step." in read(tmp_path / "report.html").text
+
+
 def test_a_page_says_that_steps_at_stated_rates_have_the_mean_spikes(page: Path) -> None:
     assert "At these rates every step has the mean number of spikes" in read(page).text
 
