@@ -21,7 +21,7 @@ FPS = 25
 """Poses per second in the page, which shows the latest one."""
 ROUNDING = 1e-6
 MM = 1000
-"""Places are whole millimetres, in 16 bits: 32 m to each side of where the run began."""
+"""Shapes are in whole millimetres, in 16 bits: 32 m to each side of the robot."""
 
 
 def write_page(path: Path, probes: xr.Dataset, title: str) -> None:
@@ -76,12 +76,13 @@ def _finite(values: np.ndarray, end: Any) -> float:
 
 
 def _robot(drawn: "Shapes", times_s: np.ndarray) -> dict[str, Any]:
-    # Heights count from the floor; places in the plane from the start, to fit into 16 bits.
-    start_m = drawn.ends_m[0].mean(axis=(0, 1)) * (1, 1, 0)
-    places = np.clip((drawn.ends_m - start_m) * MM, -(2**15), 2**15 - 1).round().astype("<i2")
+    # Heights count from the floor; in the plane, shapes count from the robot, wherever it went.
+    places_m = drawn.ends_m.mean(axis=(1, 2)) * (1, 1, 0)
+    ends = (drawn.ends_m - places_m[:, np.newaxis, np.newaxis]) * MM
     return {
         "times": _floats(times_s),
-        "ends": base64.b64encode(places.tobytes()).decode(),
+        "places": _floats(places_m[:, :2] * MM),
+        "ends": base64.b64encode(ends.round().astype("<i2").tobytes()).decode(),
         "radii": _listed(drawn.radii_m),
         "colours": drawn.colours,
     }

@@ -101,8 +101,15 @@ def _lines(probes: xr.Dataset) -> Iterator[Row]:
             # Further dimensions become lines of their own.
             values = series.values.reshape(len(series), -1)[:, :MOST_LINES]
             labels = _labels(series) if series.ndim > 1 else []
-            unit = str(series.attrs.get("units", ""))
-            yield _thinned(str(name), unit, probes[along].values, values, labels)
+            yield _thinned(str(name), _unit(series), probes[along].values, values, labels)
+
+
+def _unit(series: xr.DataArray) -> str:
+    """Return the unit of a series, and the share of its lines that is drawn if not all are."""
+    n_lines = series[:1].size
+    more = [f"the first {MOST_LINES} of {n_lines:,} lines"] if n_lines > MOST_LINES else []
+    unit = str(series.attrs.get("units", ""))
+    return ", ".join([unit] * bool(unit) + more)
 
 
 def _labels(series: xr.DataArray) -> list[str]:
@@ -115,8 +122,17 @@ def _labels(series: xr.DataArray) -> list[str]:
 def _thinned(
     name: str, unit: str, times_s: np.ndarray, values: np.ndarray, labels: list[str]
 ) -> Row:
-    step = -(-len(times_s) // MOST_POINTS)
-    return Row(name, unit, times_s[::step], values[::step].astype(float), labels)
+    """Return the row of a series; of a long one, the least and the largest value of each stretch.
+
+    A value of every stretch would lose peaks, and draw an oscillation as another, slower one.
+    """
+    values = values.astype(float)
+    if len(times_s) > MOST_POINTS:
+        first = np.arange(0, len(times_s), -(-2 * len(times_s) // MOST_POINTS))
+        ends = [end.reduceat(values, first) for end in (np.fmin, np.fmax)]
+        values = np.stack(ends, axis=1).reshape(-1, values.shape[1])
+        times_s = np.repeat(times_s[first], 2)
+    return Row(name, unit, times_s, values, labels)
 
 
 def _spikes(probes: xr.Dataset) -> Iterator[Row]:

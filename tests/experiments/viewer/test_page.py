@@ -1,5 +1,6 @@
 """The page of a run: no requests, its poses, and controls that play, scrub, turn and save."""
 
+import base64
 import json
 import re
 
@@ -59,6 +60,23 @@ def test_the_page_of_a_run_without_a_robot_has_its_rows_alone(series, tmp_path):
     assert whole.keys() - rows_alone.keys() == {"robot"}
     assert [row["name"] for row in rows_alone["rows"]] == [row.name for row in rows(series)]
     assert whole.items() >= rows_alone.items()
+
+
+def test_a_robot_keeps_its_shape_however_far_it_walks(series, tmp_path):
+    walked = series.copy(deep=True)
+    walked.qpos.values[:, 2] = walked.qpos.values[0, 2]
+    walked.qpos.values[:, 0] += np.linspace(0, 100, 200)
+    write_page(tmp_path / "view.html", walked, "walk")
+    robot = data_of(tmp_path / "view.html")["robot"]
+    places, ends = (
+        np.frombuffer(base64.b64decode(robot[key]), kind).reshape(25, -1)
+        for key, kind in (("places", "<f4"), ("ends", "<i2"))
+    )
+    np.testing.assert_allclose(
+        places[:, 0] - places[0, 0], np.linspace(0, 192, 25) * 1e5 / 199, atol=1
+    )
+    assert np.abs(ends - ends[0]).max() <= 1
+    assert np.abs(ends).max() < 2000
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from spikeport.experiments.viewer.page import content
-from spikeport.experiments.viewer.rows import MOST_POINTS, MOST_SPIKES, end_s, rows
+from spikeport.experiments.viewer.rows import MOST_LINES, MOST_POINTS, MOST_SPIKES, end_s, rows
 from spikeport.simulation.dataset import dataset
 from spikeport.simulation.recorded import Recorded
 
@@ -24,6 +24,32 @@ def test_rows_are_no_longer_than_a_screen_can_show(series):
     for row in rows(series):
         assert len(row.times_s) == len(row.values)
         assert len(row.times_s) <= (MOST_SPIKES if row.values.ndim == 1 else MOST_POINTS)
+
+
+def row_of(values, units=""):
+    """Return the row of a series with a value each ms."""
+    series = {"torque": (("time", "joint"), values, {"units": units})}
+    (row,) = rows(xr.Dataset(series, {"time": 0.001 * np.arange(len(values))}))
+    return row
+
+
+def test_a_long_row_keeps_its_peaks_and_the_range_of_an_oscillation():
+    values = np.zeros((5003, 2))
+    values[2501, 0], values[4998:, 0] = 7.0, np.nan
+    values[:, 1] = np.resize([1.0, -1.0, 0.0], 5003)
+    row = row_of(values)
+    assert len(row.times_s) == len(row.values) <= MOST_POINTS
+    assert np.all(np.diff(row.times_s) >= 0)
+    assert np.nanmax(row.values[:, 0]) == 7.0
+    assert abs(row.times_s[np.nanargmax(row.values[:, 0])] - 2.501) < 0.011
+    assert np.array_equal(row.values[:, 1], np.resize([-1.0, 1.0], len(row.values)))
+
+
+def test_a_row_says_how_many_of_its_lines_are_drawn():
+    assert row_of(np.zeros((3, MOST_LINES)), "Nm").unit == "Nm"
+    row = row_of(np.zeros((3, 50)), "Nm")
+    assert (row.unit, row.values.shape) == ("Nm, the first 24 of 50 lines", (3, 24))
+    assert row_of(np.zeros((3, 25))).unit == "the first 24 of 25 lines"
 
 
 def test_probes_of_a_network_have_rows_on_their_own_clocks():
