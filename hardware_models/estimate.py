@@ -63,12 +63,17 @@ class Estimate:
         high = None if self.high is None else factor * self.high
         return Estimate(factor * self.value, low, high, unit or self.unit, self.source)
 
-    def format(self) -> str:
-        """Return text like ``1.23 uJ [1.08, 1.38]``, or ``[>= 1.08]`` with an unknown bound."""
-        exponent = _exponent(self.value)
-        scale = 10.0**-exponent
-        low, high = (None if b is None else _digits(b * scale) for b in (self.low, self.high))
-        return f"{_digits(self.value * scale)} {PREFIXES[exponent]}{self.unit} {_bounds(low, high)}"
+    def format(self, digits: int = 3) -> str:
+        """Return text like ``1.23 uJ [1.08, 1.38]``, or ``[>= 1.08]`` with an unknown bound.
+
+        ``digits`` are the significant ones, 6 at most.
+        """
+        exponent = _exponent(self.value, digits)
+        value, low, high = (
+            None if one is None else _rounded(one * 10.0**-exponent, digits)
+            for one in (self.value, self.low, self.high)
+        )
+        return f"{value} {PREFIXES[exponent]}{self.unit} {_bounds(low, high)}"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, ready for JSON."""
@@ -95,17 +100,17 @@ def _add(a: float | None, b: float | None) -> float | None:
     return None if a is None or b is None else a + b
 
 
-def _exponent(value: float) -> int:
+def _exponent(value: float, digits: int) -> int:
     """Return the largest exponent with a prefix that leaves at least 1, once rounded."""
     if value == 0:
         return 0
     # Printed first: 999.9 p is written as 1 n, where a logarithm would leave 1000 p.
-    decade = int(f"{abs(value):.2e}".split("e")[1])
+    decade = int(f"{abs(value):.{digits - 1}e}".split("e")[1])
     return min(max(3 * math.floor(decade / 3), min(PREFIXES)), max(PREFIXES))
 
 
-def _digits(value: float) -> str:
-    return f"{float(f'{value:.3g}'):g}"
+def _rounded(value: float, digits: int) -> str:
+    return f"{float(f'{value:.{digits}g}'):g}"
 
 
 def _bounds(low: str | None, high: str | None) -> str:

@@ -126,4 +126,5 @@ def _held(
     # Calibrations differ: the budget has to hold in each of them.
     name, cost = max(known.items(), key=lambda item: item[1].value)
     if cost.value > most:
-        yield rules.get(rule_id).broken(chip, f"{cost.format()}, {name}", limit)
+        # A budget may be the figure of a report, which is rounded: it must not look like the cost.
+        yield rules.get(rule_id).broken(chip, f"{cost.format(6)}, {name}", limit)

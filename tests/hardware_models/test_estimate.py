@@ -56,6 +56,11 @@ def test_an_estimate_is_written_with_a_prefix_of_its_unit_and_its_bounds(value, 
     assert Estimate(value, low, high, "J", "").format() == text
 
 
+def test_an_estimate_is_written_with_more_digits_on_request():
+    assert Estimate(999.96e-9, 999.4e-9, None, "J", "").format(6) == "999.96 nJ [>= 999.4]"
+    assert Estimate(0.1040187, 0.0, 0.11, "W", "").format(6) == "104.019 mW [0, 110]"
+
+
 def test_to_dict_is_plain():
     assert b.to_dict() == {
         "value": 10.0,
