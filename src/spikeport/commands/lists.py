@@ -6,6 +6,7 @@ from pydantic import BaseModel
 
 from spikeport.backends.registry import BACKENDS
 from spikeport.commands.console import Console, Table
+from spikeport.counted import counted
 from spikeport.errors import MissingExtraError
 from spikeport.experiments import registry
 from spikeport.experiments.options import WITHOUT_NEURONS, Experiment
@@ -49,8 +50,13 @@ def _absent(chip: ChipModel) -> Iterator[str]:
 def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:
     """Yield every known figure of a chip, after its name."""
     groups: list[tuple[str, BaseModel]] = [("", chip.limits), ("", chip.power)]
-    groups += [] if chip.host_io is None else [("host I/O: ", chip.host_io)]
-    groups += [] if chip.soft_memory is None else [("shared memory: ", chip.soft_memory)]
+    parts = {
+        "synapse memory: ": chip.synapse_memory,
+        "mesh: ": chip.topology,
+        "host I/O: ": chip.host_io,
+        "shared memory: ": chip.soft_memory,
+    }
+    groups += [(prefix, part) for prefix, part in parts.items() if part is not None]
     for calibration in chip.calibrations:
         groups += [
             (f"{calibration.name}: energy of ", calibration.energies),
@@ -62,6 +68,9 @@ def _figures(chip: ChipModel) -> Iterator[tuple[str, Figure]]:
         for name in type(group).model_fields:
             if (figure := getattr(group, name)) is not None:
                 yield prefix + name.removesuffix("_w").replace("_", " "), figure
+    for calibration in chip.calibrations:
+        for point in calibration.barrier:
+            yield f"{calibration.name}: time of barrier, {counted(point.tiles, 'tile')}", point
 
 
 def print_backends() -> None:

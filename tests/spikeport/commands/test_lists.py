@@ -1,5 +1,7 @@
 """``spikeport chips`` and ``spikeport backends``."""
 
+import itertools
+
 from spikeport.backends.registry import BACKENDS
 from spikeport.experiments import registry
 from spikeport.hardware_models import chip as chips
@@ -26,6 +28,21 @@ def test_chips_lists_published_figures_of_host_io(spikeport):
     rows = [line.split() for line in spikeport("chips").out.splitlines() if "host I/O" in line]
     assert [row[2] for row in rows] == ["step", "word", "packet"]
     assert rows[0][3:7] == ["8", "ms", "[0.95,", "9]"]
+
+
+def test_chips_lists_every_figure_of_a_chip(spikeport):
+    """Figures are the tables of a chip file that have a source."""
+    rows = spikeport("chips").out.splitlines()
+    for name in chips.names():
+        n_figures = (chips.BUILT_IN / f"{name}.toml").read_text().count("source =")
+        first = next(i for i, row in enumerate(rows) if row.strip().startswith(f"{name}: "))
+        mine = itertools.takewhile(lambda row: "  not public" not in row, rows[first + 4 :])
+        # The other rows go on with a long source.
+        assert len([row for row in mine if not row.startswith("   ")]) == n_figures, name
+    found = "\n".join(" ".join(row.split()) for row in rows)
+    assert "mesh: cores per tile 4 code SANA-FE, arch/loihi.yaml" in found
+    assert "nahuku-fit: time of barrier, 2 tiles 1 us [0.75, 1.25] code SANA-FE" in found
+    assert "davies2018: time of barrier, 1 tile 113 ns [no interval] transcribed" in found
 
 
 def test_sources_of_figures_are_printed_whole(spikeport):
