@@ -118,7 +118,7 @@ def _fill(row: Json, limits: Mapping[str, int | None]) -> Measure:
     if not shares:
         return Measure("no limit is public", 0.0, 0.0)
     fullest = max(shares, key=lambda name: shares[name])
-    text = f"{100 * shares[fullest]:.0f} % of {fullest.replace('_', ' ')}"
+    text = f"{100 * shares[fullest]:.1f} % of {fullest.replace('_', ' ')}"
     return Measure(text, shares[fullest], min(shares[fullest], 1.0))
 
 

@@ -94,6 +94,11 @@ def _table(found: list[Agreement]) -> Table:
     for name in ("silent", "chip", "spikes in NIR", "on the chip"):
         table.add_column(name, justify="right")
     for one in found:
-        shares = (f"{100 * share:.2f} %" for share in (one.silent, one.equal))
+        shares = map(_percent, (one.silent, one.equal))
         table.add_row(printable(one.name), *shares, f"{one.wanted:,}", f"{one.spikes:,}")
     return table
+
+
+def _percent(share: float) -> str:
+    # A single neuron-step that differs is not rounded away.
+    return f"{100 * share if share == 1 else min(100 * share, 99.99):.2f} %"

@@ -67,7 +67,7 @@ def test_a_core_is_as_full_as_its_fullest_public_resource() -> None:
     (chip,) = chips(report_of({"chip": [0] * 3, "x": None, "y": None}, 3), "")
     fills = [core.measures[FILL] for core in chip.cores]
     assert [fill.share for fill in fills] == [0.0, 0.1, 0.2]
-    assert fills[2].text == "20 % of compartments"
+    assert fills[2].text == "20.0 % of compartments"
     assert list(chip.cores[0].measures) == [FILL]
     assert chip.cores[2].uses == (2, 5)
     assert chip.cores[2].blocks == ("block 2",)

@@ -92,6 +92,14 @@ def test_a_page_names_the_sources_of_all_its_costs(whole: dict[str, Any], tmp_pa
     assert "Sources: none is public." in read(tmp_path / "report.html").text
 
 
+def test_a_core_that_is_almost_full_is_not_full(whole: dict[str, Any], tmp_path: Path) -> None:
+    cores = [core | {"compartments": 1020} for core in whole["cores"]]
+    write_page(tmp_path / "report.html", whole | {"cores": cores}, "almost full")
+    text = read(tmp_path / "report.html").text
+    assert "99.6 % of compartments" in text
+    assert "100.0 %" not in text
+
+
 def test_a_page_on_a_run_of_one_step_says_so(whole: dict[str, Any], tmp_path: Path) -> None:
     basis = {"n_steps": 1, "dt_s": 0.001, "rates_hz": None}
     write_page(tmp_path / "report.html", whole | {"basis": basis}, "one step")

@@ -3,6 +3,9 @@
 import numpy as np
 import xarray as xr
 
+from spikeport.commands.agreement import Agreement
+from spikeport.commands.console import Console
+from spikeport.commands.nir import _table
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import spikes, written
 
@@ -23,6 +26,15 @@ def test_compile_lists_differences_and_measures_agreement_on_spikes_of_a_file(sp
     assert float(silent) < float(chip) > 98
     assert int(wanted) > 20
     assert abs(int(wanted) - int(found)) <= 3
+
+
+def test_one_neuron_step_that_differs_is_not_rounded_away():
+    found = [Agreement(name, equal, 0.5, 9, 9) for name, equal in (("a", 0.99999), ("b", 1.0))]
+    console = Console(width=80)
+    with console.capture() as printed:
+        console.print(_table(found))
+    rows = [row.split()[:5] for row in printed.get().splitlines() if row[2:3] in ("a", "b")]
+    assert rows == [["a", "50.00", "%", "99.99", "%"], ["b", "50.00", "%", "100.00", "%"]]
 
 
 def test_names_of_populations_are_printed_as_they_are(spikeport, tmp_path):
