@@ -44,15 +44,15 @@ def cost_table(
 ) -> Table:
     """Return energy and time of a run, or at stated rates, by every calibration of the chip."""
     table = Table("", title=f"energy and time, {_basis(activity, rates)}")
-    rows: dict[str, list[str]] = {}
+    columns = []
     for calibration in chip.calibrations:
         table.add_column(calibration.name)
-        for label, text in _cost_rows(chip, activity, calibration):
-            rows.setdefault(label, []).append(text)
+        columns.append(dict(_cost_rows(chip, activity, calibration)))
+    # A calibration without times has fewer rows.
+    for label in dict.fromkeys(label for column in columns for label in column):
+        table.add_row(label, *(column.get(label, NO_FIGURE) for column in columns))
     if host_io is not None and any(c.has_times for c in chip.calibrations):
-        rows["with host I/O"] = [f"{host_io.dt} {host_io.verdict}"] * len(chip.calibrations)
-    for label, texts in rows.items():
-        table.add_row(label, *texts)
+        table.add_row("with host I/O", *[f"{host_io.dt} {host_io.verdict}"] * len(columns))
     return table
 
 

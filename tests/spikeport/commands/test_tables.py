@@ -1,16 +1,19 @@
 """Tables that the commands print."""
 
 import dataclasses
+import re
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
-from rich.table import Table
 
-from spikeport.commands.console import Console
-from spikeport.commands.tables import host_io_table, resource_table
-from spikeport.hardware_models.chip import get
+from spikeport.commands.console import Console, Table
+from spikeport.commands.tables import cost_table, host_io_table, resource_table
+from spikeport.hardware_models.activity import Activity
+from spikeport.hardware_models.chip import ChipModel, get
 from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
 from spikeport.hardware_models.limits import Usage
+from tests.hardware_models.conftest import figure, toy_data
 
 
 def test_the_table_of_resources_of_a_full_chip_is_uncut_in_80_columns():
@@ -38,6 +41,17 @@ def printed(table: Table) -> str:
     with console.capture() as captured:
         console.print(table)
     return captured.get()
+
+
+def test_costs_stand_in_the_column_of_their_calibration():
+    toy = toy_data()
+    toy |= {"calibrations": toy["calibrations"][::-1], "clock": figure(100, "ns")}
+    by_step, of_core = np.ones((6, 1, 1), dtype=int), np.zeros(1, dtype=int)
+    activity = Activity(("a",), 0.001, *by_step, np.zeros((1, 1), dtype=int), of_core, of_core)
+    text = printed(cost_table(ChipModel.model_validate(toy), activity))
+    cells = [re.split(" {2,}", row.strip()) for row in text.splitlines()]
+    assert ["empty", "bench"] in cells
+    assert ["cycles, mean and longest", "no public figure", "11 and 11"] in cells
 
 
 TRAFFIC = HostTraffic(0.001, 576, 288.0, 0, 84, 436, (104,), 0)
