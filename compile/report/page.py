@@ -110,7 +110,7 @@ def _template() -> Template:
     )
     environment.filters["estimate"] = estimate
     environment.filters.update(count=_count, counted=counted)
-    environment.globals.update(core_side=SIDE, at_stated_rates=AT_STATED_RATES)
+    environment.globals.update(core_side=SIDE, at_stated_rates=AT_STATED_RATES, most_rows=MOST_ROWS)
     environment.filters["words"] = lambda name: name.replace("_", " ")
     return environment.get_template("page.html.jinja")
 

@@ -154,7 +154,9 @@ def loss_table(loss: Loss) -> Table:
     steps = counted(loss.n_steps, "step")
     title = f"loss to rounding: outputs {100 * loss.output_error:.2g} % off, {steps}"
     floor = f"a change in the last bit alone: {100 * loss.floor:.2g} %"
-    caption = f"{floor}; {against_float(loss)}"
+    n_parts = len(loss.parts)
+    largest = f"the {MOST_PARTS} largest of {n_parts:,} causes; " if n_parts > MOST_PARTS else ""
+    caption = f"{largest}{floor}; {against_float(loss)}"
     table = Table("cause", title=title, caption=caption)
     for name in ("rounding", "output error", "share"):
         table.add_column(name, justify="right")

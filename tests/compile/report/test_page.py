@@ -100,6 +100,18 @@ def test_a_core_that_is_almost_full_is_not_full(whole: dict[str, Any], tmp_path:
     assert "100.0 %" not in text
 
 
+def test_tables_of_the_largest_items_say_how_many_there_are(
+    whole: dict[str, Any], tmp_path: Path
+) -> None:
+    errors = [whole["quantisation"][0] | {"label": f"b{i}", "weights": 0.1} for i in range(1300)]
+    write_page(tmp_path / "report.html", whole | {"quantisation": errors}, "many blocks")
+    text = read(tmp_path / "report.html").text
+    assert "The 12 largest of 1,300." in text
+    assert text.count(" largest of ") == 1
+    write_page(tmp_path / "report.html", whole | {"quantisation": errors[:12]}, "few blocks")
+    assert " largest of " not in read(tmp_path / "report.html").text
+
+
 def test_a_page_on_a_run_of_one_step_says_so(whole: dict[str, Any], tmp_path: Path) -> None:
     basis = {"n_steps": 1, "dt_s": 0.001, "rates_hz": None}
     write_page(tmp_path / "report.html", whole | {"basis": basis}, "one step")

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from spikeport.commands.console import Console, Table
-from spikeport.commands.tables import cost_table, host_io_table, resource_table
+from spikeport.commands.tables import cost_table, host_io_table, loss_table, resource_table
+from spikeport.compile.report.loss import Loss, LossPart
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel, get
 from spikeport.hardware_models.host_io import HostIoReport, HostTraffic, host_io
@@ -52,6 +53,15 @@ def test_costs_stand_in_the_column_of_their_calibration():
     cells = [re.split(" {2,}", row.strip()) for row in text.splitlines()]
     assert ["empty", "bench"] in cells
     assert ["cycles, mean and longest", "no public figure", "11 and 11"] in cells
+
+
+def test_a_loss_of_many_causes_says_how_many_are_left_out():
+    part = LossPart("a", "bias", 0.1, 0.1, 0.1)
+    for n_parts, expected in ((6, False), (7, True)):
+        loss = Loss(9, 0.02, 0.5, 0.1, 0.0, (part,) * n_parts, {}, 0, {})
+        text = " ".join(printed(loss_table(loss)).split())
+        assert ("the 6 largest of 7 causes; a change in the last bit" in text) == expected
+        assert text.count("a: bias") == 6
 
 
 TRAFFIC = HostTraffic(0.001, 576, 288.0, 0, 84, 436, (104,), 0)
