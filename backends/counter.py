@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog, Totals
 from spikeport.compile.image.fanout import Fanout
 from spikeport.hardware_models.activity import Activity
 
@@ -36,7 +36,7 @@ class Counter:
         self._source_core = source_core
         self._fanout = fanout
         self._delivered = np.zeros(len(fanout.messages), dtype=np.int64)
-        self.log = StepLog(cores, dt_s, self._messages, options)
+        self.log = StepLog(cores, dt_s, self._totals, options)
         self.readout_spikes = 0
 
     def step(
@@ -100,14 +100,15 @@ class Counter:
 
     def activity(self) -> Activity:
         """Return all counts so far."""
-        return self.log.activity(self.readout_spikes)
+        return self.log.activity()
 
-    def _messages(self) -> MessageCounts:
+    def _totals(self) -> Totals:
         n, compartments = self._n_cores, len(self._source_core)
         per_source = self._fanout.messages * self._delivered[:, np.newaxis]
         between = np.zeros((n, n), dtype=np.int64)
         np.add.at(between, self._source_core, per_source[:compartments])
-        return MessageCounts(between, per_source[compartments:].sum(axis=0))
+        messages = MessageCounts(between, per_source[compartments:].sum(axis=0))
+        return Totals(messages, self.readout_spikes)
 
     def close(self) -> None:
         """Write the counts that the log still holds."""

@@ -13,9 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.backends.board.messages import BodyError, Codec, Totals
+from spikeport.backends.board.messages import BodyError, Codec
 from spikeport.backends.board.record import Record, RecordedStep
-from spikeport.backends.step_log import MessageCounts
+from spikeport.backends.step_log import Totals
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 
@@ -65,9 +65,7 @@ def recounted(image: ChipImage, path: Path, n_steps: int) -> Totals:
                     "board's; cure: record a session that is not interrupted, and replay it to its "
                     "end"
                 )
-    activity = chip.activity()
-    messages = MessageCounts(activity.messages, activity.messages_host)
-    return Totals(messages, activity.readout_spikes)
+    return chip.log.totals()
 
 
 def _board_steps(steps: Iterator[RecordedStep]) -> Iterator[_BoardStep]:

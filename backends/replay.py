@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from spikeport.backends.board.messages import BodyError, Codec, Totals
+from spikeport.backends.board.messages import BodyError, Codec
 from spikeport.backends.board.record import Record, RecordedStep
 from spikeport.backends.recount import recounted
-from spikeport.backends.step_log import KEPT_STEPS, SUMS_ONLY, LogOptions, MessageCounts, StepLog
+from spikeport.backends.step_log import KEPT_STEPS, SUMS_ONLY, LogOptions, StepLog, Totals
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import Activity
@@ -60,7 +60,7 @@ class ReplayChip:
         self._held = self._codec.silence()
         self._number = self._answered = 0
         self._open_spikes: int | None = None
-        self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
+        self._log = StepLog(image.cores, image.manifest.dt_s, self._unpacked, log)
 
     def _check_session(self, image: ChipImage, seed: int) -> None:
         """Refuse a record of another image or seed."""
@@ -144,9 +144,6 @@ class ReplayChip:
         ]
         return f"the host's learning errors for synapse groups {groups} differ from the record"
 
-    def _messages(self) -> MessageCounts:
-        return self._unpacked().messages
-
     def _unpacked(self) -> Totals:
         if self._totals is None:
             return self._counted_anew()
@@ -166,7 +163,7 @@ class ReplayChip:
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
         self._take_totals()
-        return self._log.activity(self._unpacked().readout_spikes)
+        return self._log.activity()
 
     def _take_totals(self) -> None:
         """Take the totals that the host asked for after the last step, if it did."""

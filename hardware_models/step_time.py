@@ -119,7 +119,7 @@ def fold(activity: Activity, chip: ChipModel | None) -> Folded:
     """Return sums over all steps of an activity, from which energy and time follow as before.
 
     On ``chip`` they stay the same, except for the last bits of sums. Messages between the chips of
-    a board are taken as evenly spread over the steps that are folded at once.
+    a board are taken as evenly spread over the steps of the activity.
     """
     times = {}
     if chip is not None and activity.cores:

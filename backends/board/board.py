@@ -15,9 +15,9 @@ import numpy as np
 from spikeport.backends.board.frame import MORE, MOST_BODY, VERSION, Frame, Kind
 from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.backends.board.line import reason_of
-from spikeport.backends.board.messages import BodyError, Codec, Totals
+from spikeport.backends.board.messages import BodyError, Codec
 from spikeport.backends.chip import Chip
-from spikeport.backends.step_log import MessageCounts, StepLog
+from spikeport.backends.step_log import StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, SpikeportError, in_words, printable
 
@@ -199,9 +199,8 @@ class Board:
 
     def _totals(self, frame: Frame) -> bytes:
         session = self._session_of(frame)
-        activity = session.chip.activity()
-        messages = MessageCounts(activity.messages, activity.messages_host)
-        return session.codec.pack_totals(Totals(messages, activity.readout_spikes))
+        # Not the activity, whose table of all kept steps takes longer than a step of real time.
+        return session.codec.pack_totals(session.chip.log.totals())
 
 
 @contextmanager

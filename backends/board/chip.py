@@ -12,12 +12,12 @@ from spikeport.backends.board.board import pieces
 from spikeport.backends.board.frame import MORE, VERSION, Frame, Kind
 from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.backends.board.line import Line
-from spikeport.backends.board.messages import BodyError, Codec, Totals
+from spikeport.backends.board.messages import BodyError, Codec
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.timing import WAITING, RealTime, StepDeadlines, Timing
 from spikeport.backends.chip import CLOSED
 from spikeport.backends.host_checks import HostChecks
-from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, StepLog, Totals
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, BoardLostError
 from spikeport.fault_plan import Fault, unreached
@@ -114,7 +114,7 @@ class BoardChip:
         self._deadlines = StepDeadlines(timing, self._clock)
         self._trips = RoundTrips()
         self.figures = LinkFigures()
-        self._log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
+        self._log = StepLog(image.cores, image.manifest.dt_s, self._asked_totals, log)
         self._totals: Totals | None = None
         self._held = self._codec.silence()
         self._open: Frame | None = None
@@ -264,9 +264,6 @@ class BoardChip:
             raise BoardLostError(f"the board did not answer within {self._timing.limit}")
         self.figures.held += 1
 
-    def _messages(self) -> MessageCounts:
-        return self._asked_totals().messages
-
     def _asked_totals(self) -> Totals:
         """Ask the board for its totals; after the session, return the last ones."""
         if self._totals is not None:
@@ -291,7 +288,7 @@ class BoardChip:
 
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
-        return self._log.activity(self._asked_totals().readout_spikes)
+        return self._log.activity()
 
     @property
     def link(self) -> dict[str, object] | None:

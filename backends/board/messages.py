@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.backends.board.frame import MOST_BODY
-from spikeport.backends.step_log import MessageCounts
+from spikeport.backends.step_log import MessageCounts, Totals
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import PER_STEP
@@ -35,13 +35,6 @@ class Stepped(NamedTuple):
 
     held: list[np.ndarray]
     counts: np.ndarray
-
-
-class Totals(NamedTuple):
-    """The messages of all steps, and the spikes of compartments that must not spike."""
-
-    messages: MessageCounts
-    readout_spikes: int
 
 
 class Codec:

@@ -12,7 +12,7 @@ from spikeport.backends.native.loaded import Host, Loaded, State, neurons_of, re
 from spikeport.backends.native.noise import NONE, Noise
 from spikeport.backends.native.shards import Threads
 from spikeport.backends.native.wiring import Wiring, line_up, wire
-from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog
+from spikeport.backends.step_log import SUMS_ONLY, LogOptions, MessageCounts, StepLog, Totals
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.compiled import make_ready
@@ -61,7 +61,7 @@ class NativeChip:
         # draws noise that no compartment uses.
         self._noise = Noise(image, rng, drawn_anyway=self._learning is not None)
         self._n_arriving = 0
-        self.log = StepLog(image.cores, image.manifest.dt_s, self._messages, log)
+        self.log = StepLog(image.cores, image.manifest.dt_s, self._totals, log)
         self._counted = len(PER_STEP), image.n_cores
         parts = [part(image.outputs.start, i) for i in range(len(image.manifest.outputs))]
         self._views = [self.state.held[part] for part in parts]
@@ -151,16 +151,17 @@ class NativeChip:
 
     def activity(self) -> Activity:
         """Return the counts; see `spikeport.backends.chip.Chip.activity`."""
-        return self.log.activity(int(self.state.spike_count[self._image.readouts].sum()))
+        return self.log.activity()
 
-    def _messages(self) -> MessageCounts:
+    def _totals(self) -> Totals:
         n = self._image.n_cores
         messages = np.zeros((n + 1, n), dtype=np.int64)  # the host, -1, is in the last row
         for wiring, state in self._parts():
             core, _, home = wiring.cost.T
             sent = np.repeat(state.sent[1], np.diff(wiring.fan_start))
             np.add.at(messages, (home, core), sent)
-        return MessageCounts(messages[:-1], messages[-1])
+        readout_spikes = int(self.state.spike_count[self._image.readouts].sum())
+        return Totals(MessageCounts(messages[:-1], messages[-1]), readout_spikes)
 
     def _parts(self) -> list[tuple[Wiring, State]]:
         """Return the wiring and state of each thread; without threads, of the whole chip."""

@@ -9,9 +9,17 @@ import pytest
 import spikeport
 from spikeport.backends import step_log
 from spikeport.backends.native.chip import NativeChip
-from spikeport.backends.step_log import MESSAGES, LogOptions, counts_files
+from spikeport.backends.step_log import (
+    MESSAGES,
+    LogOptions,
+    MessageCounts,
+    StepLog,
+    Totals,
+    counts_files,
+)
 from spikeport.errors import UsageError
 from spikeport.hardware_models import chip as chips
+from spikeport.hardware_models import step_time
 from spikeport.hardware_models.activity import PER_STEP
 
 BACKENDS = ["native", "nengo-loihi", "reference"]
@@ -81,6 +89,29 @@ def test_a_long_run_takes_no_more_memory_than_a_short_one(network, kept_steps):
         tracemalloc.stop()
     counts = 8 * len(PER_STEP) * image.n_cores * 100 * KEPT  # if every step were kept
     assert long - short < counts / 2  # NumPy keeps small blocks for later
+
+
+def test_no_step_waits_for_more_than_a_piece_to_be_folded(monkeypatch):
+    monkeypatch.setattr(step_log, "KEPT_STEPS", KEPT)
+    monkeypatch.setattr(step_log, "PIECE", 10)
+    folded = []
+
+    def fold(activity, chip):
+        folded.append(len(activity.spikes))
+        return step_time.fold(activity, chip)
+
+    monkeypatch.setattr(step_log, "fold", fold)
+    messages = np.array([[7]]), np.array([3])
+    log = StepLog(("a",), 0.001, lambda: Totals(MessageCounts(*messages), 5))
+    for step in range(1, 2 * KEPT + 21):
+        folded.clear()
+        log.append(np.full((len(PER_STEP), 1), step), step % 4)
+        assert sum(folded) == (10 if step > KEPT and step % 10 == 0 else 0), step
+    found = log.activity()
+    assert found.folded.n_steps == 2 * KEPT
+    assert found.spikes.ravel().tolist() == list(range(101, 121))
+    assert found.over_steps("spikes") == sum(range(121))
+    assert (found.messages, found.messages_host, found.readout_spikes) == (*messages, 5)
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

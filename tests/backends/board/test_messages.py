@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from spikeport.backends.board.frame import MOST_BODY
-from spikeport.backends.board.messages import BITMAP, BodyError, Codec, Totals
-from spikeport.backends.step_log import MessageCounts
+from spikeport.backends.board.messages import BITMAP, BodyError, Codec
+from spikeport.backends.step_log import MessageCounts, Totals
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import small_image
 from tests.helpers.images import Block, Output, Parts
