@@ -157,6 +157,8 @@ def perform(trial: Trial[K, R], ready: Ready[K], folder: Path | None = None) -> 
     trial.begin(closed.rig)
     watched = None if keeps_to_a_clock(options.link, options.robot) else folder
     wall_s = _simulate(trial, ready, watched)
+    # Damps a robot: recording a long run takes longer than it may be without commands.
+    closed.rig.plant.close()
     return trial.record(closed, sim, wall_s)
 
 

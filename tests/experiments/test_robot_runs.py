@@ -6,6 +6,7 @@ The runs must agree in the robot's motion (float64), the time series and the cou
 import hashlib
 import tempfile
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,8 @@ from spikeport.experiments import driver, registry
 from spikeport.experiments.driver import Ready, robot_line
 from spikeport.experiments.options import Options
 from spikeport.experiments.walk import port
+from spikeport.experiments.walk.recording import WalkRun
+from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.robot.link.client import InlineRobot
 from spikeport.robot.link.connection import RobotOptions
 from tests.helpers.namespace import in_namespace
@@ -182,6 +185,27 @@ def test_a_robot_is_closed_before_its_last_states_are_written(
     with pytest.raises((DivergedError, RobotLostError), match=r"lost; .* in "):
         run("walk", "analytic", "inline", 1.0, str(tmp_path))
     assert order == ["left", "2 states"]
+
+
+def test_a_robot_is_left_in_damping_before_its_run_is_recorded(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A recording of 20 s takes 0.1 s, in which nobody would command the robot."""
+    order: list[str] = []
+    leave, record = InlineRobot.close, WalkTrial.record
+
+    def close(robot: InlineRobot) -> None:
+        order.append("left")
+        leave(robot)
+
+    def recorded(*arguments: Any) -> WalkRun:
+        order.append("recorded")
+        return record(*arguments)
+
+    monkeypatch.setattr(InlineRobot, "close", close)
+    monkeypatch.setattr(WalkTrial, "record", recorded)
+    assert run("walk", "analytic", "inline", 0.1, str(tmp_path))["steps"] == 20
+    assert order == ["left", "recorded"]
 
 
 def test_a_line_sums_up_the_figures_of_the_robots_link() -> None:
