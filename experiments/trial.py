@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
+from spikeport.backends.board.timing import WAITING
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.loop import Loop, Port
@@ -20,7 +21,7 @@ from spikeport.experiments.pictures import Film, Scenes
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models import chip as chips
 from spikeport.robot import menagerie
-from spikeport.robot.link.connection import connect
+from spikeport.robot.link.connection import RobotOptions, connect
 from spikeport.robot.link.motion import EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.perturbation import MENAGERIE, NONE, Perturbation
@@ -157,7 +158,8 @@ class Trial(ABC, Generic[K, R]):
         Raises
         ------
         UsageError
-            For an unknown appearance, or a perturbation of a robot behind an interface.
+            For an unknown appearance, a perturbation of a robot behind an interface, or a board
+            that is waited for beside a robot that may be real.
         """
         asked, appearance = self.options.robot, self.settings.appearance
         if asked is None and self.perturbation == NONE:
@@ -165,6 +167,7 @@ class Trial(ABC, Generic[K, R]):
         if asked is None:
             return PerturbedPlant(self.perturbation, anchored=self.anchored, appearance=appearance)
         self._refuse_perturbation()
+        self._refuse_waiting(asked)
         return LinkedPlant(
             partial(connect, asked),
             partial(EstimatedMotion, asked.estimates),
@@ -183,6 +186,16 @@ class Trial(ABC, Generic[K, R]):
                 f"{', '.join(asked)}: perturbs the simulation in this process, and not a robot "
                 "behind its interface; cure: leave out --robot, which has --robot-fault and "
                 "--estimator of its own"
+            )
+
+    def _refuse_waiting(self, robot: RobotOptions) -> None:
+        """Refuse a board that is waited for beside a robot that may be real."""
+        waits = self.options.backend == "board" and not self.options.link.real_time
+        if waits and robot.real_time and robot.may_be_real:
+            raise UsageError(
+                f"--backend board in simulated time: the run waits up to {WAITING.limit} for each "
+                "answer, and meanwhile neither commands a real robot nor reads a stop; cure: "
+                "--real-time"
             )
 
     @abstractmethod

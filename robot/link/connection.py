@@ -78,7 +78,7 @@ class RobotOptions:
                 "and would move at once; serve a simulation in domain 1, or leave out "
                 "--robot-lock-step"
             )
-        if self.estimates == TRUTH and self.place.may_be_real:
+        if self.estimates == TRUTH and self.may_be_real:
             # A robot in sport mode publishes on that topic, and falls silent there when released.
             raise UsageError(
                 "--estimator truth: only a simulation knows the truth, and a real robot may listen "
@@ -101,7 +101,12 @@ class RobotOptions:
     def by_hand(self) -> bool:
         """True if a run over DDS begins in the states before ``RUN``."""
         # A real robot that may listen moves only once its user starts it.
-        return self.real_time and (self.states or self.place.may_be_real)
+        return self.real_time and (self.states or self.may_be_real)
+
+    @property
+    def may_be_real(self) -> bool:
+        """True if the robot may be a real one."""
+        return self.robot not in (INLINE, STUB) and self.place.may_be_real
 
     @property
     def place(self) -> Place:

@@ -1,9 +1,15 @@
 """A robot, its ports and the loop that joins them."""
 
 import numpy as np
+import pytest
 
+from spikeport.backends.board.link import LinkOptions
+from spikeport.errors import UsageError
 from spikeport.experiments.loop import Port
+from spikeport.experiments.options import Options
 from spikeport.experiments.trial import Rig
+from spikeport.experiments.walk.trial import WalkSettings, WalkTrial
+from spikeport.robot.link.connection import RobotOptions
 from spikeport.robot.plant import Plant
 
 
@@ -30,3 +36,20 @@ def test_a_rig_films_every_step_that_its_ports_drive():
     rig.loop.step(np.array([4.0]))
     assert push.driven == [[3.0], [4.0]]
     assert len(rig.film.poses) == 2
+
+
+@pytest.mark.parametrize(
+    ("robot", "real_time", "refused"),
+    [("dds:lo:0", False, True), ("dds:lo:0", True, False), ("dds:lo:1", False, False)],
+)
+def test_a_robot_that_may_be_real_is_never_without_commands_while_a_board_is_waited_for(
+    robot, real_time, refused
+):
+    asked = RobotOptions(robot, real_time=True, may_move_a_robot=True)
+    link = LinkOptions(real_time=real_time)
+    trial = WalkTrial(WalkSettings(), Options(1.0, backend="board", link=link, robot=asked))
+    if not refused:
+        assert trial.plant().link is None
+        return
+    with pytest.raises(UsageError, match=r"waits up to 10 s for each answer.*cure: --real-time"):
+        trial.plant()
