@@ -13,6 +13,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from spikeport.backends.board.timing import WAITING
+from spikeport.backends.step_log import KEPT_STEPS
+from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.loop import Loop, Port
@@ -158,8 +160,8 @@ class Trial(ABC, Generic[K, R]):
         Raises
         ------
         UsageError
-            For an unknown appearance, a perturbation of a robot behind an interface, or a board
-            that is waited for beside a robot that may be real.
+            For an unknown appearance, a perturbation of a robot behind an interface, or a pause in
+            which a robot in real time would have no commands.
         """
         asked, appearance = self.options.robot, self.settings.appearance
         if asked is None and self.perturbation == NONE:
@@ -167,7 +169,8 @@ class Trial(ABC, Generic[K, R]):
         if asked is None:
             return PerturbedPlant(self.perturbation, anchored=self.anchored, appearance=appearance)
         self._refuse_perturbation()
-        self._refuse_waiting(asked)
+        if asked.real_time:
+            self._refuse_pauses(asked)
         return LinkedPlant(
             partial(connect, asked),
             partial(EstimatedMotion, asked.estimates),
@@ -188,10 +191,17 @@ class Trial(ABC, Generic[K, R]):
                 "--estimator of its own"
             )
 
-    def _refuse_waiting(self, robot: RobotOptions) -> None:
-        """Refuse a board that is waited for beside a robot that may be real."""
-        waits = self.options.backend == "board" and not self.options.link.real_time
-        if waits and robot.real_time and robot.may_be_real:
+    def _refuse_pauses(self, robot: RobotOptions) -> None:
+        """Refuse what would leave a robot in real time without commands for too long."""
+        options = self.options
+        if options.counts is not None and options.seconds >= KEPT_STEPS * DT_S:
+            raise UsageError(
+                f"--counts: writes {KEPT_STEPS:,} steps at once, which takes longer than a robot "
+                "in real time may be without commands; cure: leave it out, or --seconds below "
+                f"{KEPT_STEPS * DT_S:g}"
+            )
+        waits = options.backend == "board" and not options.link.real_time
+        if waits and robot.may_be_real:
             raise UsageError(
                 f"--backend board in simulated time: the run waits up to {WAITING.limit} for each "
                 "answer, and meanwhile neither commands a real robot nor reads a stop; cure: "

@@ -53,3 +53,19 @@ def test_a_robot_that_may_be_real_is_never_without_commands_while_a_board_is_wai
         return
     with pytest.raises(UsageError, match=r"waits up to 10 s for each answer.*cure: --real-time"):
         trial.plant()
+
+
+@pytest.mark.parametrize(
+    ("seconds", "real_time", "refused"),
+    [(10.0, True, True), (9.9, True, False), (20, False, False)],
+)
+def test_counts_are_not_written_while_a_robot_in_real_time_waits(
+    tmp_path, seconds, real_time, refused
+):
+    options = Options(seconds, counts=tmp_path, robot=RobotOptions("stub", real_time=real_time))
+    trial = WalkTrial(WalkSettings(), options)
+    if not refused:
+        assert trial.plant().link is None
+        return
+    with pytest.raises(UsageError, match=r"--counts: writes 10,000 steps .*--seconds below 10"):
+        trial.plant()
