@@ -42,7 +42,7 @@ class LinkFigures:
     skipped_spikes : int
         Spikes of steps that were never sent, because the board was still in an earlier step.
     asked_again, discarded : int
-        Steps that were asked for again; frames that did not answer the step under way.
+        Requests for a step that were repeated; frames that did not answer the step under way.
     damaged : int
         Times that bytes came that were not a frame.
     overruns : int

@@ -171,7 +171,8 @@ def inspect(path: Path) -> int:
     for step in record.steps():
         steps += 1
         held += step.answer is None
-        sent_bytes.append(len(step.sent) - SPIKES.size)
+        spikes_bytes, _ = SPIKES.unpack_from(step.sent)  # learning errors follow
+        sent_bytes.append(spikes_bytes)
     session = record.session
     typer.echo(f"image {session.digest[:12]}, seed {session.seed}, on {session.runs}")
     mean = np.mean(sent_bytes) if steps else 0.0

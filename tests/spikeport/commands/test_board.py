@@ -9,10 +9,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
+from spikeport.backends.board.hello import Hello, Welcome
+from spikeport.backends.board.messages import Codec
 from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.server import Service
 from spikeport.commands import board
@@ -137,6 +140,18 @@ def test_inspect_sums_up_a_record(tmp_path: Path, capsys: pytest.CaptureFixture[
         "10 steps, of which 0 held; 1 bytes of spikes a step",
         "whole: the session ended as it should",
     ]
+
+
+def test_inspect_does_not_count_learning_errors_as_spikes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recorder = SessionRecorder(tmp_path / "record")
+    recorder.begin(Hello("0" * 64, 5), Welcome("0" * 64, "native", 1000.0))
+    body, flags = Codec(small_image()).pack_step(np.array([3]), {0: np.ones(7)})
+    recorder.step(1, flags, body, b"")
+    recorder.close()
+    assert inspect(tmp_path / "record") == 0
+    assert "1 step, of which 0 held; 1 bytes of spikes a step" in capsys.readouterr().out
 
 
 def test_inspect_names_the_step_at_which_a_record_is_cut(
