@@ -30,7 +30,7 @@ class Chip(Protocol):
             image, one after the other; a source listed twice spikes twice. The spikes reach the
             chip's synapses in the next step.
         errors : mapping of int to (d,) float array
-            Learning errors by the number of a synapse group, in effect from this step on.
+            Learning errors of this step by the number of a synapse group; 0 for other groups.
 
         Returns
         -------

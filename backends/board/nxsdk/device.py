@@ -45,7 +45,7 @@ class Device:
                 raise BackendError(str(found))
         self._image, self._at = image, 0
         self._model = model_of(image, placement)
-        self._errors = self._no_errors()
+        self._no_errors = self._zero_errors()
         hardware.interface.HostSnip.recv_retries = RETRIES
         hardware.interface.HostSnip.recv_bytes = recv_bytes
         try:
@@ -62,7 +62,7 @@ class Device:
         self._interface.connect()
         self._interface.run_steps(ENDLESS, blocking=False)
 
-    def _no_errors(self) -> dict[int, np.ndarray]:
+    def _zero_errors(self) -> dict[int, np.ndarray]:
         """Return zero errors for each group that learns: the chip waits for these in each step."""
         sizes = np.diff(self._image.blocks.start)
         groups = np.flatnonzero(self._image.learns)
@@ -71,11 +71,10 @@ class Device:
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
         self._at += 1
-        self._errors.update(errors)
-        sent = by_input(self._image, spikes)
+        sent, sent_errors = by_input(self._image, spikes), {**self._no_errors, **errors}
         self._interface.host2chip(
             [(source, self._at, s) for source, s in zip(self._model.inputs, sent, strict=True)],
-            [(self._model.synapses[g], self._at, error) for g, error in self._errors.items()],
+            [(self._model.synapses[g], self._at, error) for g, error in sent_errors.items()],
         )
         # No signals of Nengo: the values are taken as the snips read them.
         self._interface.chip2host({})
