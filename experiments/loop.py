@@ -341,14 +341,15 @@ class _PlantClock:
 
     def __init__(self, plant: SteppedPlant) -> None:
         self._plant = plant
-        # A robot at the end of a link has a clock of its own: it may be held, or miss a step.
-        self._has_own = getattr(plant, "link", None) is not None
-        self._is_known = self._has_own
+        self._is_known = False
         self._last_s = -math.inf
 
     def begin(self) -> None:
         """Begin a run at the plant's present time."""
-        self._last_s, self._is_known = self._plant.time_s, self._has_own
+        self._last_s = self._plant.time_s
+        # A robot at the end of a link, which it has from now on, has a clock of its own: it may be
+        # held, or miss a step.
+        self._is_known = getattr(self._plant, "link", None) is not None
 
     def check(self) -> None:
         """Check the time after a step; its length is compared in the first step of a run alone.

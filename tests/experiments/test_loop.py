@@ -433,9 +433,10 @@ def test_a_plant_whose_time_goes_back_within_a_run_has_diverged():
 @pytest.mark.parametrize("time_s", [[0.0, 0.0, 0.02], [0.02, 0.02, 0.06]])
 def test_a_robot_at_the_end_of_a_link_may_be_held_or_miss_steps(time_s):
     plant, times = Counter(), iter(time_s)
-    plant.link = {"states": 0}
+    plant.link = None
     plant.step = lambda: setattr(plant, "time_s", next(times))
     loop = Loop(plant, [port := Pusher("one", plant, [])], 0.004)
+    plant.link = {"states": 0}  # connected when a run begins, as a `LinkedPlant`
     loop.begin()
     for _ in time_s:
         loop.step(np.zeros(2))

@@ -4,6 +4,7 @@ The runs must agree in the robot's motion (float64), the time series and the cou
 """
 
 import hashlib
+import itertools
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,9 @@ from spikeport.experiments.options import Options
 from spikeport.experiments.walk import port
 from spikeport.experiments.walk.recording import WalkRun
 from spikeport.experiments.walk.trial import WalkTrial
-from spikeport.robot.link.client import InlineRobot
+from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.connection import RobotOptions
+from spikeport.robot.link.signals import MotorCommands
 from tests.helpers.namespace import in_namespace
 
 
@@ -206,6 +208,19 @@ def test_a_robot_is_left_in_damping_before_its_run_is_recorded(
     monkeypatch.setattr(WalkTrial, "record", recorded)
     assert run("walk", "analytic", "inline", 0.1, str(tmp_path))["steps"] == 20
     assert order == ["left", "recorded"]
+
+
+def test_a_run_goes_on_if_no_new_state_comes_in_its_first_step(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """In real time, where a robot's clock is its own, most first steps do not take 5 ms."""
+    exchange, steps = InlineRobot.exchange, itertools.count()
+
+    def held_first(robot: InlineRobot, last: Observed, motors: MotorCommands) -> Observed:
+        return exchange(robot, last, motors) if next(steps) else last
+
+    monkeypatch.setattr(InlineRobot, "exchange", held_first)
+    assert run("walk", "analytic", "inline", 0.1, str(tmp_path))["steps"] == 19
 
 
 def test_a_line_sums_up_the_figures_of_the_robots_link() -> None:
