@@ -43,7 +43,9 @@ def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, obje
     """
     gaps = np.diff([0.0, *reach_times_s])
     # A hand that got stuck shows here, not in the mean over its reaches.
-    waited = np.diff([0.0, *reach_times_s, run.sim.time])
+    # In real time, the clock of a robot may be ahead of its controller's.
+    end_s = max(run.sim.time, run.recording.time_s[-1])
+    waited = np.diff([0.0, *reach_times_s, end_s])
     return {
         "reaches": len(reach_times_s),
         "seconds_per_reach_mean": float(gaps.mean()) if len(reach_times_s) else None,
@@ -71,7 +73,8 @@ def shape_error(stroke: np.ndarray, trace: np.ndarray) -> np.ndarray:
 
 def lag(drawn: ArmRecording) -> float:
     """Return the time in s by which the hand lags: argmin_l sum_t |x(t + l) - target(t)|^2."""
-    dt_s = drawn.time_s[1] - drawn.time_s[0]
+    # The mean, as in real time the steps of a robot's own clock differ, and some take none of it.
+    dt_s = (drawn.time_s[-1] - drawn.time_s[0]) / (len(drawn.time_s) - 1)
     # At least half of a drawing is compared.
     steps = range(min(round(LONGEST_LAG_S / dt_s), len(drawn.time_s) // 2))
     errors_m = [

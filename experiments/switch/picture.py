@@ -9,7 +9,7 @@ from spikeport.experiments.pictures import Caption, Captions, Marks
 from spikeport.experiments.switch.metrics import pen_down, within
 from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.networks.humanoid import ACTIONS
-from spikeport.robot.perturbation import ROUNDING_S
+from spikeport.robot.perturbation import PHYSICS_DT_S, ROUNDING_S
 from spikeport.robot.render import Mark
 
 COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
@@ -49,8 +49,10 @@ def switch_captions(run: SwitchRun) -> Captions:
         time_s = run.recording.time_s[end - 1]
         phase = run.goals[bisect(begins_s, time_s + ROUNDING_S) - 1].phase
         wanted = ", ".join(f"{action} {utility:g}" for action, utility in phase.utilities.items())
-        # Gates are sampled at the controller's steps, poses at those of the physics.
-        selected = ACTIONS[int(run.gates[round(time_s / DT_S)].argmax())]
+        # Gates are sampled at the controller's steps, poses at those of the physics. The number of
+        # the pose counts: in real time the robot's clock may be ahead of the controller's.
+        step = (end - 1) * round(PHYSICS_DT_S / DT_S)
+        selected = ACTIONS[int(run.gates[step].argmax())]
         return Caption(
             f"{time_s:5.1f} s   {phase.name}   utilities: {wanted}   selected: {selected}",
             COLOURS[selected],

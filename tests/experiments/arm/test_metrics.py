@@ -1,5 +1,7 @@
 """Metrics of the arm, on made-up runs."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,10 @@ def test_the_lag_is_the_time_by_which_the_hand_follows():
 
     assert lag(recorded(times, pen(times - 0.12), pen(times))) == pytest.approx(0.12)
     assert lag(recorded(times, pen(times), pen(times))) == 0.0
+    in_real_time = times.copy()
+    in_real_time[1::2] -= 0.005  # every other state came twice
+    hand, target = pen(times - 0.12), pen(times)
+    assert lag(recorded(in_real_time, hand, target)) == pytest.approx(0.12, abs=0.001)
 
 
 def test_a_run_with_reaches_has_its_metrics():
@@ -63,6 +69,13 @@ def test_the_torque_error_is_the_difference_to_the_exact_torque_at_the_same_stat
     run = finished([0.3, 0.4], [1.0, 3.0])
     run = run._replace(exact=np.outer([1.0, 2.0], np.ones(4)))
     assert reach_metrics(run, [])["torque_error_rms_nm"] == pytest.approx([0.5**0.5] * 4)
+
+
+def test_the_last_reach_in_real_time_may_be_later_than_the_end_of_simulated_time():
+    run = finished([0.3, 0.4], [1.0, -1.0])
+    late = dataclasses.replace(run.recording, time_s=np.array([0.0, 4.5]))
+    assert reach_metrics(run._replace(recording=late), [1.0, 4.25])["seconds_per_reach_max"] == 3.25
+    assert reach_metrics(run._replace(recording=late), [1.0])["seconds_per_reach_max"] == 3.5
 
 
 def test_a_run_without_reaches_has_no_mean_time_per_reach():
