@@ -172,7 +172,7 @@ class Trial(ABC, Generic[K, R]):
         if asked.real_time:
             self._refuse_pauses(asked)
         return LinkedPlant(
-            partial(connect, asked),
+            partial(connect, asked, paced=self.options.link.real_time),
             partial(EstimatedMotion, asked.estimates),
             anchored=self.anchored,
             appearance=appearance,

@@ -117,7 +117,7 @@ class RobotOptions:
         return Place(found["interface"], int(found["domain"]))
 
 
-def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
+def connect(options: RobotOptions, settings: RobotSettings, *, paced: bool = False) -> RobotClient:
     """Return a robot to control.
 
     Parameters
@@ -126,6 +126,8 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
         The robot to connect with.
     settings : RobotSettings
         The settings of a robot that is made for the run; an existing robot has its own.
+    paced : bool
+        True if a board in real time paces the run, too; see `spikeport.pacing.Pace`.
 
     Raises
     ------
@@ -143,7 +145,9 @@ def connect(options: RobotOptions, settings: RobotSettings) -> RobotClient:
     if options.robot == INLINE:
         faults = [FAULTS.parse(text) for text in options.faults]
         return InlineRobot(LockStep(SimulatedRobot(settings), faults))
-    pace = Pace(1 / settings.rate_hz, priority=options.priority) if options.real_time else None
+    pace = None
+    if options.real_time:
+        pace = Pace(1 / settings.rate_hz, priority=options.priority, shared=paced)
     if options.robot == STUB:
         # The stub always publishes its truth, by which a run is judged: wait for it, unless the
         # estimator needs odometry.

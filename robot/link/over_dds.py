@@ -318,7 +318,7 @@ class RealTimeRobot(DdsRobot):
     ) -> None:
         super().__init__(bus, needs, False, switcher)
         self._deadlines = Deadlines(pace.period_s, pace.clock)
-        self._clock, self._priority = pace.clock, pace.priority
+        self._clock, self._priority, self._shared = pace.clock, pace.priority, pace.shared
         self._limits = h1_limits()
         self._seen_s = 0.0
         self._undisturbed = ExitStack()
@@ -334,7 +334,7 @@ class RealTimeRobot(DdsRobot):
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:
         """Send a command, wait for the next step, and return the newest observation then."""
         self._send(last.tick, motors)
-        self._deadlines.begin()
+        self._deadlines.begin(waited=self._shared)
         self.figures.overruns = self._deadlines.overruns
         found, now = self._newest(0.0), self._clock.now()
         self._watch_beside(last.tick, now)

@@ -62,11 +62,15 @@ class Pace:
         The clock.
     priority : int or None
         The real-time priority of the process; see `undisturbed`.
+    shared : bool
+        True if steps wait for another clock, too, such as a board's, which began at another moment:
+        a step that begins late is then no overrun, unless it missed a whole period.
     """
 
     period_s: float
     clock: Clock = field(default_factory=SystemClock)
     priority: int | None = None
+    shared: bool = False
 
 
 @contextlib.contextmanager

@@ -86,10 +86,10 @@ def test_a_robot_is_paced_in_real_time_and_joined_by_hand_where_its_user_starts_
     made: list[tuple[str, tuple[object, ...]]] = []
     for name in ("StubRobot", "join", "join_by_hand"):
         monkeypatch.setattr(connection, name, lambda *of, name=name: made.append((name, of)))
-    connect(options, HOIST)
+    connect(options, HOIST, paced=True)
     ((name, arguments),) = made
-    periods_s = [one.period_s for one in arguments if isinstance(one, Pace)]
-    assert (name, periods_s) == (maker, [] if period_s is None else [period_s])
+    paces = [(one.period_s, one.shared) for one in arguments if isinstance(one, Pace)]
+    assert (name, paces) == (maker, [] if period_s is None else [(period_s, True)])
 
 
 def test_a_stub_publishes_its_truth_unless_the_estimator_needs_odometry(

@@ -49,9 +49,9 @@ def lock_step() -> tuple[FakeBus, LockStepRobot, Observed]:
     return bus, robot, robot.first()
 
 
-def real_time() -> tuple[FakeBus, RealTimeRobot, Observed, FakeClock]:
+def real_time(shared: bool = False) -> tuple[FakeBus, RealTimeRobot, Observed, FakeClock]:
     bus, clock = FakeBus(clocked=True), FakeClock()
-    robot = RealTimeRobot(bus, TRUTHS, Pace(0.005, clock))
+    robot = RealTimeRobot(bus, TRUTHS, Pace(0.005, clock, shared=shared))
     return bus, robot, robot.first(), clock
 
 
@@ -293,6 +293,19 @@ def test_in_real_time_the_newest_state_wins() -> None:
     bus.publish()
     assert robot.exchange(seen, HOLD).tick == bus.robot.robot.tick
     assert robot.summary()["states"] == 1
+
+
+def test_a_step_that_waited_for_a_board_did_not_begin_late_unless_it_missed_a_period() -> None:
+    overruns = []
+    for shared in (False, True):
+        bus, robot, seen, clock = real_time(shared)
+        clock.time_s += 0.002  # until the first step of the board's clock
+        for late_s in (0.0, 0.0, 0.0, 0.006):
+            clock.time_s += 0.005 + late_s
+            bus.publish()
+            seen = robot.exchange(seen, HOLD)
+        overruns.append(robot.summary()["overruns"])
+    assert overruns == [4, 1]
 
 
 def test_in_real_time_the_last_state_is_held_until_a_silent_robot_is_given_up() -> None:
