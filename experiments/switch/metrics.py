@@ -26,7 +26,7 @@ from spikeport.experiments.switch.schedule import Phase
 from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import WalkRecording
 from spikeport.networks.humanoid import ACTIONS
-from spikeport.robot.perturbation import ROUNDING_S
+from spikeport.robot.perturbation import PHYSICS_DT_S, ROUNDING_S
 
 # The limits of success; docs/switch.md has them as a table.
 LATEST_SWITCH_S = 0.045
@@ -95,7 +95,8 @@ def _of_phase(run: SwitchRun, number: int) -> Result:
         return {"name": phase.name, "success": False, "switching_time_s": None}
     path = run.paths[number]
     measured = _worked(run, number, now) if path is None else _walked(path, run.recording, now)
-    switching_time_s = switched_after_s(run.gates, phase)
+    begin_s, end_s = by_controller(run.recording.time_s, phase.begin_s, phase.end_s)
+    switching_time_s = switched_after_s(run.gates, phase.action, begin_s, end_s)
     stood = run.fallen_at_s is None or run.fallen_at_s > phase.end_s
     return {
         "name": phase.name,
@@ -127,16 +128,28 @@ def _shape_errors(run: SwitchRun, goal: Goal) -> np.ndarray:
     return shape_error(goal.stroke, drawn(run, goal))
 
 
-def switched_after_s(gates: np.ndarray, phase: Phase) -> float:
-    """Return the time in s from which gates (n, actions) are open for the phase's action alone.
+def by_controller(time_s: np.ndarray, *moments_s: float) -> list[float]:
+    """Return moments of a run in s of its controller, from the times (n,) of the physics steps.
+
+    They only differ in real time, where a robot has a clock of its own.
+    """
+    n = len(time_s)
+    # The controller's time is the number of the step, up to the end of the last one.
+    times_s = np.append(time_s, time_s[-1] + PHYSICS_DT_S)
+    found: list[float] = np.interp(moments_s, times_s, PHYSICS_DT_S * np.arange(n + 1)).tolist()
+    return found
+
+
+def switched_after_s(gates: np.ndarray, action: str, begin_s: float, end_s: float) -> float:
+    """Return the time in s from which gates (n, actions) are open for a phase's action alone.
 
     Row i has the gates (i + 1) steps after the beginning of the run.
     """
-    begin = round(phase.begin_s / DT_S)
+    begin = round(begin_s / DT_S)
     # The first row is of the moment in which the phase begins; the run's beginning has no row.
     first = max(begin - 1, 0)
-    during = gates[first : round(phase.end_s / DT_S)]
-    wanted = np.arange(len(ACTIONS)) == ACTIONS.index(phase.action)
+    during = gates[first : round(end_s / DT_S)]
+    wanted = np.arange(len(ACTIONS)) == ACTIONS.index(action)
     wrong = np.flatnonzero(((during > OPEN) != wanted).any(axis=1))
     after = first + 1 - begin  # of the first row, in steps
     return float(after + wrong[-1] + 1) * DT_S if len(wrong) else 0.0

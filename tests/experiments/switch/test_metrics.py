@@ -5,7 +5,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from spikeport.experiments.switch.metrics import metrics, phase_metrics, switched_after_s, within
+from spikeport.experiments.switch.metrics import (
+    by_controller,
+    metrics,
+    phase_metrics,
+    switched_after_s,
+    within,
+)
 from spikeport.experiments.switch.schedule import Phase
 from spikeport.experiments.walk.paths import find_path
 
@@ -27,8 +33,8 @@ def test_a_switch_is_over_once_the_gate_of_the_action_alone_stays_open():
     gates = np.tile([0.9, 0.1], (1000, 1))
     gates[500:] = 0.1, 0.9
     gates[520:530] = 0.6, 0.9
-    assert switched_after_s(gates, phase(0.5, 1.0, DRAW, arm="reach")) == pytest.approx(0.031)
-    assert switched_after_s(gates, phase(0.0, 0.5, WALK, path="line")) == 0
+    assert switched_after_s(gates, "draw", 0.5, 1.0) == pytest.approx(0.031)
+    assert switched_after_s(gates, "walk", 0.0, 0.5) == 0
 
 
 @pytest.mark.parametrize("late", [1, 7])
@@ -36,7 +42,7 @@ def test_a_switch_takes_the_steps_until_the_gate_opens(late):
     # Row i is the gate at the end of step i + 1: row 499 as the phase begins.
     gates = np.tile([0.9, 0.1], (1000, 1))
     gates[499 + late :] = 0.1, 0.9
-    took = switched_after_s(gates, phase(0.5, 1.0, DRAW, arm="reach"))
+    took = switched_after_s(gates, "draw", 0.5, 1.0)
     assert took == pytest.approx(0.001 * late)
 
 
@@ -44,7 +50,14 @@ def test_the_first_switch_counts_from_the_beginning_of_the_run():
     # The run's beginning has no row: the gate opens in row 24, at the end of step 25.
     gates = np.tile([0.1, 0.1], (1000, 1))
     gates[24:] = 0.9, 0.1
-    assert switched_after_s(gates, phase(0.0, 0.5, WALK, path="line")) == pytest.approx(0.025)
+    assert switched_after_s(gates, "walk", 0.0, 0.5) == pytest.approx(0.025)
+
+
+def test_phases_by_a_robots_clock_are_found_in_the_controllers_steps():
+    time_s = 0.005 * np.arange(200)
+    assert by_controller(time_s, 0.5, 1.0, 7.0) == pytest.approx([0.5, 1.0, 1.0])
+    stalled = time_s + 0.3 * (np.arange(200) >= 80)  # at 0.4 s of the controller
+    assert by_controller(stalled, 0.2, 0.75, 1.3) == pytest.approx([0.2, 0.45, 1.0])
 
 
 @pytest.mark.parametrize(
