@@ -180,12 +180,7 @@ class BoardChip:
         """
         if self._closed:
             raise BackendError(CLOSED)
-        # Two processes on one socket would take each other's answers.
-        if os.getpid() != self._process:
-            raise BackendError(
-                "a forked process has no board of its own: build the simulator in the process that "
-                "runs it"
-            )
+        self._refuse_forked()
         self._refuse_lost()
         # Checked here: sent as 32 bits, a mask would look like the numbers of sources 0 and 1.
         sources = self._checks.sources(spikes)
@@ -203,6 +198,14 @@ class BoardChip:
         if self._recorder is not None:
             self._recorder.step(self._at, flags, body, answer)
         return self._held
+
+    def _refuse_forked(self) -> None:
+        # Two processes on one socket would take each other's answers.
+        if os.getpid() != self._process:
+            raise BoardLostError(
+                "a forked process has no board of its own: build the simulator in the process that "
+                "runs it"
+            )
 
     def _refuse_lost(self) -> None:
         if self._lost:
@@ -268,6 +271,7 @@ class BoardChip:
         """Ask the board for its totals; after the session, return the last ones."""
         if self._totals is not None:
             return self._totals
+        self._refuse_forked()
         self._refuse_lost()
         self._line.send(Frame(Kind.ASK_TOTALS, self._session, self._at))
         body = b"".join(self._received_pieces())

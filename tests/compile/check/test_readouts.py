@@ -28,8 +28,9 @@ def decoded(factor):
     return network
 
 
-def test_a_simulator_warns_of_lost_values_as_it_closes_and_reports_them():
-    sim = Simulator(decoded(30))
+@pytest.mark.parametrize("backend", ["native", "board"])
+def test_a_simulator_warns_of_lost_values_as_it_closes_and_reports_them(backend):
+    sim = Simulator(decoded(30), backend=backend)
     sim.run_steps(100)
     n_spikes = sim.activity.readout_spikes
     assert n_spikes > 0
