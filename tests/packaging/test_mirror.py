@@ -34,7 +34,6 @@ IN_RUNS = {
     "experiments/evaluate/stage.py",
     "experiments/switch/controller.py",
     "experiments/switch/figure.py",
-    "experiments/switch/picture.py",
     "experiments/switch/recording.py",
     "experiments/switch/settings.py",
     "experiments/walk/controller.py",
