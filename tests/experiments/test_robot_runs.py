@@ -35,6 +35,7 @@ def run(
     folder: str = "",
     faults: tuple[str, ...] = (),
     estimator: str | None = None,
+    real_time: bool = False,
 ) -> dict[str, object]:
     """Return a run's motion, the digest of its time series, its counts and its link's figures."""
     experiment = registry.get(name)
@@ -44,7 +45,7 @@ def run(
             seconds=seconds,
             backend=backend,
             link=LinkOptions(),
-            robot=RobotOptions(robot, faults=tuple(faults), estimator=estimator),
+            robot=RobotOptions(robot, real_time, tuple(faults), estimator=estimator),
         )
         result = experiment.run(experiment.settings(), options, out).result
         probes = hashlib.sha256(_values(out / "probes.nc")).hexdigest()
@@ -74,6 +75,23 @@ def test_a_walk_is_the_same_in_one_process_and_in_two() -> None:
     assert inline["steps"] == inline["states"] == 200
     stub = in_namespace(run, "walk", "analytic", "stub", 1.0)
     assert stub == inline
+
+
+def states_in_real_time() -> int | None:
+    """Return the number of states of a walk in real time; None if this machine was too slow."""
+    try:
+        walked = run("walk", "analytic", "stub", 1.0, real_time=True)
+    except RobotLostError:
+        return None
+    states: Any = walked["states"]
+    return int(states)
+
+
+@pytest.mark.slow
+def test_a_walk_in_real_time_goes_on_after_its_first_step() -> None:
+    """Its length depends on the machine: a robot whose commands are too late damps itself."""
+    states = in_namespace(states_in_real_time)
+    assert states is None or states > 1
 
 
 @pytest.mark.slow
