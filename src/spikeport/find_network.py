@@ -42,8 +42,8 @@ def find_network(
     spec : str
         A built-in name; ``FILE.py:NAME``, ``FILE.ipynb:NAME`` or ``module:NAME``, with the name of
         a network, or of a function or class that makes one; a file alone, for its network called
-        ``model`` or ``net``, or its only network, or its only function or class that makes one; or
-        ``graph.nir``.
+        ``model`` or ``net``, or its only network, or its only function or class that makes one
+        (networks within others do not count); or ``graph.nir``.
     pairs : list of str
         ``KEY=VALUE`` arguments of the function; of a built-in network, its experiment's settings.
     chip, passes : str
@@ -112,11 +112,10 @@ def _named(module: ModuleType, where: str, name: str) -> nengo.Network | Callabl
 
 def _only(module: ModuleType, where: str) -> nengo.Network | Callable[..., object]:
     """Return the only network of a file, or its only function or class that makes one."""
-    networks, makers = networks_in(module), makers_in(module)
-    if usual := [networks[name] for name in USUAL if name in networks]:
-        return usual[0]
+    networks, makers = _outermost(networks_in(module)), makers_in(module)
+    usual = {name: networks[name] for name in USUAL if name in networks}
     # One network may have several names in a script.
-    if len(different := {id(one): one for one in networks.values()}) == 1:
+    if len(different := {id(one): one for one in (usual or networks).values()}) == 1:
         return next(iter(different.values()))
     if not networks and len(makers) == 1:
         return next(iter(makers.values()))
@@ -124,8 +123,15 @@ def _only(module: ModuleType, where: str) -> nengo.Network | Callable[..., objec
         raise UsageError(
             f"{where}: no network in it: name one `model`, or write a function that returns one"
         )
-    forms = ", ".join(f"{where}:{name}" for name in sorted([*networks, *makers]))
-    raise UsageError(f"{where}: several networks in it, none called model or net; give {forms}")
+    forms = ", ".join(f"{where}:{name}" for name in sorted(usual or [*networks, *makers]))
+    called = "called model and net" if usual else "none called model or net"
+    raise UsageError(f"{where}: several networks in it, {called}; give {forms}")
+
+
+def _outermost(networks: dict[str, nengo.Network]) -> dict[str, nengo.Network]:
+    """Return the networks that are no part of another: a script may name its subnetworks, too."""
+    parts = {id(part) for one in networks.values() for part in one.all_networks}
+    return {name: one for name, one in networks.items() if id(one) not in parts}
 
 
 def _made(make: Callable[..., object], spec: str, pairs: list[str]) -> nengo.Network:

@@ -1,7 +1,9 @@
 """``KEY=VALUE`` texts, checked against the parameters of a function or dataclass."""
 
+import contextlib
 import functools
 import inspect
+import json
 import operator
 import types
 from collections.abc import Callable, Iterable
@@ -9,7 +11,7 @@ from dataclasses import is_dataclass
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from pydantic import Field, Json, TypeAdapter, ValidationError
+from pydantic import BeforeValidator, Field, Json, TypeAdapter, ValidationError
 
 from spikeport.errors import UsageError, unknown
 
@@ -66,7 +68,7 @@ def parameters(target: Callable[..., object], owner: str) -> dict[str, Any]:
 
     A parameter's type is its annotation, if that is bool, int, float, str, a choice of texts or a
     union of these, with bounds or without, or a tuple, list or dict, which is written in JSON; else
-    the type of its default; else str.
+    the type of its default. Without either, it takes a number, true or false, JSON, or any text.
 
     Raises
     ------
@@ -147,13 +149,18 @@ def _valid(value: Any, kind: TypeAdapter[Any], what: str, strict: bool = False) 
 
 def _in_order(kind: Any) -> Any:
     """Return a type whose members are tried from left to right, without None: it has no text."""
+    kind = _without_none(kind)
     if get_origin(kind) not in UNIONS:
         return kind
-    members = tuple(one for one in get_args(kind) if one is not types.NoneType)
-    if len(members) == 1:
-        return members[0]
     # By itself pydantic prefers the type that is closest to a text.
-    return Annotated[functools.reduce(operator.or_, members), Field(union_mode="left_to_right")]
+    return Annotated[kind, Field(union_mode="left_to_right")]
+
+
+def _without_none(kind: Any) -> Any:
+    if get_origin(kind) not in UNIONS:
+        return kind
+    members = (one for one in get_args(kind) if one is not types.NoneType)
+    return functools.reduce(operator.or_, members)
 
 
 def _hints(target: Callable[..., object]) -> dict[str, Any]:
@@ -178,10 +185,18 @@ def _hints(target: Callable[..., object]) -> dict[str, Any]:
 def _type(hint: Any, default: object) -> Any:
     if _is_known(hint):
         return hint
-    for kind in (hint, type(default)):
+    for kind in (_without_none(hint), type(default)):
         if (get_origin(kind) or kind) in CONTAINERS:
             return Annotated[kind, Json]
-    return type(default) if type(default) in PLAIN else str
+    return type(default) if type(default) in PLAIN else Annotated[object, BeforeValidator(_read)]
+
+
+def _read(text: str) -> object:
+    """Return the value of a text where no type is stated: "false" as a text would count as true."""
+    for reader in (int, float, json.loads):
+        with contextlib.suppress(ValueError):
+            return reader(text)
+    return {"true": True, "false": False}.get(text.lower(), text)
 
 
 def _is_known(hint: Any) -> bool:

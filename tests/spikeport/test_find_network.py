@@ -110,6 +110,8 @@ def test_the_refusal_of_a_file_without_networks_says_so(tmp_path):
         ("ring = nengo.Network(label='r')\nmodel = nengo.Network(label='m')", "m"),
         ("net = nengo.Network(label='n')\ndef other():\n    return nengo.Network()", "n"),
         ("ring = same = nengo.Network(label='r')", "r"),
+        ("model = net = nengo.Network(label='m')", "m"),
+        ("with nengo.Network(label='o') as o:\n    net = nengo.networks.EnsembleArray(5, 2)", "o"),
         ("def f() -> nengo.Network:\n    return g()\ng = lambda: nengo.Network(label='f')", "f"),
         ("class Own(nengo.Network):\n    def __init__(self):\n        super().__init__('o')", "o"),
     ],
@@ -163,6 +165,14 @@ def test_a_file_with_several_networks_is_refused_with_their_names(tmp_path):
     assert refusal(path) == (
         f"{path}: several networks in it, none called model or net; give {path}:line, "
         f"{path}:ring, {path}:small"
+    )
+
+
+def test_a_file_with_two_networks_of_usual_names_is_refused(tmp_path):
+    path = tmp_path / "two.py"
+    path.write_text("import nengo\nmodel, net, ring = (nengo.Network() for _ in range(3))\n")
+    assert refusal(path) == (
+        f"{path}: several networks in it, called model and net; give {path}:model, {path}:net"
     )
 
 
