@@ -79,7 +79,7 @@ def run(request: ConvertRequest) -> None:
     if (out := request.to.out) is not None:
         _write(out, converted.lint, walker)
     console = Console(highlight=False)
-    console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {mlp.activation}")
+    console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {_activation(request, mlp)}")
     console.print(f"observations: {observations.origin}")
     console.print(lint_table(converted.lint))
     for line in lint_lines(converted.lint):
@@ -131,6 +131,13 @@ def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
 
 
+def _activation(request: ConvertRequest, mlp: Mlp) -> str:
+    """Return the activation, and that it is a guess if neither file nor user named it."""
+    if request.activation is None and file_format(request.policy) == "checkpoint":
+        return f"{mlp.activation} (assumed: a checkpoint names none; give it with --activation)"
+    return mlp.activation
+
+
 def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Mlp) -> Observations:
     if request.observations is not None:
         found = read_observations(request.observations, mlp.sizes[0])
@@ -164,7 +171,7 @@ def lint_table(lint: ConversionLint) -> Table:
         table.add_row(
             one.name,
             f"{one.n_units}",
-            f"{-one.below:.2g} .. {one.above:.2g}",
+            f"{0 - one.below:.2g} .. {one.above:.2g}",  # 0 has no sign then
             "-" if one.spread is None else f"{one.spread:.1f}",
             f"{one.rate_hz:.0f}",
             f"{1000 * one.tau_s:g}",

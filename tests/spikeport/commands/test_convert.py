@@ -212,6 +212,25 @@ def test_the_activation_that_the_file_names_may_be_given(spikeport, tiny):
     assert (done.code, done.out.splitlines()[0]) == (0, "policy: 3-4-4-2, tanh")
 
 
+@pytest.mark.parametrize(
+    ("options", "activation"),
+    [
+        ((), "elu (assumed: a checkpoint names none; give it with --activation)"),
+        (("--activation", "relu"), "relu"),
+    ],
+)
+def test_an_assumed_activation_of_a_checkpoint_is_printed_as_such(
+    spikeport, tmp_path, options, activation
+):
+    path = tmp_path / "model.pt"
+    actor = nn.Sequential(nn.Linear(3, 4), nn.ELU(), nn.Linear(4, 2)).state_dict(prefix="actor.")
+    torch.save({"model_state_dict": {**actor, "std": torch.ones(2)}}, path)
+    done = spikeport("convert", path, "-n", "2", *options)
+    assert (done.code, done.out.splitlines()[0]) == (0, f"policy: 3-4-2, {activation}")
+    (row,) = (line for line in done.out.splitlines() if line.strip().startswith("layer 1 "))
+    assert ("  0 .. " in row) == (activation == "relu")  # ReLU has no neurons below zero
+
+
 def test_an_unknown_activation_of_a_checkpoint_is_refused(spikeport, tmp_path):
     path = tmp_path / "model.pt"
     layers = nn.Sequential(nn.Linear(3, 4), nn.ELU(), nn.Linear(4, 2)).state_dict()
