@@ -126,7 +126,7 @@ def test_exact_computes_a_network_with_elu() -> None:
 
 def test_ranges_cover_the_recorded_values_and_have_a_floor() -> None:
     layer = Layer(np.eye(2), np.zeros(2))
-    (ranges,) = record_ranges([layer, layer], np.array([[2.0, -0.1], [-3.0, 0.1]]), quantile=1)
+    (ranges,) = record_ranges([layer, layer], np.array([[2.0, -0.3], [-3.0, 0.3]]), quantile=1)
     assert ranges.above.tolist() == [2.0, 0.5]
     assert ranges.below.tolist() == [3.0, 0.5]
 

@@ -41,11 +41,22 @@ def test_a_calibration_replaces_the_last_layer_and_trims_the_first() -> None:
 
 
 def test_ranges_are_quantiles_of_each_sign_above_a_floor() -> None:
-    layers = [Layer(np.array([[1.0], [0.01]]), np.zeros(2)), LAYERS[1]]
+    layers = [Layer(np.array([[1.0], [0.1]]), np.zeros(2)), LAYERS[1]]
     observations = np.linspace(-2, 4, 101)[:, np.newaxis]
     (ranges,) = record_ranges(layers, observations, quantile=0.9, floor=0.5)
     np.testing.assert_allclose(ranges.above, [-2 + 0.9 * 6, 0.5])
     np.testing.assert_allclose(ranges.below, [-(-2 + 0.1 * 6), 0.5])
+
+
+def test_a_unit_of_small_values_has_a_range_of_their_size() -> None:
+    layers = [
+        Layer(np.array([[0.01], [-0.001], [0.0]]), np.zeros(3)),
+        Layer(np.eye(3), np.zeros(3)),
+    ]
+    observations = np.linspace(0, 4, 101)[:, np.newaxis]
+    (ranges,) = record_ranges(layers, observations, quantile=1, floor=0.5)
+    np.testing.assert_allclose(ranges.above, [1.75 * 0.04, 1.75 * 0.004, 0.5])
+    np.testing.assert_allclose(ranges.below, [1.75 * 0.04, 1.75 * 0.004, 0.5])
 
 
 @pytest.mark.parametrize(
