@@ -6,7 +6,6 @@ numbers rounded at a time.
 """
 
 import contextlib
-import itertools
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -25,7 +24,7 @@ from spikeport.backends.step_log import LogOptions
 from spikeport.compile.ground.quantisation import relative_rms
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.modules import by_module
-from spikeport.compile.image.tables import offsets, part
+from spikeport.compile.image.tables import part
 from spikeport.compile.loihi.aliasing import rate_aliasing
 from spikeport.compile.loihi.extract import extract
 from spikeport.compile.loihi.numbers import Numbers, restored, wanted
@@ -36,8 +35,6 @@ from spikeport.fresh_copy import fresh_copy
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress
 
-WINDOW = 100
-"""Steps in a row in which a source spikes if its input is saturated, above 0.98 of the radius."""
 # A relative change far below any rounding: its error is the floor of the measurement.
 LAST_BIT = 1 + 2.0**-40
 NEURONS = {
@@ -115,7 +112,7 @@ def measure(
         parts=_parts(rerun, exact, restored(blocks), baseline, list(causes(image)), progress),
         aliasing=rate_aliasing(blocks.floats),
         readout_spikes=activity.readout_spikes,
-        saturated_inputs=_saturated(image, spikes),
+        saturated_inputs=activity.saturated_inputs,
     )
     return MeasuredLoss(loss, activity, _counts(by_module(compilation.image), spikes))
 
@@ -207,29 +204,3 @@ def _parts(
         for cause, one in zip(found, errors, strict=True)
     ]
     return tuple(sorted(parts, key=lambda part: -part.share))
-
-
-def _saturated(image: ChipImage, spikes: Sequence[np.ndarray]) -> dict[str, float]:
-    """Return, by input, the share of windows in which its busiest source spiked in every step."""
-    ends = offsets(image.inputs.size)
-    n_windows = len(spikes) // WINDOW
-    table = np.zeros((n_windows * WINDOW, ends[-1]), dtype=bool)
-    for row, sources in zip(table, spikes, strict=False):
-        row[sources] = True
-    full = table.reshape(n_windows, WINDOW, ends[-1]).all(axis=1)
-    shares = full.mean(axis=0) if n_windows else np.zeros(ends[-1])
-    return {
-        _input_name(image, i): float(shares[a:b].max(initial=0.0))
-        for i, (a, b) in enumerate(itertools.pairwise(ends))
-        if image.manifest.inputs[i].encoding.kind != "spikes"  # spikes stand for no value
-    }
-
-
-def _input_name(image: ChipImage, number: int) -> str:
-    """Return the name of an input: its connection, or its node with the blocks that it reaches."""
-    if " -> " in (name := image.manifest.inputs[number].name):
-        return name
-    routes = np.flatnonzero((image.routes.from_input == 1) & (image.routes.source == number))
-    blocks = image.groups.block[image.routes.group[routes]]
-    reached = dict.fromkeys(image.manifest.blocks[block].label for block in blocks)
-    return f"{name} to {', '.join(reached)}"

@@ -7,7 +7,7 @@ need, see `spikeport.hardware_models.step_time.fold`.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -102,6 +102,9 @@ class Activity:
         Spikes of compartments that are read out and must not spike: 0, or the run is wrong.
     folded : Folded, optional
         The steps before those that are kept.
+    cut_off : mapping of str to int
+        For each input of values, by name, the steps in which a value was cut off: its source had to
+        spike more than once. Of several sources, the one with the most such steps counts.
 
     Raises
     ------
@@ -122,6 +125,7 @@ class Activity:
     host_spikes: np.ndarray
     readout_spikes: int = 0
     folded: Folded | None = None
+    cut_off: Mapping[str, int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         n_cores = len(self.cores)
@@ -171,6 +175,11 @@ class Activity:
     def n_steps(self) -> int:
         """Number of steps of the run."""
         return len(self.spikes) + (0 if self.folded is None else self.folded.n_steps)
+
+    @property
+    def saturated_inputs(self) -> dict[str, float]:
+        """The share of steps in which values of an input were cut off, by the input's name."""
+        return {name: steps / self.n_steps for name, steps in self.cut_off.items() if steps}
 
     @property
     def kept(self) -> "Activity":
@@ -238,12 +247,14 @@ class Activity:
             )
         steps = {name: np.concatenate([getattr(p, name) for p in parts]) for name in PER_STEP}
         sums = {name: np.sum([getattr(p, name) for p in parts], axis=0) for name in PER_RUN}
+        names = dict.fromkeys(name for part in parts for name in part.cut_off)
         return cls(
             cores=parts[0].cores,
             dt_s=parts[0].dt_s,
             host_spikes=np.concatenate([part.host_spikes for part in parts]),
             readout_spikes=sum(part.readout_spikes for part in parts),
             folded=parts[0].folded,
+            cut_off={name: sum(part.cut_off.get(name, 0) for part in parts) for name in names},
             **steps,
             **sums,
         )

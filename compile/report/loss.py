@@ -12,12 +12,11 @@ and relays is measured against the network as it was written, in float Nengo, by
 from dataclasses import asdict, dataclass
 
 from spikeport.compile.check import rules
-from spikeport.compile.check.readouts import readout_hints
+from spikeport.compile.check.lost_values import input_hints, readout_hints
 from spikeport.compile.check.violation import Violation
 
 ALIASED = 0.25
-SATURATED = 0.01
-"""Errors and shares above which a hint is due."""
+"""Relative error of rates above which a hint is due."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class Loss:
     readout_spikes : int
         Spikes of read-outs, each of which is a value lost.
     saturated_inputs : mapping of str to float
-        For each input of values, the share of time that its busiest source spiked in every step.
+        For each input of values, the share of steps in which its busiest source lost spikes.
     """
 
     n_steps: int
@@ -84,12 +83,7 @@ class Loss:
             for name, error in self.aliasing.items()
             if error > ALIASED
         ]
-        found += [
-            rules.get("SP408").broken(name, f"{100 * share:.0f} % of the time")
-            for name, share in self.saturated_inputs.items()
-            if share > SATURATED
-        ]
-        return tuple(found)
+        return (*found, *input_hints(self.saturated_inputs))
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, ready for JSON."""

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from spikeport.compile.check.readouts import readout_hints
+from spikeport.compile.check.lost_values import lost_values
 from spikeport.compile.check.violation import Offloaded, OnHost, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.expected import ALL, Rates
@@ -174,7 +174,7 @@ class Report:
         return rows
 
     def _hints(self, activity: Activity | None) -> Iterable[Violation]:
-        # Once, though a measured loss has the hint on read-outs, too.
+        # Once, though a measured loss has these hints, too.
         return dict.fromkeys((*self.hints, *_hints_of(activity)))
 
     def _neurobench(self, activity: Activity | None) -> Json | None:
@@ -186,7 +186,7 @@ class Report:
 def _hints_of(activity: Activity | None) -> Iterator[Violation]:
     """Yield the hints that counts of a run give."""
     if activity is not None:
-        yield from readout_hints(activity.readout_spikes, activity.n_steps)
+        yield from lost_values(activity)
 
 
 def places(n_cores: int, chip: ChipModel) -> Json:

@@ -27,7 +27,7 @@ from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
 from spikeport.cache import NOTHING, Cache
-from spikeport.compile.check.readouts import readout_hints
+from spikeport.compile.check.lost_values import lost_values
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.refusal import ArgumentError, without_addresses
 from spikeport.compile.image.chip_image import ChipImage
@@ -342,16 +342,15 @@ class Simulator:
                 warnings.warn(str(hint), stacklevel=2)
 
     def _lost_values(self) -> list[Violation]:
-        """Return the hint on values that were lost because their read-outs spiked, if any."""
+        """Return the hints on values that read-outs and inputs lost, if any."""
         # The run that was recorded has warned, and to count a record that was cut off takes long.
         is_replay = self.link is not None and "replays" in self.link
         if self.compilation is None or is_replay or not self.n_steps:
             return []
         try:
-            n_spikes = self.activity.readout_spikes
+            return [*lost_values(self.activity)]
         except BoardLostError:  # it has left no counts, or is a forked process' parent's
             return []
-        return [*readout_hints(n_spikes, self.n_steps)]
 
 
 @contextlib.contextmanager

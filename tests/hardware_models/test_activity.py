@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,6 +97,14 @@ def test_concatenating_appends_steps_and_adds_messages(make_activity):
     assert both.from_host == (6, 2.0, 4)
     assert both.readout_spikes == 1
     assert np.issubdtype(both.messages_host.dtype, np.integer)
+
+
+def test_values_that_were_cut_off_in_consecutive_runs_add_up(make_activity):
+    first = replace(make_activity(n_steps=2), cut_off={"a": 1, "b": 0})
+    second = replace(make_activity(n_steps=2), cut_off={"a": 2, "b": 0})
+    both = Activity.concatenate([first, second])
+    assert both.cut_off == {"a": 3, "b": 0}
+    assert both.saturated_inputs == {"a": 0.75}
 
 
 def test_only_activities_of_the_same_cores_and_time_step_are_concatenated(make_activity):

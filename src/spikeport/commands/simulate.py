@@ -18,7 +18,7 @@ from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_counts, check_target
 from spikeport.commands.screen import print_costs, print_hints, print_on_host, print_written
 from spikeport.commands.tables import resource_table
-from spikeport.compile.check.readouts import readout_hints
+from spikeport.compile.check.lost_values import lost_values
 from spikeport.compile.report.report import in_result
 from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S
@@ -201,8 +201,7 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
     console.print(_probe_table(ran))
     if ran.report is not None:
         print_on_host(console, ran.report)
-        counts = ran.activity
-        print_hints(console, ran.report, readout_hints(counts.readout_spikes, counts.n_steps))
+        print_hints(console, ran.report, lost_values(ran.activity))
         console.print(verdict(ran.report))
         nir.show_differences(network, ran.report)
     if played is not None:

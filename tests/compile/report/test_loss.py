@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from spikeport.compile.report.loss import ALIASED, SATURATED, Loss, LossPart
+from spikeport.compile.check.lost_values import SATURATED
+from spikeport.compile.report.loss import ALIASED, Loss, LossPart
 
 NONE = Loss(
     n_steps=2000,
@@ -25,7 +26,10 @@ NONE = Loss(
     [
         ({"readout_spikes": 1234}, ("SP406", "read-outs", "1,234 spikes in 2,000 steps")),
         ({"aliasing": {"a": 0.1, "b": 0.26}}, ("SP407", "b", "26 % off")),
-        ({"saturated_inputs": {"x": 0.5, "y": 0.0}}, ("SP408", "x", "50 % of the time")),
+        (
+            {"saturated_inputs": {"x": 0.5, "y": 0}},
+            ("SP408", "x", "spikes lost in 50 % of steps"),
+        ),
     ],
 )
 def test_a_cause_of_loss_above_its_bound_gives_a_hint(
@@ -65,7 +69,8 @@ def test_every_hint_on_a_loss_has_a_cure() -> None:
         "read-outs: SP406 read-out saturation: 3 spikes in 10 steps, limit 0; cure: divide what is "
         "decoded by its full scale, and multiply on the host",
         "a: SP407 rate aliasing: 50 % off; cure: lower the maximum rates, or take a shorter dt",
-        "input 0: SP408 input saturation: 50 % of the time; cure: widen the ensemble's radius "
-        "beyond the input's largest value, or scale the input down; what is sent into neurons is "
-        "cut off at 1, whatever the radius: scale it down, and its transform up",
+        "input 0: SP408 input saturation: spikes lost in 50 % of steps; cure: widen the ensemble's "
+        "radius beyond the input's largest value, or scale the input down, or, if inputs of "
+        "opposite signs cancel, compile with `-p compact`, which sends their sum; what is sent "
+        "into neurons is cut off at 1, whatever the radius: scale it down, and its transform up",
     ]

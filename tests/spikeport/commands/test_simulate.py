@@ -281,17 +281,19 @@ def test_sigterm_ends_a_run_and_leaves_no_files(spikeport, tmp_path, monkeypatch
     assert names(tmp_path) == ["net.py"]
 
 
-def test_values_that_read_outs_lost_are_a_hint(spikeport, tmp_path):
+def test_values_that_read_outs_and_inputs_lost_are_hints(spikeport, tmp_path):
     file = tmp_path / "loud.py"
     file.write_text(
         "import nengo\n"
         "with nengo.Network(seed=0) as net:\n"
         "    e = nengo.Ensemble(100, 1)\n"
-        "    nengo.Connection(nengo.Node(1.0), e)\n"
+        "    nengo.Connection(nengo.Node(2.0), e)\n"
         "    out = nengo.Node(size_in=1)\n"
         "    nengo.Connection(e, out, transform=30)\n"
         "    nengo.Probe(out)\n"
     )
     done = spikeport("simulate", file, "--seconds", "0.1", "--out", tmp_path / "run")
     assert done.code == 0
-    assert "hint: SP406 read-out saturation: read-outs (" in " ".join(done.out.split())
+    printed = " ".join(done.out.split())
+    assert "hint: SP406 read-out saturation: read-outs (" in printed
+    assert "hint: SP408 input saturation: nodes[0] -> ensembles[0] (spikes lost in 46 %" in printed

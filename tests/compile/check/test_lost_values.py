@@ -1,0 +1,84 @@
+"""The hints on values that read-outs and inputs lost in a run."""
+
+import nengo
+import pytest
+
+from spikeport import Simulator
+from spikeport.compile.check.lost_values import input_hints, readout_hints
+
+
+def test_spikes_of_read_outs_are_counted_against_none():
+    assert list(readout_hints(0, 100)) == []
+    (hint,) = readout_hints(1234, 2000)
+    assert str(hint) == (
+        "read-outs: SP406 read-out saturation: 1,234 spikes in 2,000 steps, limit 0; cure: divide "
+        "what is decoded by its full scale, and multiply on the host"
+    )
+
+
+def test_inputs_that_lose_spikes_in_a_hundredth_of_the_steps_are_not_named():
+    (hint,) = input_hints({"a": 0.01, "b": 0.25})
+    assert (hint.id, hint.object, hint.used) == ("SP408", "b", "spikes lost in 25 % of steps")
+
+
+def driven(value, radius=1.0):
+    """Return a network with one input."""
+    with nengo.Network(seed=0) as network:
+        at_rest = nengo.LIF(initial_state={"voltage": nengo.dists.Choice([0])})
+        ensemble = nengo.Ensemble(20, 1, radius=radius, neuron_type=at_rest, label="a")
+        nengo.Connection(nengo.Node(value), ensemble)
+        nengo.Connection(nengo.Node(-0.5), ensemble)
+    return network
+
+
+def test_a_simulator_warns_of_inputs_that_are_cut_off_as_it_closes_and_reports_them():
+    """Beyond its filter, a value of 2 takes three spikes in two steps, of which one is lost."""
+    sim = Simulator(driven(2.0))
+    sim.run_steps(100)
+    assert sim.activity.cut_off == {"nodes[0] -> a": 46, "nodes[1] -> a": 0}
+    hints = [hint for hint in sim.report()["hints"] if hint["id"] == "SP408"]
+    assert [(hint["object"], hint["used"]) for hint in hints] == [
+        ("nodes[0] -> a", "spikes lost in 46 % of steps")
+    ]
+    with pytest.warns(UserWarning, match="nodes.0. -> a: SP408 input saturation"):
+        sim.close()
+
+
+@pytest.mark.filterwarnings("error::UserWarning")
+@pytest.mark.parametrize(("value", "radius"), [(1.0, 1.0), (2.0, 2.0), ([10.0], 10.0)])
+def test_inputs_at_the_radius_lose_nothing(value, radius):
+    with Simulator(driven(value, radius)) as sim:
+        sim.run_steps(200)
+    assert set(sim.activity.cut_off.values()) == {0}
+
+
+def decoded(factor):
+    """Return a network whose decoders have a gain, as a torque of a robot may have."""
+    with nengo.Network(seed=0) as network:
+        at_rest = nengo.LIF(initial_state={"voltage": nengo.dists.Choice([0])})
+        ensemble = nengo.Ensemble(100, 1, neuron_type=at_rest)
+        nengo.Connection(nengo.Node(1.0), ensemble)
+        motor = nengo.Node(lambda _t, _torque: None, size_in=1)
+        nengo.Connection(ensemble, motor, transform=factor)
+    return network
+
+
+@pytest.mark.parametrize("backend", ["native", "board"])
+def test_a_simulator_warns_of_lost_values_as_it_closes_and_reports_them(backend):
+    sim = Simulator(decoded(30), backend=backend)
+    sim.run_steps(100)
+    n_spikes = sim.activity.readout_spikes
+    assert n_spikes > 0
+    assert [hint["used"] for hint in sim.report()["hints"] if hint["id"] == "SP406"] == [
+        f"{n_spikes:,} spikes in 100 steps"
+    ]
+    with pytest.warns(UserWarning, match=f"SP406 read-out saturation: {n_spikes:,} spikes in 100"):
+        sim.close()
+    assert sim.closed
+
+
+@pytest.mark.filterwarnings("error::UserWarning")
+@pytest.mark.parametrize(("factor", "steps"), [(30, 0), (1, 100)])
+def test_no_warning_comes_without_steps_or_without_lost_values(factor, steps):
+    with Simulator(decoded(factor)) as sim:
+        sim.run_steps(steps)
