@@ -6,6 +6,10 @@ ANY = "change this object"
 DENSE = "use a dense transform: transform.sample(rng).toarray()"
 OFF_CHIP = "do not set its on_chip: targets and error sources of learning stay on the host"
 CLOSER = "bring its weights, gains and biases closer together"
+SMALLER = (
+    "scale its largest weights down, such as its highest gains or the transform of a connection "
+    "between neurons: beside these weights, a threshold is rounded to 0"
+)
 FUNCTION = "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
 PRE_SYNAPSE = "use nengo.PES(pre_synapse=nengo.Lowpass(tau)), with a tau of one time step or more"
 EVEN = (
@@ -61,7 +65,7 @@ CURES = {
     "Current (U) scaling is required": "shorten the synapse's time constant below 8,192 steps",
     "Voltage (V) scaling is required": "shorten tau_rc of its neurons below 8,192 steps",
     "Could not find appropriate": CLOSER,
-    "vth_to_manexp": CLOSER,
+    "vth_to_manexp": SMALLER,
     "Mergeable transforms must be Dense": f"{DENSE} if it is sparse, else {FUNCTION}",
     "Mergeable transforms must be specified": FUNCTION,
     "cannot merge the filters": FUNCTION,

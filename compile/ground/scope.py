@@ -17,7 +17,7 @@ REGULAR_BASES = (nengo.LIFRate, nengo.RectifiedLinear)
 MATRICES = (nengo.Dense, nengo.Sparse, nengo.transforms.NoTransform)
 PROBEABLE = {
     nengo.Ensemble: ("decoded_output",),
-    Neurons: ("output", "spikes", "voltage", "input"),
+    Neurons: ("output", "voltage", "input"),
 }
 
 STATE = ("voltage", "input")

@@ -183,7 +183,7 @@ CASES: list[tuple[str, Callable[[], None], str | None]] = [
     ("learning rules other than PES", partial(oja, on_chip=True), "SP007"),
     ("noise of ensembles", noise, "SP003"),
     ("nodes: functions, processes, environments", nodes, None),
-    ("probes of values, spikes, voltages, inputs", probes, None),
+    ("probes of values; of spikes, voltages, inputs of neurons", probes, None),
     ("probes of other things in an ensemble", refractory_probe, "SP010"),
     ("`nengo.networks`, `nengo_spa`", libraries, None),
     ("live DVS cameras", live_camera, "SP009"),

@@ -112,6 +112,11 @@ def driven(gain: float) -> None:
     nengo.Connection(nengo.Node(0.5), a)
 
 
+def wired(transform: float) -> None:
+    a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
+    nengo.Connection(a.neurons, b.neurons, transform=transform)
+
+
 def non_compositional(**transform: float) -> None:
     a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
     nengo.Connection(a, b, solver=nengo.solvers.Nnls(weights=True), **transform)
@@ -290,6 +295,12 @@ def test_no_pre_synapse_and_one_of_no_steps_get_the_same_cure() -> None:
         with pytest.raises(RefusedError, match="with a tau of one time step or more"):
             compile_network(network_of(partial(learned, synapse=synapse)))
     compile_network(network_of(partial(learned, synapse=0.0004)), dt=0.0004)
+
+
+def test_weights_between_neurons_that_are_too_large_can_be_scaled_down() -> None:
+    with pytest.raises(RefusedError, match="the transform of a connection between neurons"):
+        compile_network(network_of(partial(wired, -1.0)))
+    compile_network(network_of(partial(wired, -0.1)))
 
 
 def test_an_unknown_refusal_gets_the_general_cure() -> None:

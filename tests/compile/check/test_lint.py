@@ -196,6 +196,10 @@ def foreign_probe() -> None:
     nengo.Probe(nengo.Ensemble(4, 1, label="a"), "scaled_encoders", label="p")
 
 
+def refractory_probe() -> None:
+    nengo.Probe(nengo.Ensemble(4, 1, label="a").neurons, "refractory_time", label="p")
+
+
 def probed_connection() -> None:
     a = nengo.Ensemble(4, 1, label="a")
     nengo.Probe(nengo.Connection(a, a), label="p")
@@ -287,6 +291,11 @@ CASES: list[tuple[Callable[[], None], str]] = [
         foreign_probe,
         "p: SP010 probed attribute: scaled_encoders of a, limit decoded_output; cure: probe one of "
         f"these, {LEAVE}, {HOST}",
+    ),
+    (
+        refractory_probe,
+        "p: SP010 probed attribute: refractory_time of a, limit output or voltage or input; cure: "
+        f"probe one of these, {LEAVE}, {HOST}",
     ),
     (
         probed_connection,
