@@ -174,11 +174,14 @@ def image_hints(
             for connection in _connections_into(image, group):
                 yield rules.get("SP402").broken(connection, "all of its weights are rounded to 0")
     named = {entries[block].label for block in zeros}
+    # The host reads states in the units of the builder, so no pass scales these rows.
+    unscaled = {entry.label for entry in entries if entry.kind == "readout"}
     for error in errors:
         if error.lost_weights > LOST and error.label not in named:
             rule, share = rules.get("SP403"), f"{100 * error.lost_weights:.0f} % of them"
             broken = rule.broken(error.label, share)
-            yield broken if rewritten else broken.or_else(rule.in_case["as_written"])
+            scales = not rewritten and error.label not in unscaled
+            yield broken.or_else(rule.in_case["as_written"]) if scales else broken
     yield from _neurons(image, "SP404", duplicated(image), DUPLICATED)
     yield from _neurons(image, "SP405", silenced(image))
 

@@ -52,6 +52,18 @@ def test_lost_weights_get_a_hint_above_a_tenth_of_the_weights() -> None:
     assert hints(image, few, many)[0].startswith("many: SP403 weights lost: 25 % of them; cure: ")
 
 
+@pytest.mark.parametrize("kind", ["ensemble", "readout"])
+def test_lost_weights_of_read_outs_are_not_said_to_be_cured_by_compact(kind: str) -> None:
+    """No pass scales the rows of a read-out: the host reads them in the builder's units."""
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(20, 1, label="a")
+        nengo.Probe(a)
+    image = compile_network(network).image
+    (label,) = (entry.label for entry in image.manifest.blocks if entry.kind == kind)
+    (hint,) = (one for one in hints(image, BlockError(label, 0, 0, 0.5)) if "SP403" in one)
+    assert ("compile it with `-p compact`" in hint) == (kind == "ensemble")
+
+
 @pytest.mark.parametrize("label", ["a", "left -> right"])
 def test_a_connection_rounded_to_zero_beside_another_gets_a_hint(label: str) -> None:
     with nengo.Network(seed=1) as network:
