@@ -357,6 +357,15 @@ CASES = [
         ),
     ),
     Case(
+        "SP408",
+        "let a spike stand for more: `-p sparse_inputs,as_written` sends values of up to 2 radii",
+        measured(driven),
+        (
+            measured(partial(driven, by=1.8), passes="sparse_inputs,as_written"),
+            measured(driven, passes="sparse_inputs{weight=4},as_written"),
+        ),
+    ),
+    Case(
         "SP413",
         "lower the loop's gain, for example with transform=0.9",
         hinted(partial(loop, 0.1)),
