@@ -180,6 +180,7 @@ class StepLog:
             messages_host=totals.messages.from_host,
             readout_spikes=totals.readout_spikes,
             folded=folded,
+            cut_off={},  # known to the host alone
             **self._table(rows, from_host),
         )
 
