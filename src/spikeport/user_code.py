@@ -21,11 +21,11 @@ from spikeport.reading.notebook import Cell, read_notebook
 
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
-FOR_JUPYTER = (
-    "; cure: fix the cell, or put code that only Jupyter should run under "
+CURE = (
+    "; cure: fix the {what}, or put code that only {who} should run under "
     '`if __name__ == "__main__":`'
 )
-"""The cure for a cell: here a notebook's ``__name__`` is that of a module, not ``__main__``."""
+"""The cure for a script or a cell: here its ``__name__`` is that of a module, not ``__main__``."""
 
 
 def imported(where: str) -> ModuleType:
@@ -70,20 +70,21 @@ def _file(path: Path) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = _neighbour(importlib.util.module_from_spec(spec), path)
-    with _named(f"{path}: cannot be imported"):
+    cure = CURE.format(what="script", who="python itself")
+    with _named(f"{path}: cannot be imported", cure):
         spec.loader.exec_module(module)
     return module
 
 
 def _notebook(path: Path) -> ModuleType:
-    cells = read_notebook(path)
+    cells, cure = read_notebook(path), CURE.format(what="cell", who="Jupyter")
     module = _neighbour(ModuleType(f"spikeport_network_{path.stem}"), path)
     vars(module)["display"] = lambda *_objects, **_options: None  # Jupyter's, in every notebook
     for cell in cells:
         for line in cell.skipped:
             note = f"note: {path}: cell {cell.number}: skipped, for it is IPython's: {line}"
             print(printable(note), file=sys.stderr)
-        with _named(f"{path}: cell {cell.number} cannot be run", cure=FOR_JUPYTER):
+        with _named(f"{path}: cell {cell.number} cannot be run", cure):
             code = compile(
                 cell.code, _source(path, cell), "exec", ast.PyCF_ALLOW_TOP_LEVEL_AWAIT, True
             )

@@ -42,7 +42,12 @@ def notebook(folder, *sources, **more):
 def test_the_refusal_of_a_file_or_cell_that_raises_names_error_and_line(tmp_path, text, reason):
     path = tmp_path / "broken.py"
     path.write_text(text, encoding="utf-8")
-    assert refusal(path) == f"{path}: cannot be imported: {reason} ({path}, line 1)"
+    assert refusal(path) == (
+        f"{path}: cannot be imported: {reason} ({path}, line 1); cure: fix the script, or put code "
+        'that only python itself should run under `if __name__ == "__main__":`'
+    )
+    path.write_text(f'if __name__ == "__main__":\n    {text}', encoding="utf-8")
+    assert imported(str(path))
     path = notebook(tmp_path, "x = 1", text)
     assert refusal(path) == (
         f"{path}: cell 2 cannot be run: {reason} ({path}, cell 2, line 1); cure: fix the cell, or "
