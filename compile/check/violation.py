@@ -10,6 +10,8 @@ from spikeport.errors import CompileError
 
 MOST_NAMED = 8
 """The most objects that a line names, if several break a rule in the same way."""
+HINTS_NAMED = 3
+"""The most objects that a line of hints names, each with what was found."""
 
 
 class Violation(NamedTuple):
@@ -128,6 +130,21 @@ def on_host_lines(ensembles: Iterable[OnHost]) -> list[str]:
         n = sum(one.n_neurons for one in found)
         names = _listed([one.object for one in found])
         lines.append(f"{names} ({counted(n, 'neuron')}): {reason}")
+    return lines
+
+
+def hint_lines(hints: Iterable[Violation]) -> list[str]:
+    """Return a line for each rule and cure, with the first objects that it concerns."""
+    # A rule's cure may have a number for its object.
+    alike: dict[tuple[str, str], list[Violation]] = {}
+    for hint in hints:
+        alike.setdefault((hint.id, hint.cure), []).append(hint)
+    lines = []
+    for found in alike.values():
+        named = [f"{hint.object} ({hint.used})" for hint in found[:HINTS_NAMED]]
+        more = [f"{len(found) - HINTS_NAMED} more"] if len(found) > HINTS_NAMED else []
+        first = found[0]
+        lines.append(f"{first.id} {first.rule}: {', '.join([*named, *more])}; cure: {first.cure}")
     return lines
 
 

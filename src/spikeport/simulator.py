@@ -28,7 +28,7 @@ from spikeport.backends.sampling import sampled
 from spikeport.backends.step_log import counts_files
 from spikeport.cache import NOTHING, Cache
 from spikeport.compile.check.lost_values import lost_values
-from spikeport.compile.check.violation import Violation
+from spikeport.compile.check.violation import Violation, hint_lines
 from spikeport.compile.ground.refusal import ArgumentError, without_addresses
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
@@ -338,8 +338,8 @@ class Simulator:
             self.closed = True
             self.data.freeze()
             self._execution.close()
-            for hint in self._lost_values():
-                warnings.warn(str(hint), stacklevel=2)
+            for line in hint_lines(self._lost_values()):
+                warnings.warn(line, stacklevel=2)
 
     def _lost_values(self) -> list[Violation]:
         """Return the hints on values that read-outs and inputs lost, if any."""

@@ -14,15 +14,13 @@ from spikeport.commands.tables import (
     loss_table,
     resource_table,
 )
-from spikeport.compile.check.violation import Violation, on_host_lines
+from spikeport.compile.check.violation import Violation, hint_lines, on_host_lines
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.neurobench import NeuroBench, workload
 from spikeport.compile.report.report import Json, Modules, Report
 from spikeport.compile.report.summary import verdict
 from spikeport.hardware_models.activity import Activity
-
-MOST_NAMED = 3
 
 
 @dataclass(frozen=True)
@@ -99,12 +97,8 @@ def print_on_host(console: Console, report: Report) -> None:
 
 def print_hints(console: Console, report: Report, of_run: Iterable[Violation] = ()) -> None:
     """Print the hints of the compile and of a run, by rule, and the warnings of nengo-loihi."""
-    for found in _alike([*report.hints, *of_run]):
-        first = found[0]
-        named = [f"{hint.object} ({hint.used})" for hint in found[:MOST_NAMED]]
-        more = [f"{len(found) - MOST_NAMED} more"] if len(found) > MOST_NAMED else []
-        where = ", ".join([*named, *more])
-        console.print(f"hint: {first.id} {first.rule}: {where}; cure: {first.cure}")
+    for line in hint_lines([*report.hints, *of_run]):
+        console.print(f"hint: {line}")
     for warning in report.warnings:
         console.print(f"nengo-loihi: {warning}", style="dim")
 
@@ -113,14 +107,6 @@ def print_written(console: Console, folder: Path) -> None:
     """Print a folder that was written, and its files, except hidden ones."""
     names = ", ".join(sorted(p.name for p in folder.iterdir() if not p.name.startswith(".")))
     console.print(f"written: {folder}/ ({names})", highlight=False, soft_wrap=True)
-
-
-def _alike(hints: Iterable[Violation]) -> list[list[Violation]]:
-    """Return the hints of one rule and cure together: a cure may have a number for its object."""
-    rows: dict[tuple[str, str], list[Violation]] = {}
-    for hint in hints:
-        rows.setdefault((hint.id, hint.cure), []).append(hint)
-    return list(rows.values())
 
 
 def neurobench_line(static: NeuroBench, activity: Activity | None) -> str:

@@ -40,8 +40,22 @@ def test_a_simulator_warns_of_inputs_that_are_cut_off_as_it_closes_and_reports_t
     assert [(hint["object"], hint["used"]) for hint in hints] == [
         ("nodes[0] -> a", "spikes lost in 46 % of steps")
     ]
-    with pytest.warns(UserWarning, match="nodes.0. -> a: SP408 input saturation"):
+    with pytest.warns(UserWarning, match="SP408 input saturation: nodes.0. -> a .spikes lost"):
         sim.close()
+
+
+def test_many_inputs_that_are_cut_off_are_one_warning():
+    with nengo.Network(seed=0) as network:
+        at_rest = nengo.LIF(initial_state={"voltage": nengo.dists.Choice([0])})
+        for _ in range(5):
+            ensemble = nengo.Ensemble(20, 1, neuron_type=at_rest)
+            nengo.Connection(nengo.Node(2.0), ensemble)
+    sim = Simulator(network)
+    sim.run_steps(50)
+    with pytest.warns(UserWarning, match="SP408") as warned:
+        sim.close()
+    (warning,) = warned
+    assert "of steps), 2 more; cure: widen the ensemble's radius" in str(warning.message)
 
 
 @pytest.mark.filterwarnings("error::UserWarning")
@@ -72,7 +86,8 @@ def test_a_simulator_warns_of_lost_values_as_it_closes_and_reports_them(backend)
     assert [hint["used"] for hint in sim.report()["hints"] if hint["id"] == "SP406"] == [
         f"{n_spikes:,} spikes in 100 steps"
     ]
-    with pytest.warns(UserWarning, match=f"SP406 read-out saturation: {n_spikes:,} spikes in 100"):
+    warning = rf"SP406 read-out saturation: read-outs \({n_spikes:,} spikes in 100 steps\); cure"
+    with pytest.warns(UserWarning, match=warning):
         sim.close()
     assert sim.closed
 
