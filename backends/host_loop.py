@@ -25,6 +25,7 @@ from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import offsets, part
 from spikeport.compile.pipeline import Compilation
+from spikeport.compiled import compiled, make_ready
 from spikeport.hardware_models.activity import Activity
 
 
@@ -80,8 +81,10 @@ class HostLoop:
         size = image.n_inputs + errors + self._decoder.size
         signals = PooledSignals(program.model, extra=size)
         self._sources = signals.allocate(image.n_inputs)
-        self._several = 1.5 / image.manifest.dt_s  # a source's output is its spikes / dt
         self._lost = np.zeros(image.n_inputs, dtype=np.int64)
+        # The chip takes one spike of a source in a step; a source's output is its spikes / dt.
+        self._one = 1.5 / image.manifest.dt_s
+        self._count_lost = make_ready(_count_above, self._lost, self._sources, self._one)
         starts = offsets(image.inputs.size)
         boxes = {id(p.process): self._sources[part(starts, p.target)] for p in program.senders}
         boxes |= {id(port.process): signals.allocate(port.size) for port in program.error_senders}
@@ -102,8 +105,7 @@ class HostLoop:
     def step(self) -> None:
         """Advance host and chip by one step."""
         self._step_host()
-        # The chip takes one spike of a source in a step.
-        self._lost += self._sources > self._several
+        self._count_lost(self._lost, self._sources, self._one)
         self._n_steps += 1
         if self._host.model.probes:
             self._probe()
@@ -181,6 +183,13 @@ class HostLoop:
         """Free host and chip."""
         self._host.close()
         self._chip.close()
+
+
+@compiled
+def _count_above(counts: np.ndarray, values: np.ndarray, limit: float) -> None:
+    """Add 1 to the count of each value above a limit."""
+    for i in range(len(values)):
+        counts[i] += values[i] > limit
 
 
 def _input_name(image: ChipImage, number: int) -> str:
