@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from spikeport.errors import UsageError
-from spikeport.reading.archive import open_file
+from spikeport.reading.archive import UnreadableError, open_file
 from spikeport.reading.mismatch import MismatchError
 
 DIGITS = 12
+CURE = "cure: name a file that you can read"
 
 
 def digest(path: Path) -> str:
@@ -18,9 +19,11 @@ def digest(path: Path) -> str:
         with open_file(path) as file:
             return hashlib.sha256(file.read()).hexdigest()[:DIGITS]
     except MismatchError as error:
-        raise UsageError(f"{path}: {error}; cure: name a file") from None
-    except OSError as error:
-        raise UsageError(f"{path}: cannot be read ({error.strerror})") from None
+        raise UsageError(f"{path}: {error}; {CURE}") from None
+    except UnreadableError as error:
+        raise UsageError(f"{error}; {CURE}") from None
+    except OSError as error:  # of a disk that fails while the file is read
+        raise UsageError(f"{UnreadableError(path, error)}; {CURE}") from None
 
 
 def digests(files: Iterable[Path]) -> dict[str, str]:

@@ -73,6 +73,7 @@ def run(
                 folder.write(point, outcome)
             else:
                 failures.append(Failure(point, outcome))
+        progress(f"{len(points)} of {len(points)} {counted}", 1.0)
     return failures
 
 

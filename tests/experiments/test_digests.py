@@ -29,12 +29,19 @@ def test_a_digest_is_of_the_content(here):
 
 def test_a_pipe_an_absent_file_and_a_folder_have_no_digest(here):
     os.mkfifo("pipe")
-    with pytest.raises(UsageError, match="pipe: expected a file, found a pipe or a device"):
+    cure = "; cure: name a file that you can read$"
+    with pytest.raises(UsageError, match=f"pipe: expected a file, found a pipe or a device{cure}"):
         digest(Path("pipe"))
-    with pytest.raises(UsageError, match=r"none\.csv: no such file"):
+    with pytest.raises(UsageError, match=rf"none\.csv: no such file{cure}"):
         digest(Path("none.csv"))
-    with pytest.raises(UsageError, match="cannot be read"):
+    with pytest.raises(UsageError, match=f"cannot be read: Is a directory{cure}"):
         digest(here)
+
+
+def test_a_file_on_a_disk_that_fails_has_no_digest():
+    # A process may open its own memory, but nothing is mapped at the address 0.
+    with pytest.raises(UsageError, match="mem: cannot be read: Input/output error; cure: name a"):
+        digest(Path("/proc/self/mem"))
 
 
 def test_digests_are_by_name_each_once(here):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from spikeport.atomic import write_text
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import resumable
-from spikeport.commands.options import Target, Workers, seeds_from
+from spikeport.commands.options import Target, Workers, check_whole_steps, seeds_from
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.run import check_target, seconds_of
 from spikeport.commands.screen import print_written
@@ -87,6 +87,7 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
     from spikeport.experiments.evaluate.measures import SHORTEST_S
     from spikeport.experiments.evaluate.plan import EvaluationSweep
     from spikeport.experiments.evaluate.rows import find_rows
+    from spikeport.robot.perturbation import PHYSICS_DT_S
 
     experiment, target = registry.get(EXPERIMENT), request.target
     experiment.check_backend_of_many(target.backend, "an evaluation")
@@ -99,12 +100,15 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
             f"--seconds {seconds:g}: the measures need episodes longer than {SHORTEST_S:g} s; "
             f"cure: leave it out, for the default of {EPISODE_S:g} s"
         )
+    seconds = seconds_of(seconds, experiment)
+    # An exact policy has no steps between those of the robot.
+    check_whole_steps("--seconds", seconds, PHYSICS_DT_S)
     evaluation = EvaluationSweep(
         experiment=experiment.name,
         backend=target.backend,
         chip=target.chip,
         pipeline=experiment.passes(target.passes),
-        seconds=seconds_of(seconds, experiment),
+        seconds=seconds,
         # One network for all episodes: it is made once, and seeds change only the conditions.
         settings={"network_seed": 0, **settings},
         varied={},

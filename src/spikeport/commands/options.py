@@ -21,6 +21,9 @@ from spikeport.errors import UsageError
 
 Result = TypeVar("Result")
 
+ROUNDING_STEPS = 1e-6
+"""The error that a decimal time divided by a step may have: 1e-7 in the longest run."""
+
 
 def path_of(text: str) -> Path:
     """Return the path that an option names; an empty text would be the current folder."""
@@ -405,6 +408,17 @@ def check_seconds(option: str, seconds: float) -> None:
         raise UsageError(
             f"{option} {seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
             f"{LONGEST_RUN:,} steps"
+        )
+    check_whole_steps(option, seconds)
+
+
+def check_whole_steps(option: str, seconds: float, dt_s: float = DT_S) -> None:
+    """Raise UsageError for a time that a run of whole steps does not have."""
+    steps = seconds / dt_s
+    if abs(steps - round(steps)) > ROUNDING_STEPS:
+        nearest_s = round(round(steps) * dt_s, 3)
+        raise UsageError(
+            f"{option} {seconds}: must be a whole number of steps of {dt_s:g} s; cure: {nearest_s}"
         )
 
 

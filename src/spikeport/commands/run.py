@@ -10,7 +10,7 @@ from spikeport import cache
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import ended_in_order
-from spikeport.commands.options import RunOptions, Target
+from spikeport.commands.options import RunOptions, Target, check_whole_steps
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_costs, print_written
 from spikeport.commands.tables import resource_table
@@ -112,13 +112,14 @@ def check_counts(asked: bool, target: Target) -> None:
 
 
 def seconds_of(asked: float | None, experiment: Experiment) -> float:
-    """Return the time to simulate; UsageError if it is too short, too long or not a number."""
+    """Return the time to simulate; UsageError if it is too short, too long or no whole steps."""
     seconds = experiment.seconds if asked is None else asked
     if not experiment.shortest_s <= seconds <= LONGEST_RUN * DT_S:
         raise UsageError(
             f"--seconds {seconds:g}: {experiment.name} simulates at least "
             f"{experiment.shortest_s:g} s, and at most {LONGEST_RUN:,} steps of {DT_S:g} s"
         )
+    check_whole_steps("--seconds", seconds)
     return seconds
 
 

@@ -74,7 +74,11 @@ def test_finished_points_are_not_run_again(run, begun):
     shown = []
     _, failures = run("runs", "walks", progress=lambda what, share: shown.append((what, share)))
     assert failures == {}
-    assert shown == [("starting the workers", None), ("1 of 2 points", 0.5)]
+    assert shown == [
+        ("starting the workers", None),
+        ("1 of 2 points", 0.5),
+        ("2 of 2 points", 1.0),
+    ]
     assert begun("runs") == 1
     shown.clear()
     run("runs", "walks", progress=lambda what, share: shown.append((what, share)))

@@ -129,6 +129,10 @@ def test_the_title_of_the_table_names_the_policy(
             "the default of 20 s",
         ),
         (
+            (*WALK[:-1], "4.002"),
+            "--seconds 4.002: must be a whole number of steps of 0.005 s; cure: 4.0",
+        ),
+        (
             (*WALK, "--row", "robot_model=menagerie"),
             "Menagerie's unitree_h1 is not in {root}/unitree_h1, and spikeport downloads nothing; "
             "set MENAGERIE_ROOT to a checkout of github.com/google-deepmind/mujoco_menagerie",

@@ -7,7 +7,13 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from spikeport.commands.options import Target, Workers, check_seconds, with_options
+from spikeport.commands.options import (
+    Target,
+    Workers,
+    check_seconds,
+    check_whole_steps,
+    with_options,
+)
 from spikeport.errors import UsageError
 
 
@@ -70,3 +76,15 @@ def test_a_run_of_less_than_a_step_or_of_too_many_is_refused(seconds):
     check_seconds("--loss", 1_000_000.0)
     with pytest.raises(UsageError, match="a run is at least one step of"):
         check_seconds("--loss", seconds)
+
+
+def test_a_run_is_a_whole_number_of_steps():
+    for seconds in (0.3, 0.007, 1.1, 999_999.999):  # 0.3 / 0.001 is 299.99999999999994
+        check_seconds("--loss", seconds)
+    with pytest.raises(UsageError) as caught:
+        check_seconds("--loss", 0.0501)
+    assert str(caught.value) == (
+        "--loss 0.0501: must be a whole number of steps of 0.001 s; cure: 0.05"
+    )
+    with pytest.raises(UsageError, match=r"steps of 0\.005 s; cure: 4\.195$"):
+        check_whole_steps("--seconds", 4.197, 0.005)

@@ -111,6 +111,16 @@ def test_a_time_that_cannot_be_simulated_is_refused(spikeport, tmp_path, seconds
     assert names(tmp_path) == []
 
 
+def test_a_time_of_no_whole_steps_is_refused(spikeport, tmp_path):
+    done = spikeport(*ANALYTIC[:4], "--seconds", "0.0501", "--out", tmp_path / "run")
+    assert done == (
+        2,
+        "",
+        "error: --seconds 0.0501: must be a whole number of steps of 0.001 s; cure: 0.05\n",
+    )
+    assert names(tmp_path) == []
+
+
 def test_out_that_is_a_file_is_refused(spikeport, tmp_path):
     out = tmp_path / "file"
     out.write_text("mine")
