@@ -20,7 +20,7 @@ from saved_runs import CALIBRATION, Clock, saved_results
 from spikeport.experiments.driver import Ready, on_chip, perform, prepare
 from spikeport.experiments.options import BACKENDS, Options
 from spikeport.experiments.policy.readout import policy_digest, policy_layers
-from spikeport.experiments.policy.settings import CONVERSION
+from spikeport.experiments.policy.settings import OF_NEURONS as OF_POLICY
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import SHAPES
 from spikeport.experiments.walk.settings import WalkSettings
@@ -28,7 +28,7 @@ from spikeport.experiments.walk.trial import EXPERIMENT, WalkTrial
 from spikeport.key_values import parse
 
 RESULTS = Path("build/walk_runs")
-OF_NEURONS = (*CONVERSION, "calibrated", "follower", "gait", "silence", "silence_at")
+OF_NEURONS = (*OF_POLICY, "calibrated", "follower", "silence", "silence_at")
 """Settings that a walk without neurons does not have."""
 SIZES = (20, 10)
 SEEDS = range(5)

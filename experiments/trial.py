@@ -18,7 +18,7 @@ from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.loop import Loop, Port
-from spikeport.experiments.options import Options
+from spikeport.experiments.options import WITHOUT_NEURONS, Options
 from spikeport.experiments.pictures import Film, Scenes
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models import chip as chips
@@ -32,8 +32,18 @@ from spikeport.robot.plant import Plant
 from spikeport.robot.pushes import EARLIEST
 from spikeport.simulator import Simulator
 
+WITHOUT_NEURONS_UNUSED = (
+    f"on backend '{WITHOUT_NEURONS}', which has no neurons; cure: --backend native"
+)
+"""The reason why settings of neurons do nothing, for `Trial.unused`."""
+
 R = TypeVar("R")
 """The record that a run of an experiment leaves."""
+
+
+def needs(other: str) -> str:
+    """Return the reason why a setting does nothing while another one is 0, for `Trial.unused`."""
+    return f"without {other}, which is 0; cure: a value of {other} beside it"
 
 
 class Settings(Protocol):
@@ -143,6 +153,13 @@ class Trial(ABC, Generic[K, R]):
     def calibrate(self) -> DecoderCalibration:
         """Refit decoders to the activity of neurons on the backend; UsageError without decoders."""
         raise UsageError(f"experiment '{self.name}' has no decoders to calibrate")
+
+    @property
+    def unused(self) -> dict[str, str]:
+        """The settings that do nothing in this run, each with the reason and a cure."""
+        if self.perturbation.push:
+            return {}
+        return {"push_every": needs("push")}
 
     @property
     def files(self) -> list[Path]:

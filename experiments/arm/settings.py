@@ -8,6 +8,9 @@ from spikeport.errors import unknown
 from spikeport.networks.arm import PRESETS, ArmSizes
 from spikeport.networks.option_checks import check_counts, check_name_or_file, check_seed
 
+OF_NEURONS = ("preset", "m1", "cb", "s1", "efference_copy")
+"""Settings that the exact law has no use for."""
+
 FARTHEST_M = 100.0
 """The largest coordinate or size: beyond the reach of any arm, but safe to compute with."""
 

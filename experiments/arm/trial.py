@@ -17,10 +17,10 @@ from spikeport.experiments.arm.port import ArmRig
 from spikeport.experiments.arm.reachability import check_in_region, check_reachable
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun, ArmTask, dataset
 from spikeport.experiments.arm.region import Rehearsal, record_region
-from spikeport.experiments.arm.settings import ArmSettings
+from spikeport.experiments.arm.settings import OF_NEURONS, ArmSettings
 from spikeport.experiments.calibration import DecoderCalibration, Refitted, load, no_neurons
 from spikeport.experiments.pictures import Marks, Scenes
-from spikeport.experiments.trial import Closed, Trial
+from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, Closed, Trial
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.arm import ArmNetwork, analytic_arm, arm
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -92,6 +92,11 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
             raise no_neurons(asked, f"backend '{self.options.backend}'", "give --backend native")
         if isinstance(asked, str):
             load(Path(asked), self._made_for)
+
+    @property
+    def unused(self) -> dict[str, str]:
+        """The settings that do nothing in this run: those of neurons if there are none."""
+        return dict.fromkeys(OF_NEURONS, WITHOUT_NEURONS_UNUSED) if self._exact else {}
 
     # the controller
 

@@ -18,6 +18,9 @@ from spikeport.robot.walk_interface import ACTION_SCALE_RAD, CONTROL_DT_S
 CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
 """Settings that are also those of `spikeport.networks.policy.PolicyOptions`."""
 
+OF_NEURONS = (*CONVERSION, "gait")
+"""Settings that a policy without neurons has no use for."""
+
 N_NEURONS = 4
 """Neurons of a unit. The paper has 20, which follow paths no better once the read-out is
 calibrated, and need 20 times as many synaptic operations (docs/walk.md)."""

@@ -22,7 +22,7 @@ from spikeport.experiments.policy.readout import (
     policy_layers,
     refitted,
 )
-from spikeport.experiments.policy.settings import GAITS
+from spikeport.experiments.policy.settings import GAITS, OF_NEURONS
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.controller import analytic_humanoid, spiking_humanoid
 from spikeport.experiments.switch.figure import switch_figure
@@ -33,7 +33,7 @@ from spikeport.experiments.switch.picture import middles, switch_captions, switc
 from spikeport.experiments.switch.recording import SwitchRun, dataset
 from spikeport.experiments.switch.rehearsal import ExactControllers, Rehearsals, Rehearsed
 from spikeport.experiments.switch.settings import SwitchSettings
-from spikeport.experiments.trial import Closed, Trial
+from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, Closed, Trial
 from spikeport.experiments.walk.gait import encoding
 from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.experiments.walk.path_file import path_files
@@ -121,6 +121,14 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         ways_m = [path.farthest_m(phase.seconds) for path, phase in paths if path is not None]
         check_reach(self.settings.terrain, sum(ways_m))
         check_calibrated(self, self.settings.walking_policy())
+
+    @property
+    def unused(self) -> dict[str, str]:
+        """The settings that do nothing in this run, each with the reason and a cure."""
+        if self.options.has_neurons:
+            return super().unused
+        of_neurons = (*OF_NEURONS, "preset", "selection")
+        return super().unused | dict.fromkeys(of_neurons, WITHOUT_NEURONS_UNUSED)
 
     # the controller
 

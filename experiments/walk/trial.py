@@ -21,9 +21,9 @@ from spikeport.experiments.policy.readout import (
     policy_layers,
     refitted,
 )
-from spikeport.experiments.policy.settings import EXACT, GAITS
+from spikeport.experiments.policy.settings import EXACT, GAITS, OF_NEURONS, SPIKING
 from spikeport.experiments.run_folder import Result
-from spikeport.experiments.trial import Closed, Trial
+from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, Closed, Trial, needs
 from spikeport.experiments.walk.approach import TURN_FIRST, TurnFirst
 from spikeport.experiments.walk.controller import (
     analytic_policy,
@@ -98,6 +98,19 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         if self.exact_policy and self.settings.silence:
             raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
         self._check_silence()
+
+    @property
+    def unused(self) -> dict[str, str]:
+        """The settings that do nothing in this run, each with the reason and a cure."""
+        found = super().unused
+        if not self.settings.silence:
+            found["silence_at"] = needs("silence")
+        if not self.options.has_neurons:
+            found |= dict.fromkeys((*OF_NEURONS, "follower"), WITHOUT_NEURONS_UNUSED)
+        elif self.exact_policy:
+            why = f"with policy={EXACT}, which has no neurons; cure: policy={SPIKING}"
+            found |= dict.fromkeys(OF_NEURONS, why)
+        return found
 
     def _check_silence(self) -> None:
         """Refuse a silence that would begin after the end of the run."""

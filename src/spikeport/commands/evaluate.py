@@ -11,7 +11,7 @@ from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers, check_whole_steps, seeds_from
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check_target, seconds_of
+from spikeport.commands.run import check_needed, check_target, seconds_of
 from spikeport.commands.screen import print_written
 from spikeport.commands.sweep import check_workers
 from spikeport.constants import MOST_POINTS
@@ -147,8 +147,11 @@ def _check(evaluation: "EvaluationSweep") -> None:
         )
     experiment, seed = registry.get(EXPERIMENT), evaluation.seeds[0]
     # A row's settings are the same in all of its episodes, so one episode per row is enough.
-    for point in (evaluation.point(row, seed) for row in evaluation.rows):
-        experiment.trial(experiment.settings(**point.settings), point.options).check()
+    points = [evaluation.point(row, seed) for row in evaluation.rows]
+    trials = [experiment.trial(experiment.settings(**one.settings), one.options) for one in points]
+    check_needed(evaluation.settings, trials)
+    for trial in trials:
+        trial.check()
 
 
 def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:

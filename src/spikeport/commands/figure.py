@@ -32,11 +32,12 @@ class PaperFigure:
     settings: Mapping[str, str]
 
     def make(self, request: FigureRequest) -> int:
-        """Run the experiment, and return 0; UsageError for options that only a sweep has."""
+        """Run the experiment, and return 0; UsageError for options that a single run lacks."""
         if request.workers != Workers():
             raise UsageError(
                 f"figure '{request.figure}' is a single run; leave out --workers and --scheduler"
             )
+        _check_neurons(request)
         settings = _replaced(self.settings, request.options.settings)
         options = replace(request.options, settings=settings)
         run.run(run.RunRequest(experiment=self.experiment, target=request.target, options=options))
@@ -69,11 +70,7 @@ class PaperSweep:
                 "leave out --video, --overwrite and --counts"
             )
         self._check_varied(request)
-        if request.target.backend == WITHOUT_NEURONS:
-            raise UsageError(
-                f"--backend {WITHOUT_NEURONS}: has no neurons, which figure '{request.figure}' "
-                "shows; cure: leave it out"
-            )
+        _check_neurons(request)
         return sweep.run(
             sweep.SweepRequest(
                 experiment=self.experiment,
@@ -128,6 +125,15 @@ class PaperOverview:
             run_folder.write_figure(folder, picture)
         print(f"written: {folder}/ (figure.png)")
         return 0
+
+
+def _check_neurons(request: FigureRequest) -> None:
+    """Refuse the backend without neurons, whose settings the paper's figures have."""
+    if request.target.backend == WITHOUT_NEURONS:
+        raise UsageError(
+            f"--backend {WITHOUT_NEURONS}: has no neurons, which figure '{request.figure}' shows; "
+            "cure: leave it out"
+        )
 
 
 def _of_chip(request: FigureRequest) -> Target:

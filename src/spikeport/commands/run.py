@@ -1,7 +1,7 @@
 """``spikeport run``."""
 
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -29,13 +29,12 @@ from spikeport.experiments.options import (
 from spikeport.hardware_models import chip as chips
 
 if TYPE_CHECKING:
+    from spikeport.experiments.trial import Trial
     from spikeport.robot.link.connection import RobotOptions
 
 
 NO_CORES = (WITHOUT_NEURONS, "reference")
 """Backends without a chip."""
-NEEDS = {"push_every": "push", "silence_at": "silence"}
-"""Settings that do nothing unless another one is above 0."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +54,8 @@ def run(request: RunRequest) -> None:
     experiment.check_backend(target.backend)
     given = experiment.parse_settings(asked.settings)
     chosen = experiment.settings(**given)
-    check_needed(given, [chosen])
     seconds = seconds_of(asked.seconds, experiment)
+    check_needed(given, [experiment.trial(chosen, Options(seconds, target.backend))])
     check_target(target)
     check_counts(asked.counts, target)
     with (
@@ -92,14 +91,12 @@ def check_target(target: Target) -> None:
         parse(target.passes)
 
 
-def check_needed(given: Collection[str], chosen: Collection[Any]) -> None:
-    """Raise UsageError for a setting that does nothing in any run; ``chosen`` are the runs'."""
-    for key, needed in NEEDS.items():
-        if key in given and not any(getattr(one, needed) for one in chosen):
-            raise UsageError(
-                f"{key}: does nothing without {needed}, which is 0; cure: a value of {needed} "
-                "beside it, or leave it out"
-            )
+def check_needed(given: Iterable[str], trials: Sequence["Trial[Any, Any]"]) -> None:
+    """Raise UsageError for a setting that does nothing in any of the trials."""
+    unused = [trial.unused for trial in trials]
+    for key in given:
+        if all(key in one for one in unused):
+            raise UsageError(f"{key}: does nothing {unused[0][key]}, or leave it out")
 
 
 def check_counts(asked: bool, target: Target) -> None:

@@ -155,11 +155,13 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
             f"a sweep of {n_points:,} points, limit {MOST_POINTS:,}; cure: fewer values of --vary, "
             "or fewer --seeds"
         )
-    points = sweep.of_a_seed()
-    chosen = [experiment.settings(**point.settings) for point in points]
-    check_needed({*sweep.settings, *sweep.varied}, chosen)
-    for point, settings in zip(points, chosen, strict=True):
-        experiment.trial(settings, point.options).check()
+    trials = [
+        experiment.trial(experiment.settings(**point.settings), point.options)
+        for point in sweep.of_a_seed()
+    ]
+    check_needed([*sweep.settings, *sweep.varied], trials)
+    for trial in trials:
+        trial.check()
 
 
 def _show(folder: Path, n_points: int, failures: Sequence[tuple[Point, str]]) -> None:

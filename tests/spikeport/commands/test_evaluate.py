@@ -119,6 +119,11 @@ def test_the_title_of_the_table_names_the_policy(
             "--set push: it would perturb the nominal row too; cure: --row push=0.8",
         ),
         (
+            (*WALK, "--set", "n_neurons=20"),
+            "n_neurons: does nothing on backend 'analytic', which has no neurons; cure: --backend "
+            "native, or leave it out",
+        ),
+        (
             (*WALK, "--set", "silence=0.1"),
             "--set silence: an evaluation draws commands, follows no path and silences no "
             "neurons; cure: leave it out",

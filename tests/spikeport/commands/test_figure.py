@@ -67,11 +67,20 @@ def test_a_backend_without_neurons_or_too_large_a_seed_is_refused_for_the_figure
     assert not asked
 
 
+def test_a_backend_without_neurons_is_refused_for_a_figure_of_neurons(spikeport, asked):
+    assert spikeport("figure", "3", "--backend", "analytic") == (
+        2,
+        "",
+        "error: --backend analytic: has no neurons, which figure '3' shows; cure: leave it out\n",
+    )
+    assert not asked
+
+
 @pytest.mark.slow
 def test_a_figure_leaves_the_folder_of_its_run(spikeport, tmp_path):
     out = tmp_path / "figure"
-    options = ("--backend", "analytic", "--seconds", "0.05", "--out", out)
-    done = spikeport("figure", "reach", *options)
+    options = ("--backend", "reference", "--seconds", "0.05", "--out", out)
+    done = spikeport("figure", "reach", "--set", "preset=lean", *options)
     assert (done.code, done.err) == (0, "")
     assert sorted(path.name for path in out.iterdir()) == ["figure.png", "probes.nc", "result.json"]
 

@@ -11,7 +11,7 @@ import pytest
 from spikeport.commands.run import check_needed, show_outcome
 from spikeport.errors import UsageError
 from spikeport.experiments import registry
-from spikeport.experiments.options import Outcome
+from spikeport.experiments.options import Options, Outcome
 from spikeport.hardware_models import chip as chips
 
 ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.05")
@@ -57,12 +57,45 @@ def test_a_setting_that_does_nothing_is_refused(spikeport, tmp_path, key, needed
 
 
 def test_a_setting_that_some_points_of_a_sweep_need_is_accepted():
-    walk = registry.get("walk").settings
-    chosen = [walk(push=push, push_every=2.0) for push in (0.0, 0.5)]
-    check_needed({"push_every"}, chosen)
+    walk = registry.get("walk")
+    chosen = [walk.settings(push=push, push_every=2.0) for push in (0.0, 0.5)]
+    trials = [walk.trial(one, Options(1.0)) for one in chosen]
+    check_needed(["push_every"], trials)
     with pytest.raises(UsageError, match="push_every: does nothing without push"):
-        check_needed({"push_every"}, chosen[:1])
-    check_needed({"preset"}, [registry.get("reach").settings()])
+        check_needed(["push_every"], trials[:1])
+
+
+@pytest.mark.parametrize(
+    ("experiment", "setting"),
+    [
+        ("reach", "preset=paper"),
+        ("draw", "efference_copy=true"),
+        ("walk", "n_neurons=20"),
+        ("walk", "follower=spiking"),
+        ("switch", "units=lif"),
+        ("switch", "selection=own"),
+    ],
+)
+def test_a_setting_of_neurons_is_refused_without_neurons(spikeport, tmp_path, experiment, setting):
+    run = ("run", experiment, "--backend", "analytic", "--out", tmp_path / "run")
+    assert spikeport(*run, "--set", setting) == (
+        2,
+        "",
+        f"error: {setting.partition('=')[0]}: does nothing on backend 'analytic', which has no "
+        "neurons; cure: --backend native, or leave it out\n",
+    )
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_setting_of_the_policys_neurons_is_refused_for_the_exact_policy(spikeport, tmp_path):
+    run = ("run", "walk", "--set", "policy=mlp", "--out", tmp_path / "run")
+    done = spikeport(*run, "--set", "tau_fwd=0.002")
+    assert done == (
+        2,
+        "",
+        "error: tau_fwd: does nothing with policy=mlp, which has no neurons; cure: policy=spiking, "
+        "or leave it out\n",
+    )
 
 
 def test_unknown_names_of_run_list_the_known_ones(spikeport, tmp_path):

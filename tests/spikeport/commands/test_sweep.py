@@ -15,7 +15,8 @@ from spikeport.experiments.sweep import run as sweep_run
 from spikeport.experiments.sweep.run import Failure
 from tests.helpers.sweeps import finish, write_path
 
-REACH = ("sweep", "reach", "--backend", "analytic", "--seconds", "0.02")
+REACH = ("sweep", "reach", "--backend", "reference", "--seconds", "0.02")
+EXACT_REACH = ("sweep", "reach", "--backend", "analytic", "--seconds", "0.02")
 FILES = "figure.png, points, sweep.json, table.nc"
 START_S = 120
 """Time in s that a busy machine may take to finish a point."""
@@ -54,7 +55,7 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
         assert table.reaches.values.tolist() == [[10, 10], [20, 20]]
     assert json.loads((tmp_path / "sweep.json").read_text()) == {
         "experiment": "reach",
-        "backend": "analytic",
+        "backend": "reference",
         "chip": "loihi",
         "pipeline": None,
         "seconds": 0.02,
@@ -74,6 +75,18 @@ def test_a_setting_that_no_point_needs_is_refused(spikeport, tmp_path):
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith("error: push_every: does nothing without push, which is 0; cure: ")
     assert not (tmp_path / "out").exists()
+
+
+def test_sizes_of_neurons_are_refused_if_no_point_has_neurons(spikeport, counted, tmp_path):
+    done = spikeport(*EXACT_REACH, "--vary", "m1=10,20", "--out", tmp_path / "out")
+    assert done == (
+        2,
+        "",
+        "error: m1: does nothing on backend 'analytic', which has no neurons; cure: --backend "
+        "native, or leave it out\n",
+    )
+    both = (*EXACT_REACH[:2], "--seconds", "1", "--vary", "backend=reference,analytic")
+    assert spikeport(*both, "--vary", "m1=10", "--out", tmp_path / "out").code == 0
 
 
 @pytest.mark.parametrize(
@@ -261,9 +274,9 @@ def test_a_worker_refuses_a_path_that_changes_while_the_sweep_runs(
 def test_an_interrupted_sweep_resumes_with_the_missing_points(
     spikeport, start, without_stages, tmp_path
 ):
-    command = (*REACH, "--vary", "m1=10,20,30", "--out", tmp_path, "--workers", "1")
+    command = (*EXACT_REACH, "--vary", "network_seed=1,2,3", "--out", tmp_path, "--workers", "1")
     interrupted = start(*command, start_new_session=True)
-    first = tmp_path / "points" / "m1=10,seed=0.json"
+    first = tmp_path / "points" / "network_seed=1,seed=0.json"
     until = time.monotonic() + START_S
     while not first.exists() and time.monotonic() < until:
         time.sleep(0.05)
@@ -279,4 +292,4 @@ def test_an_interrupted_sweep_resumes_with_the_missing_points(
     assert first.stat().st_mtime_ns == written
     assert len(list((tmp_path / "points").iterdir())) == 3
     result = json.loads(first.read_text())
-    assert (result["experiment"], result["settings"]["m1"]) == ("reach", 10)
+    assert (result["experiment"], result["settings"]["network_seed"]) == ("reach", 1)
