@@ -3,10 +3,11 @@
     python benchmarks/figures.py run [NAME]...     # make figures: hours; goes on where it was
     python benchmarks/figures.py check             # make figures-check: seconds
 
-`figure_runs` has the runs, `stated` makes sentences from their results. Each run has a folder
-in ``build/figures``, and a finished run is not repeated: delete its folder to measure again. The
-figures of results are kept in ``benchmarks/figures``, in the repository, so that anyone can
-compare. Speeds are not kept. Pictures of the documents are replaced by those of their runs.
+`figure_runs` has the runs, `stated` makes sentences from their results. Each run has a folder in
+``build/figures``, and a finished run is not repeated: delete its folder to measure again, as a
+sweep of other code of spikeport asks for. The figures of results are kept in
+``benchmarks/figures``, in the repository, so that anyone can compare. Speeds are not kept. Pictures
+of the documents are replaced by those of their runs.
 """
 
 import argparse

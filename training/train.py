@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from spikeport.atomic import write_text
-from spikeport.cache import digest_of
+from spikeport.cache import digest_of, own_version
 from spikeport.errors import UsageError
 from spikeport.progress import Progress
 from spikeport.training import checkpoint
@@ -78,6 +78,7 @@ class TrainOptions:
     def identity(self) -> dict[str, object]:
         """Return the settings that must be the same when a run continues."""
         return {
+            "spikeport": own_version(),
             "seed": self.seed,
             "updates_per_segment": self.updates_per_segment,
             "threads": self.workers,

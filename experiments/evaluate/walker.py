@@ -108,7 +108,7 @@ def find_walker(settings: WalkSettings, options: Options) -> Walker:
     # The stage applies perturbations: the policy is the same network under all of them.
     unperturbed = dataclasses.replace(settings, **dataclasses.asdict(Perturbation()))
     # A worker of a cluster outlives an evaluation; the next one may change files of these names.
-    contents = digests([*settings.files, *chips.files_of(options.chip)]).values()
+    contents = digests([*unperturbed.files, *chips.files_of(options.chip)]).values()
     alike = dataclasses.replace(options, seed=0, seconds=0.0)
     key = unperturbed, alike, tuple(contents)
     return _KEEPER.get(key, lambda: _made(unperturbed, alike))

@@ -11,8 +11,9 @@ from spikeport.networks.loading.walking import DESCRIBE, load_walking
 from spikeport.networks.option_checks import check_name_or_file, check_seed
 from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import POLICIES, SHIPPED, WalkingPolicy
+from spikeport.robot import menagerie
 from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
-from spikeport.robot.perturbation import NONE, Perturbation
+from spikeport.robot.perturbation import MENAGERIE, NONE, Perturbation
 from spikeport.robot.walk_interface import ACTION_SCALE_RAD, CONTROL_DT_S
 
 CONVERSION = ("n_neurons", "tau_fwd", "tau_out", "units", "solve")
@@ -115,12 +116,20 @@ class PolicySettings(Perturbation):
 
     @property
     def files(self) -> list[Path]:
-        """The files that a run reads."""
+        """The files that a run reads.
+
+        Raises
+        ------
+        MissingExtraError, UsageError
+            If Menagerie's robot is asked for and not on this machine.
+        """
         found = [] if self._is_shipped else files_of(Path(self.policy))
         if self.description is not None:
             found.append(Path(self.description))
         if isinstance(self.calibrated, str) and self.calibrated != AUTO:
             found.append(Path(self.calibrated))
+        if self.robot_model == MENAGERIE:
+            found.append(menagerie.model_file(menagerie.ROBOT_MODEL))
         return found
 
     @property

@@ -9,6 +9,7 @@ import dataclasses
 from pathlib import Path
 from typing import TypeVar
 
+from spikeport.cache import own_version
 from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.digests import digest, digests
@@ -67,10 +68,10 @@ def check(point: Point) -> None:
 
 
 def _check_versions(plan: Sweep) -> None:
-    """Refuse packages of other versions than where the plan was made."""
+    """Refuse packages of other versions, or other code of ours, than where the plan was made."""
     begun = {VERSION: plan.spikeport, **plan.versions}
     for name, version in begun.items():
-        if (here := version_of(name)) != version:
+        if (here := own_version() if name == VERSION else version_of(name)) != version:
             raise UsageError(
                 f"{name} is {here} in the worker, but {version} where the {plan.kind} began; "
                 "cure: install the same version"

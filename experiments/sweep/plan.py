@@ -3,11 +3,10 @@
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any, ClassVar, NamedTuple
 from urllib.parse import quote
 
-from spikeport.cache import COMPUTING, digest_of
+from spikeport.cache import COMPUTING, digest_of, own_version
 from spikeport.experiments import registry
 from spikeport.experiments.options import Options
 from spikeport.experiments.run_folder import version_of
@@ -46,7 +45,7 @@ class Sweep:
         A digest of each file that settings or chip name, as it was when the sweep began; see
         `spikeport.experiments.sweep.inputs`.
     spikeport : str
-        The version of spikeport that its points are run by.
+        The version and the code of spikeport that its points are run by.
     versions : mapping
         The versions of the packages that compute.
     """
@@ -64,7 +63,7 @@ class Sweep:
     seeds: tuple[int, ...]
     probes: bool = False
     files: Mapping[str, str] = field(default_factory=dict)
-    spikeport: str | None = field(default_factory=partial(version_of, "spikeport"))
+    spikeport: str = field(default_factory=own_version)
     versions: Mapping[str, str | None] = field(default_factory=computing_versions)
 
     @property

@@ -254,6 +254,18 @@ def surroundings() -> str:
     """
     import scipy.linalg  # noqa: F401, loads a BLAS of its own, which has to be covered
 
+    versions = {name: _version(name) for name in COMPUTING}
+    blas = sorted(
+        [str(one.get(name)) for name in BLAS]
+        for one in threadpool_info()
+        if one["user_api"] == "blas"
+    )
+    return digest_of((own_version(), versions, sys.version, platform.machine(), blas))
+
+
+@cache
+def own_version() -> str:
+    """Return spikeport's version and a digest of its files, which change without a new version."""
     ours = Path(__file__).parent
     files = [
         Path(folder, name)
@@ -264,13 +276,7 @@ def surroundings() -> str:
         if name.endswith(OURS) and not name.startswith(".")
     ]
     code = {str(file.relative_to(ours)): file.read_bytes() for file in files}
-    versions = {name: _version(name) for name in COMPUTING}
-    blas = sorted(
-        [str(one.get(name)) for name in BLAS]
-        for one in threadpool_info()
-        if one["user_api"] == "blas"
-    )
-    return digest_of((code, versions, sys.version, platform.machine(), blas))
+    return f"{_version('spikeport')}+{digest_of(code)[:12]}"
 
 
 def _version(package: str) -> str:

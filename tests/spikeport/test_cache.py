@@ -7,6 +7,7 @@ import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
@@ -98,26 +99,28 @@ def test_surroundings_cover_blas_libraries_but_not_openmp(monkeypatch, api, coun
     assert (of("1") != of("2")) == counts
 
 
-def test_surroundings_cover_spikeports_code_chips_and_robots(monkeypatch):
-    before, read = cache.surroundings(), Path.read_bytes
+def test_spikeports_version_covers_its_code_chips_and_robots(monkeypatch):
+    before, read = cache.own_version(), Path.read_bytes
+    assert before.startswith(f"{version('spikeport')}+")
     for name in ("kernel.py", "loihi.toml", "h1.xml", "h1_walk.npz"):
         monkeypatch.setattr(
             Path, "read_bytes", lambda path, name=name: read(path) + b" " * (path.name == name)
         )
-        cache.surroundings.cache_clear()
-        assert cache.surroundings() != before, name
-    monkeypatch.undo()
-    cache.surroundings.cache_clear()
+        assert cache.own_version.__wrapped__() != before, name
 
 
-def test_surroundings_ignore_lock_files_of_editors(monkeypatch):
-    before, walk = cache.surroundings(), os.walk
+def test_surroundings_cover_spikeports_version(monkeypatch):
+    before = cache.surroundings()
+    monkeypatch.setattr(cache, "own_version", lambda: "0.2.0+changed")
+    assert cache.surroundings.__wrapped__() != before
+
+
+def test_spikeports_version_ignores_lock_files_of_editors(monkeypatch):
+    before, walk = cache.own_version(), os.walk
     monkeypatch.setattr(
         os, "walk", lambda *a, **k: ((f, d, [*names, ".#cli.py"]) for f, d, names in walk(*a, **k))
     )
-    cache.surroundings.cache_clear()
-    assert cache.surroundings() == before
-    cache.surroundings.cache_clear()
+    assert cache.own_version.__wrapped__() == before
 
 
 @dataclass

@@ -186,3 +186,10 @@ def test_a_checkpoint_without_the_learners_networks_is_refused(options):
     checkpoint.save(options.folder, state)
     with pytest.raises(UsageError, match=r"00001\.pt' is not a checkpoint of this version"):
         train(options, silent)
+
+
+def test_a_checkpoint_of_other_code_is_refused(options):
+    state = checkpoint.Checkpoint({**options.identity(), "spikeport": "0.1.0"}, 1, {}, [])
+    checkpoint.save(options.folder, state)
+    with pytest.raises(UsageError, match=r"holds a run with spikeport 0\.1\.0, not .*\+"):
+        train(options, silent)

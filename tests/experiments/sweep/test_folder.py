@@ -5,6 +5,7 @@ from importlib.metadata import version
 
 import pytest
 
+from spikeport.cache import own_version
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder, opened
 from spikeport.experiments.sweep.table import table
@@ -65,6 +66,13 @@ def test_a_plan_of_another_spikeport_version_is_refused(sweep_of, tmp_path):
     )
 
 
+def test_a_plan_of_other_code_of_the_same_version_is_refused(sweep_of, tmp_path):
+    begin(tmp_path, sweep_of())
+    other = f"{version('spikeport')}+0123456789ab"
+    message = refused(tmp_path, sweep_of(spikeport=other))
+    assert f'was begun with spikeport="{own_version()}", but this sweep has' in message
+
+
 def test_a_plan_of_another_version_of_a_package_is_refused(sweep_of, tmp_path):
     begin(tmp_path, sweep_of(versions={"numpy": "2.1.0", "mujoco": "3.2.0"}))
     asked = sweep_of(versions={"numpy": "2.1.0", "mujoco": "3.3.0"})
@@ -79,7 +87,7 @@ def test_a_plan_of_another_version_of_a_package_is_refused(sweep_of, tmp_path):
 def test_a_plan_without_a_version_is_continued(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
-    assert plan.pop("spikeport") == version("spikeport")
+    assert plan.pop("spikeport") == own_version()
     assert plan.pop("versions")["numpy"] == version("numpy")
     folder.plan.write_text(json.dumps(plan))
     begin(tmp_path, sweep_of())

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from spikeport.cache import own_version
 from spikeport.errors import UsageError
 from spikeport.experiments.digests import digest
 from spikeport.experiments.evaluate.plan import EvaluationSweep
@@ -72,6 +73,17 @@ def test_files_of_an_evaluation_are_in_its_plan(here):
     assert plan.points()[0].sweep is plan
 
 
+def test_menageries_robot_is_in_the_plan_where_a_point_has_it(here, monkeypatch):
+    monkeypatch.setenv("MENAGERIE_ROOT", str(here))
+    model = here / "unitree_h1" / "h1.xml"
+    model.parent.mkdir()
+    model.write_text("<mujoco/>")
+    asked = ("walk", "analytic", "loihi", None, 4.0, {}, {}, (0, 1))
+    plan = with_inputs(EvaluationSweep(*asked, rows=({}, {"robot_model": "menagerie"})))
+    assert plan.files == {str(model): digest(model)}
+    assert with_inputs(EvaluationSweep(*asked, rows=({}, {"push": 0.5}))).files == {}
+
+
 def test_a_point_whose_file_changed_is_refused_and_others_are_not(sweep_of, here):
     write_path(Path("b.csv"), 0.3)
     plan = with_inputs(sweep_of(settings={}, varied={"path": ("path.csv", "b.csv")}))
@@ -94,10 +106,11 @@ def test_a_point_whose_file_changed_is_refused_and_others_are_not(sweep_of, here
 def test_a_worker_with_other_versions_than_the_plan_is_refused(sweep_of, other):
     (point,) = sweep_of(settings={}, varied={}, **other).points()
     name = next(iter(other.get("versions", other)))
+    here = own_version() if name == "spikeport" else version(name)
     with pytest.raises(UsageError) as caught:
         Unchanged(lambda *_: PointFiles({}, None))(point, "")
     assert str(caught.value) == (
-        f"{name} is {version(name)} in the worker, but 0.1 where the sweep began; cure: install "
+        f"{name} is {here} in the worker, but 0.1 where the sweep began; cure: install "
         "the same version"
     )
 

@@ -10,7 +10,7 @@ from importlib.metadata import version
 import pytest
 import xarray as xr
 
-from spikeport.cache import COMPUTING
+from spikeport.cache import COMPUTING, own_version
 from spikeport.experiments.sweep import run as sweep_run
 from spikeport.experiments.sweep.run import Failure
 from tests.helpers.sweeps import finish, write_path
@@ -64,7 +64,7 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
         "seeds": [0, 1],
         "probes": False,
         "files": {},
-        "spikeport": version("spikeport"),
+        "spikeport": own_version(),
         "versions": {name: version(name) for name in COMPUTING},
     }
 
