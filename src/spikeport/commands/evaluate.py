@@ -139,11 +139,18 @@ def _refuse_others(settings: Mapping[str, SettingValue]) -> None:
 
 
 def _check(evaluation: "EvaluationSweep") -> None:
+    from spikeport.experiments.walk.gait import SEED
+
     n_points = len(evaluation.rows) * len(evaluation.seeds)
     if n_points > MOST_POINTS:
         raise UsageError(
             f"an evaluation of {n_points:,} episodes, limit {MOST_POINTS:,}; cure: fewer --row or "
             "--episodes"
+        )
+    if SEED in evaluation.seeds:
+        raise UsageError(
+            f"--seed {evaluation.seeds[0]}: {len(evaluation.seeds):,} episodes include seed "
+            f"{SEED}, that of the gait which neurons are made for; cure: --seed {SEED + 1}"
         )
     experiment, seed = registry.get(EXPERIMENT), evaluation.seeds[0]
     # A row's settings are the same in all of its episodes, so one episode per row is enough.

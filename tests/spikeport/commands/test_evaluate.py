@@ -119,6 +119,11 @@ def test_the_title_of_the_table_names_the_policy(
             "--set push: it would perturb the nominal row too; cure: --row push=0.8",
         ),
         (
+            (*WALK, "--seed", "1", "--episodes", "1000", "--row", "push=1"),
+            "--seed 1: 1,000 episodes include seed 1000, that of the gait which neurons are made "
+            "for; cure: --seed 1001",
+        ),
+        (
             (*WALK, "--set", "n_neurons=20"),
             "n_neurons: does nothing on backend 'analytic', which has no neurons; cure: --backend "
             "native, or leave it out",
