@@ -125,10 +125,13 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     @property
     def unused(self) -> dict[str, str]:
         """The settings that do nothing in this run, each with the reason and a cure."""
-        if self.options.has_neurons:
-            return super().unused
-        of_neurons = (*OF_NEURONS, "preset", "selection")
-        return super().unused | dict.fromkeys(of_neurons, WITHOUT_NEURONS_UNUSED)
+        found = super().unused
+        if all(phase.arm != "digit" for phase in self.schedule.phases):
+            found["digit"] = 'in a schedule that draws none; cure: a phase with arm = "digit"'
+        if not self.options.has_neurons:
+            of_neurons = (*OF_NEURONS, "preset", "selection")
+            found |= dict.fromkeys(of_neurons, WITHOUT_NEURONS_UNUSED)
+        return found
 
     # the controller
 

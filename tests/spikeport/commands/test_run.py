@@ -12,6 +12,7 @@ from spikeport.commands.run import check_needed, show_outcome
 from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.options import Options, Outcome
+from spikeport.experiments.switch.schedule import SHIPPED
 from spikeport.hardware_models import chip as chips
 
 ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.05")
@@ -85,6 +86,18 @@ def test_a_setting_of_neurons_is_refused_without_neurons(spikeport, tmp_path, ex
         "neurons; cure: --backend native, or leave it out\n",
     )
     assert not (tmp_path / "run").exists()
+
+
+def test_a_digit_is_refused_for_a_schedule_that_draws_none(spikeport, tmp_path):
+    schedule = tmp_path / "reaching.toml"
+    schedule.write_text(SHIPPED["switch"].read_text().replace('arm = "digit"', 'arm = "reach"'))
+    run = ("run", "switch", "--set", f"schedule={schedule}", "--out", tmp_path / "run")
+    assert spikeport(*run, "--set", "digit=3") == (
+        2,
+        "",
+        'error: digit: does nothing in a schedule that draws none; cure: a phase with arm = "digit"'
+        ", or leave it out\n",
+    )
 
 
 def test_a_setting_of_the_policys_neurons_is_refused_for_the_exact_policy(spikeport, tmp_path):
