@@ -30,6 +30,9 @@ FILES, VERSION, VERSIONS = "files", "spikeport", "versions"
 NONE = "none"
 """Stands for the digest of a file that a plan lacks: a changed schedule may name other files."""
 
+MOST_NUMBERS = 10
+"""The most numbers in a row that a message has in full."""
+
 
 class PointFiles(NamedTuple):
     """The files kept of a point: its ``result.json``, and ``probes.nc`` if it is asked for."""
@@ -240,4 +243,13 @@ def _check_files(
 
 
 def _pairs(plan: dict[str, Any], keys: list[str]) -> str:
-    return ", ".join(f"{key}={json.dumps(plan.get(key))}" for key in keys)
+    return ", ".join(f"{key}={_in_short(plan.get(key))}" for key in keys)
+
+
+def _in_short(value: object) -> str:
+    """Return a value as JSON, without most of the seeds, of which there may be thousands."""
+    match value:
+        case [int(first), *_, int(last)] if len(value) == last - first + 1 > MOST_NUMBERS:
+            if value == list(range(first, last + 1)):
+                return f"[{first}, ..., {last}]"
+    return json.dumps(value)

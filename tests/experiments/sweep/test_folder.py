@@ -51,6 +51,16 @@ def test_a_folder_of_another_sweep_is_refused_with_every_difference_named(
     assert json.loads(folder.plan.read_text())["seconds"] == 2.0
 
 
+def test_many_seeds_are_named_by_the_first_and_the_last(sweep_of, tmp_path):
+    begin(tmp_path, sweep_of(seeds=tuple(range(5, 1005))))
+    message = refused(tmp_path, sweep_of(seeds=(0, 1)))
+    assert "was begun with seeds=[5, ..., 1004], but this sweep has seeds=[0, 1]; " in message
+    plan = json.loads((tmp_path / "sweep.json").read_text())
+    rows = [{"push": 1.0}] * 20
+    (tmp_path / "sweep.json").write_text(json.dumps({**plan, "rows": rows}))
+    assert f"rows={json.dumps(rows)}" in refused(tmp_path, sweep_of())
+
+
 def test_a_plan_with_a_further_entry_is_refused(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
