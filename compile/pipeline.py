@@ -1,9 +1,16 @@
-"""The compile of a network: passes, blocks, passes, image, passes, verification and a report."""
+"""`compile_network`: from a network to its chip image, and the report on it.
+
+    network --passes--> network --build--> float blocks --passes--> float blocks
+        --round--> integer blocks --extract--> image --passes--> image --verify--> report
+
+`_compiled` goes through this chain once. A refused network goes through it again: with other passes
+for a line of advice, or, if the caller asks to offload, with some ensembles on the host.
+"""
 
 import contextlib
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from numbers import Real
 from pathlib import Path
@@ -178,6 +185,28 @@ def compile_network(
         return _offloaded(job) if offload else _advised(job)
 
 
+def check_arguments(network: object, chip: object, dt: object, pipeline: object) -> None:
+    """Raise `ArgumentError` if an argument of `compile_network` is not valid."""
+    if not isinstance(network, nengo.Network):
+        raise ArgumentError("network", network, "a nengo.Network")
+    if not isinstance(chip, str | Path):
+        expected = "the name of a chip, or the path of its TOML file"
+        cure = "; give a time step by keyword, dt=..." if isinstance(chip, float) else ""
+        raise ArgumentError("chip", chip, expected + cure)
+    if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < _as_float(dt) < math.inf:
+        raise ArgumentError("dt", dt, "a time step in seconds, above 0 and finite")
+    if pipeline is not None and not isinstance(pipeline, str | Pipeline):
+        raise ArgumentError("pipeline", pipeline, "a Pipeline, its text, or None for the chip's")
+
+
+def _as_float(number: Real) -> float:
+    """Return a number as a float; infinity if it is an integer beyond all floats."""
+    try:
+        return float(number)
+    except OverflowError:
+        return math.inf
+
+
 class Job(NamedTuple):
     """The arguments of a compile, found to be valid."""
 
@@ -188,6 +217,14 @@ class Job(NamedTuple):
     observer: Observer
     settings: BuildSettings
     stages: Stages
+
+
+def _stages(passes: Pipeline) -> list[str]:
+    """Return the names of the stages of a compile, in order."""
+    networks, blocks, images = (
+        [one.name for one in some] for some in (passes.networks, passes.blocks, passes.images)
+    )
+    return [RULES, *networks, BUILD, *blocks, ROUND, *images, VERIFY]
 
 
 @contextlib.contextmanager
@@ -256,105 +293,37 @@ def _cores_by(job: Job, passes: str) -> int:
         return len(_compiled(other).report.cores)
 
 
+class StageValues(NamedTuple):
+    """The values of a compile, stage by stage."""
+
+    names: Names
+    rewrite: Rewrite
+    blocks: IntegerBlocks
+    unplaced: ChipImage
+    image: ChipImage
+    passes: Sequence[dict[str, object]]
+    """The record of each pass."""
+
+
 def _compiled(job: Job) -> Compilation:
-    network, target, stages = job.network, job.chip, job.stages
-    run = PassRun(job.pipeline, target, job.dt_s, job.observer, stages.begin)
-    names = Names(network)
+    """Compile the network: each stage turns a value into the next one."""
+    chip, begin = job.chip, job.stages.begin
+    run = PassRun(job.pipeline, chip, job.dt_s, job.observer, begin)
+    names = Names(job.network)
     with collected_warnings() as notices:
-        stages.begin(RULES)
+        begin(RULES)
         rewrite = _rewritten(job, names, run)
-        stages.begin(BUILD)
+        begin(BUILD)
         floats = _built(rewrite, job, run)
-        stages.begin(ROUND)
+        begin(ROUND)
         blocks = discretise(floats)
-    unplaced = extract(blocks, target.name)
+    unplaced = extract(blocks, chip.name)
     image = run.images(unplaced)
-    stages.begin(VERIFY)
-    cores = _verified(image, target, floats, rewrite)
-    report = Report(
-        target,
-        image.digest,
-        tuple(cores),
-        blocks.errors,
-        notices.texts(),
-        placed=_placed(image),
-        passes=tuple(run.record),
-        lower_bound=lower_bound(block_loads(image, target), capacity(target)),
-        neurobench=neurobench(image, cores),
-        hints=(
-            *_hints(job, names, blocks, unplaced),
-            *saturation_hints(network, names, {**blocks.model.params, **rewrite.built}, job.dt_s),
-            *cut_off_hints(network, rewrite, job.settings.remove_passthrough),
-            *relay_hints(run.record),
-        ),
-        on_host=_on_host(network, names),
-        host=host_traffic(image, target),
-    )
+    begin(VERIFY)
+    cores = _verified(image, chip, floats, rewrite)
+    values = StageValues(names, rewrite, blocks, unplaced, image, run.record)
+    report = _report(job, values, cores, notices.texts())
     return Compilation(image, report, lambda: blocks, rewrite.stand_ins, rewrite.built)
-
-
-def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:
-    """Return the blocks of a network, after the passes over blocks."""
-    floats = build(rewrite, job.dt_s, job.settings)
-    if broken := list(split_learning(floats)):
-        about = {one.object: rewrite.unfused(floats.about(one.object)) for one in broken}
-        raise DoesNotFitError(job.chip.name, broken, about)
-    return run.blocks(floats)
-
-
-def _hints(
-    job: Job, names: Names, blocks: IntegerBlocks, unplaced: ChipImage
-) -> tuple[Violation, ...]:
-    """Return the hints on a network and on its image before it is placed."""
-    network, dt_s, rewritten = job.network, job.dt_s, bool(job.pipeline.networks)
-    return (
-        *network_hints(network, names),
-        *loop_hints(network, names),
-        *host_loop_hints(network, names, dt_s),
-        *host_neuron_hints(network, names, dt_s),
-        *learning_rate_hints(network, names),
-        *unlearnt_hints(unplaced),
-        *filter_hints(blocks.floats.passages, dt_s, rewritten),
-        *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
-        *overflow_hints(unplaced),
-    )
-
-
-def _on_host(network: nengo.Network, names: Names) -> tuple[OnHost, ...]:
-    """Return the ensembles that are not meant for the chip."""
-    scope = Scope(network, names)
-    reasons = ((ensemble, scope.off_chip(ensemble)) for ensemble in network.all_ensembles)
-    return tuple(OnHost(names[one], one.n_neurons, why) for one, why in reasons if why)
-
-
-def check_arguments(network: object, chip: object, dt: object, pipeline: object) -> None:
-    """Raise `ArgumentError` if an argument of `compile_network` is not valid."""
-    if not isinstance(network, nengo.Network):
-        raise ArgumentError("network", network, "a nengo.Network")
-    if not isinstance(chip, str | Path):
-        expected = "the name of a chip, or the path of its TOML file"
-        cure = "; give a time step by keyword, dt=..." if isinstance(chip, float) else ""
-        raise ArgumentError("chip", chip, expected + cure)
-    if isinstance(dt, bool) or not isinstance(dt, Real) or not 0 < _as_float(dt) < math.inf:
-        raise ArgumentError("dt", dt, "a time step in seconds, above 0 and finite")
-    if pipeline is not None and not isinstance(pipeline, str | Pipeline):
-        raise ArgumentError("pipeline", pipeline, "a Pipeline, its text, or None for the chip's")
-
-
-def _as_float(number: Real) -> float:
-    """Return a number as a float; infinity if it is an integer beyond all floats."""
-    try:
-        return float(number)
-    except OverflowError:
-        return math.inf
-
-
-def _stages(passes: Pipeline) -> list[str]:
-    """Return the names of the stages of a compile, in order."""
-    networks, blocks, images = (
-        [one.name for one in some] for some in (passes.networks, passes.blocks, passes.images)
-    )
-    return [RULES, *networks, BUILD, *blocks, ROUND, *images, VERIFY]
 
 
 def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
@@ -386,15 +355,24 @@ def _refuse_unbuildable(job: Job, names: Names, run: PassRun) -> None:
         raise DoesNotFitError(chip.name, too_large)
 
 
+def _built(rewrite: Rewrite, job: Job, run: PassRun) -> FloatBlocks:
+    """Return the blocks of a network, after the passes over blocks."""
+    floats = build(rewrite, job.dt_s, job.settings)
+    if broken := list(split_learning(floats)):
+        about = {one.object: rewrite.unfused(floats.about(one.object)) for one in broken}
+        raise DoesNotFitError(job.chip.name, broken, about)
+    return run.blocks(floats)
+
+
 def _verified(
-    image: ChipImage, target: ChipModel, floats: FloatBlocks, rewrite: Rewrite
+    image: ChipImage, chip: ChipModel, floats: FloatBlocks, rewrite: Rewrite
 ) -> list[CoreUse]:
     """Return the use of every core; raise an error if a limit of the chip is exceeded."""
-    cores = core_uses(image, target)
-    exceeded = [*verify(cores, target), *verify_settings(image, target)]
-    exceeded += verify_learning(image, target)
+    cores = core_uses(image, chip)
+    exceeded = [*verify(cores, chip), *verify_settings(image, chip)]
+    exceeded += verify_learning(image, chip)
     if exceeded:
-        raise DoesNotFitError(target.name, exceeded, _owners(image, floats, rewrite))
+        raise DoesNotFitError(chip.name, exceeded, _owners(image, floats, rewrite))
     return cores
 
 
@@ -408,9 +386,58 @@ def _owners(image: ChipImage, floats: FloatBlocks, rewrite: Rewrite) -> dict[str
     return owners
 
 
+def _report(
+    job: Job, values: StageValues, cores: Sequence[CoreUse], warnings: tuple[str, ...]
+) -> Report:
+    """Return the report on a network that fits."""
+    chip, image = job.chip, values.image
+    return Report(
+        chip,
+        image.digest,
+        tuple(cores),
+        values.blocks.errors,
+        warnings,
+        placed=_placed(image),
+        passes=tuple(values.passes),
+        lower_bound=lower_bound(block_loads(image, chip), capacity(chip)),
+        neurobench=neurobench(image, cores),
+        hints=_hints(job, values),
+        on_host=_on_host(job.network, values.names),
+        host=host_traffic(image, chip),
+    )
+
+
 def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:
     """Return the names of the blocks on each core, as nengo-loihi built them."""
     names: list[list[str]] = [[] for _ in range(image.n_cores)]
     for core, block in zip(image.blocks.core, image.manifest.blocks, strict=True):
         names[core].append(block.built)
     return tuple(tuple(dict.fromkeys(mine)) for mine in names)
+
+
+def _hints(job: Job, values: StageValues) -> tuple[Violation, ...]:
+    """Return the hints on a network, on what was built of it, and on the image before placing."""
+    network, dt_s, rewritten = job.network, job.dt_s, bool(job.pipeline.networks)
+    names, blocks, unplaced = values.names, values.blocks, values.unplaced
+    built = {**blocks.model.params, **values.rewrite.built}
+    return (
+        *network_hints(network, names),
+        *loop_hints(network, names),
+        *host_loop_hints(network, names, dt_s),
+        *host_neuron_hints(network, names, dt_s),
+        *learning_rate_hints(network, names),
+        *unlearnt_hints(unplaced),
+        *filter_hints(blocks.floats.passages, dt_s, rewritten),
+        *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
+        *overflow_hints(unplaced),
+        *saturation_hints(network, names, built, dt_s),
+        *cut_off_hints(network, values.rewrite, job.settings.remove_passthrough),
+        *relay_hints(values.passes),
+    )
+
+
+def _on_host(network: nengo.Network, names: Names) -> tuple[OnHost, ...]:
+    """Return the ensembles that are not meant for the chip."""
+    scope = Scope(network, names)
+    reasons = ((ensemble, scope.off_chip(ensemble)) for ensemble in network.all_ensembles)
+    return tuple(OnHost(names[one], one.n_neurons, why) for one, why in reasons if why)
