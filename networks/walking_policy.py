@@ -148,22 +148,33 @@ def _gains(path: Path, arrays: dict[str, np.ndarray]) -> FollowerGains:
 def _check(path: Path, policy: WalkingPolicy, activation: str) -> None:
     if activation != "elu":
         raise _refusal(path, "activation elu", f"activation {activation}")
-    size = policy.weights[0].shape[-1]
+    _check_joints(path, policy, n_actions=_checked_layers(path, policy))
+    if not 0 < policy.action_scale_rad < np.inf:
+        raise _refusal(path, "a finite action_scale_rad above 0", f"{policy.action_scale_rad:g}")
+
+
+def _checked_layers(path: Path, policy: WalkingPolicy) -> int:
+    """Return the number of actions of a policy whose layers fit each other."""
+    size: int = policy.weights[0].shape[-1]
     for i, (W, b) in enumerate(zip(policy.weights, policy.biases, strict=True)):
         if W.shape != (len(b), size):
             raise _refusal(path, f"weights_{i} of shape ({len(b)}, {size})", f"{W.shape}")
         if not (np.isfinite(W).all() and np.isfinite(b).all()):
             raise _refusal(path, "finite numbers", f"NaN or infinity in layer {i}")
         size = len(b)
-    if size != len(policy.joints) or policy.pose_rad.shape != (size,):
-        found = f"{size} actions, {len(policy.joints)} joints"
+    return size
+
+
+def _check_joints(path: Path, policy: WalkingPolicy, n_actions: int) -> None:
+    """Check that each action has a joint of its own, and an angle of the pose."""
+    joints, pose_rad = policy.joints, policy.pose_rad
+    if n_actions != len(joints) or pose_rad.shape != (n_actions,):
+        found = f"{n_actions} actions, {len(joints)} joints"
         raise _refusal(path, "one action and one angle of the pose per joint", found)
-    if len(set(policy.joints)) < size:
-        raise _refusal(path, "distinct joints", f"{size - len(set(policy.joints))} repeated")
-    if not np.isfinite(policy.pose_rad).all():
+    if len(set(joints)) < n_actions:
+        raise _refusal(path, "distinct joints", f"{n_actions - len(set(joints))} repeated")
+    if not np.isfinite(pose_rad).all():
         raise _refusal(path, "finite angles in pose_rad", "NaN or infinity")
-    if not 0 < policy.action_scale_rad < np.inf:
-        raise _refusal(path, "a finite action_scale_rad above 0", f"{policy.action_scale_rad:g}")
 
 
 def _refusal(path: Path, expected: str, found: str) -> UsageError:
