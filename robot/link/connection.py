@@ -59,18 +59,26 @@ class RobotOptions:
         for text in self.faults:
             FAULTS.parse(text)
         check_estimator(self.estimates)
-        if self.states and (self.robot in (INLINE, STUB) or not self.real_time):
+        if self.states and (self.is_made_for_the_run or not self.real_time):
             raise UsageError(
                 "--robot-states is for --robot dds:... in real time; elsewhere a run starts at once"
             )
         if self.priority is not None and not self.real_time:
             raise UsageError("--robot-priority is for real time; lock-step has no deadlines")
-        if self.robot in (INLINE, STUB):
-            if self.faults and self.real_time:
-                raise UsageError("--robot-fault is for lock-step: real time has faults of its own")
-            if self.real_time and self.robot == INLINE:
-                raise UsageError("an inline robot has no clock; for real time, give --robot stub")
-            return
+        if self.is_made_for_the_run:
+            self._check_made()
+        else:
+            self._check_place()
+
+    def _check_made(self) -> None:
+        """Check a robot that is made for the run."""
+        if self.faults and self.real_time:
+            raise UsageError("--robot-fault is for lock-step: real time has faults of its own")
+        if self.real_time and self.robot == INLINE:
+            raise UsageError("an inline robot has no clock; for real time, give --robot stub")
+
+    def _check_place(self) -> None:
+        """Check a robot that is there already, and may be a real one."""
         self.place.check(self.may_move_a_robot)
         if not self.real_time and self.place.domain == REAL:
             raise UsageError(
@@ -91,11 +99,16 @@ class RobotOptions:
             )
 
     @property
+    def is_made_for_the_run(self) -> bool:
+        """True if the robot is simulated in this process, or in one of its own."""
+        return self.robot in (INLINE, STUB)
+
+    @property
     def estimates(self) -> str:
         """The estimator's name."""
         if self.estimator is not None:
             return self.estimator
-        return TRUTH if self.robot in (INLINE, STUB) else EKF
+        return TRUTH if self.is_made_for_the_run else EKF
 
     @property
     def by_hand(self) -> bool:
