@@ -17,6 +17,7 @@ from spikeport.errors import BoardLostError, DivergedError, RobotLostError
 from spikeport.experiments import run_folder, watching
 from spikeport.experiments.costs import Amounts, by_unit
 from spikeport.experiments.digests import check_unchanged, digests_of_present
+from spikeport.experiments.link_lines import link_line, robot_line
 from spikeport.experiments.options import Options, Outcome, keeps_to_a_clock
 from spikeport.experiments.pictures import (
     Scenes,
@@ -75,30 +76,36 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     with ready.sim as sim, contextlib.closing(rig.plant):
         # Later changes do not matter: the run has read all of its files.
         check_unchanged(files)
-        try:
-            done = perform(trial, ready, folder)
-        except (DivergedError, SimulationError) as error:  # Nengo's: NaN or infinity from a node
-            # Close the plant first: this damps a robot, and writing the states takes long.
-            rig.plant.close()
-            path = run_folder.write_last_states(folder, rig.plant.history())
-            raise DivergedError(f"{error}; the last states are in {path}") from error
-        except BoardLostError as error:
-            # The robot itself is still there: damp it before its states are written.
-            damp(rig.plant)
-            path = run_folder.write_last_states(folder, rig.plant.history())
-            raise BoardLostError(
-                f"{error}; the robot went into damping, its last states are in {path}"
-            ) from None
-        except RobotLostError as error:
-            rig.plant.close()
-            if not len(rig.plant.history()["time_s"]):  # no robot was ever there
-                raise
-            path = run_folder.write_last_states(folder, rig.plant.history())
-            raise RobotLostError(f"{error}; its last states are in {path}") from None
+        done = _performed(trial, ready, folder)
     found = outcome(trial, ready, done, files)
     options.progress("writing", None)
     _write(trial, rig, done, found.result, sim, folder)
     return found
+
+
+def _performed(trial: Trial[K, R], ready: Ready[K], folder: Path) -> R:
+    """Perform a run; if it breaks off, leave the robot damped and write its last states."""
+    plant = ready.closed.rig.plant
+    try:
+        return perform(trial, ready, folder)
+    except (DivergedError, SimulationError) as error:  # Nengo's: NaN or infinity from a node
+        # Close the plant first: this damps a robot, and writing the states takes long.
+        plant.close()
+        path = run_folder.write_last_states(folder, plant.history())
+        raise DivergedError(f"{error}; the last states are in {path}") from error
+    except BoardLostError as error:
+        # The robot itself is still there: damp it before its states are written.
+        damp(plant)
+        path = run_folder.write_last_states(folder, plant.history())
+        raise BoardLostError(
+            f"{error}; the robot went into damping, its last states are in {path}"
+        ) from None
+    except RobotLostError as error:
+        plant.close()
+        if not len(plant.history()["time_s"]):  # no robot was ever there
+            raise
+        path = run_folder.write_last_states(folder, plant.history())
+        raise RobotLostError(f"{error}; its last states are in {path}") from None
 
 
 def damp(plant: Plant) -> None:
@@ -232,46 +239,6 @@ def _by_unit(sim: Simulator, amounts: Amounts) -> dict[str, Any] | None:
 def on_chip(sim: Simulator) -> dict[str, Any]:
     """Return digest, resources, energy, timing and host I/O; None for each without a chip."""
     return in_result(None if sim.compilation is None else sim.report())
-
-
-def link_line(link: Mapping[str, Any]) -> str:
-    """Return a line about a run's link to a board: round trips, held steps and late steps."""
-    # A record that is played back has no round trips.
-    if "round_trip_us" not in link:
-        return f"replayed: {link['replays']}"
-    trips = {
-        name: "-" if us is None else f"{us:,.0f}" for name, us in link["round_trip_us"].items()
-    }
-    clock = "real time" if link["real_time"] else "simulated time"
-    return (
-        f"board ({link['runs']}, {clock}): round trip {trips['median']} us, p99 {trips['p99']}, "
-        f"worst {trips['worst']}; {link['held']:,} of {link['steps']:,} steps held, "
-        f"{link['overruns']:,} began late"
-    )
-
-
-def robot_line(robot: Mapping[str, Any]) -> str:
-    """Return a line about the robot behind its interface."""
-    itself = robot["robot"] if isinstance(robot.get("robot"), dict) else {}
-    trips, late = robot.get("round_trip_us", {}), f"{robot['overruns']:,} steps began late"
-    parts = [
-        f"{robot['states']:,} states, {robot['held']:,} held, {late}",
-        f"round trip {trips['median']:,.0f} us" if trips.get("median") else "",
-        f"motion {itself['motion']}" if itself else "",
-        _estimator_line(robot["estimator"]),
-    ]
-    return "robot: " + "; ".join(part for part in parts if part)
-
-
-def _estimator_line(estimator: Mapping[str, Any]) -> str:
-    """Return the name of the robot's estimator of motion, and its error if that is known."""
-    name, error = f"estimator {estimator['name']}", estimator["velocity_error_m_s"]
-    if error is not None:
-        velocity, place_m = ", ".join(f"{e:.3f}" for e in error), estimator["place_error_m"]
-        return f"{name}, off by {velocity} m/s and {place_m:.2f} m"
-    # Without a truth to compare with, only the estimator's own deviation is known.
-    deviation_m = estimator["place_deviation_m"]
-    return f"{name}, own estimate of its error {deviation_m:.2f} m" if deviation_m else name
 
 
 def _write(

@@ -9,7 +9,6 @@ import xarray as xr
 from spikeport.backends.board.link import LinkOptions
 from spikeport.errors import BoardLostError
 from spikeport.experiments import registry
-from spikeport.experiments.driver import link_line
 from spikeport.experiments.options import Options
 
 
@@ -45,20 +44,3 @@ def test_a_lost_board_leaves_the_robot_in_damping(tmp_path: Path) -> None:
     lost = np.searchsorted(time_s, 0.3)
     assert len(time_s) - lost >= 150
     assert arm_rad_s[-1] < 0.5 * arm_rad_s[:lost].max()
-
-
-def test_a_line_sums_up_the_figures_of_the_boards_link() -> None:
-    trips = {"median": 182.7, "p99": 5089.5, "worst": None}
-    link = {
-        "runs": "native",
-        "real_time": True,
-        "steps": 1000,
-        "held": 3,
-        "overruns": 12,
-        "round_trip_us": trips,
-    }
-    assert link_line(link) == (
-        "board (native, real time): round trip 183 us, p99 5,090, worst -; "
-        "3 of 1,000 steps held, 12 began late"
-    )
-    assert link_line({"replays": "x.rec", "runs": "native"}) == "replayed: x.rec"

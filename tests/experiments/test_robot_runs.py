@@ -16,7 +16,7 @@ from nengo.exceptions import SimulationError
 from spikeport.backends.board.link import LinkOptions
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError, UsageError
 from spikeport.experiments import driver, registry
-from spikeport.experiments.driver import Ready, robot_line
+from spikeport.experiments.driver import Ready
 from spikeport.experiments.options import Options
 from spikeport.experiments.walk import port
 from spikeport.experiments.walk.recording import WalkRun
@@ -239,25 +239,6 @@ def test_a_run_goes_on_if_no_new_state_comes_in_its_first_step(
 
     monkeypatch.setattr(InlineRobot, "exchange", held_first)
     assert run("walk", "analytic", "inline", 0.1, str(tmp_path))["steps"] == 19
-
-
-def test_a_line_sums_up_the_figures_of_the_robots_link() -> None:
-    truth = {"name": "truth", "velocity_error_m_s": None, "place_deviation_m": 0.0}
-    figures = {"states": 4000, "held": 3, "damaged": 0, "overruns": 12, "estimator": truth}
-    assert robot_line(figures) == (
-        "robot: 4,000 states, 3 held, 12 steps began late; estimator truth"
-    )
-    itself, trips = {"motion": "19d239d19b9d"}, {"median": 501.7, "p99": None, "worst": 1.0}
-    ekf = {"name": "ekf", "velocity_error_m_s": [0.01, 0.02, 0.03], "place_error_m": 0.126}
-    known = {"robot": itself, "round_trip_us": trips, "estimator": ekf}
-    assert robot_line({**figures, **known}) == (
-        "robot: 4,000 states, 3 held, 12 steps began late; round trip 502 us; motion 19d239d19b9d; "
-        "estimator ekf, off by 0.010, 0.020, 0.030 m/s and 0.13 m"
-    )
-    alone = {"name": "ekf", "velocity_error_m_s": None, "place_deviation_m": 0.234}
-    assert robot_line({**figures, "estimator": alone}).endswith(
-        "estimator ekf, own estimate of its error 0.23 m"
-    )
 
 
 def test_an_anchor_is_refused_for_a_robot_behind_a_link() -> None:

@@ -19,6 +19,7 @@ from spikeport.compile.report.drawing import estimate
 from spikeport.constants import DT_S, LONGEST_RUN
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder
+from spikeport.experiments.link_lines import link_line, robot_line
 from spikeport.experiments.options import (
     WITHOUT_NEURONS,
     Experiment,
@@ -140,8 +141,6 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
 
 def _link_lines(result: Mapping[str, Any]) -> list[str]:
     """Return a line on each of a run's links."""
-    from spikeport.experiments.driver import link_line, robot_line  # needs the robot
-
     lines = [link_line(result["link"])] if result["link"] is not None else []
     return lines + ([robot_line(result["robot"])] if result["robot"] is not None else [])
 
