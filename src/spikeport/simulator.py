@@ -1,15 +1,13 @@
 """`Simulator`: a Nengo network on a chip, with the conventions of Nengo's own simulators."""
 
-import contextlib
 import functools
-import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from numbers import Integral, Real
 from pathlib import Path
-from types import FrameType, NoneType
+from types import NoneType
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import nengo
@@ -36,6 +34,7 @@ from spikeport.compile.pipeline import Compilation, check_arguments
 from spikeport.constants import DT_S, LARGEST_SEED, LONGEST_RUN
 from spikeport.errors import BackendError, BoardLostError, UsageError
 from spikeport.hardware_models.activity import Activity
+from spikeport.interrupts import interrupts_deferred
 from spikeport.progress import Progress, silent
 
 if TYPE_CHECKING:
@@ -351,35 +350,6 @@ class Simulator:
             return [*lost_values(self.activity)]
         except BoardLostError:  # it has left no counts, or is a forked process' parent's
             return []
-
-
-@contextlib.contextmanager
-def interrupts_deferred() -> Iterator[Callable[[], None]]:
-    """Defer the first Ctrl-C: the yielded callable raises it, between steps.
-
-    Only Python's own handler in the main thread is replaced: other handlers have another purpose.
-    """
-    ours = threading.current_thread() is threading.main_thread()
-    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield lambda: None
-        return
-    held: list[int] = []
-
-    def hold(number: int, frame: FrameType | None) -> None:
-        if held:
-            signal.default_int_handler(number, frame)
-        held.append(number)
-
-    def check() -> None:
-        if held:
-            raise KeyboardInterrupt
-
-    signal.signal(signal.SIGINT, hold)
-    try:
-        yield check
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-    check()  # one that came after the last check
 
 
 def _is_time(value: float) -> bool:

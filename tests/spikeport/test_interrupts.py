@@ -1,7 +1,20 @@
 import multiprocessing
+import os
 import signal
 
-from spikeport.interrupts import uninterruptible
+import pytest
+
+from spikeport.interrupts import interrupts_deferred, uninterruptible
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_an_interrupt_after_the_last_step_is_not_lost():
+    def run():
+        with interrupts_deferred():
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        run()
 
 
 def blocked():

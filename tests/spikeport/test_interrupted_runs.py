@@ -10,7 +10,6 @@ import pytest
 
 import spikeport
 from spikeport.errors import BackendError
-from spikeport.simulator import interrupts_deferred
 
 LAST_STEP = 38
 
@@ -64,15 +63,6 @@ def test_a_run_goes_on_after_an_interrupt_as_if_there_had_been_none(backend: str
         whole.run_steps(100)
     for probe, other in zip(probes, quiet_probes, strict=True):
         np.testing.assert_array_equal(sim.data[probe], whole.data[other])
-
-
-def test_an_interrupt_after_the_last_step_is_not_lost() -> None:
-    def run() -> None:
-        with interrupts_deferred():
-            os.kill(os.getpid(), signal.SIGINT)
-
-    with pytest.raises(KeyboardInterrupt):
-        run()
 
 
 def test_the_handler_of_sigint_is_restored_after_a_run() -> None:
