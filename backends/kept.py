@@ -21,7 +21,7 @@ from spikeport.backends.kept_host import (
     UsersObjects,
 )
 from spikeport.backends.kept_values import NotKeptError, Reader
-from spikeport.cache import Arrays, Cache, Nothing, digest_of
+from spikeport.cache import Arrays, Cache, Nothing
 from spikeport.compile.ground.identity import identity
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Header, read_header
@@ -29,6 +29,7 @@ from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.report import Report
+from spikeport.digest import digest_of
 from spikeport.errors import ImageError
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.reading.mismatch import MismatchError

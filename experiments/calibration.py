@@ -132,7 +132,7 @@ def _made_for(path: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, object]
     return made_for
 
 
-def digest_of(sim: Simulator) -> str:
+def image_digest_of(sim: Simulator) -> str:
     """Return the digest of the image that runs; empty where no chip is involved."""
     return "" if sim.image is None else sim.image.digest
 

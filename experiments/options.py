@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
-from spikeport.cache import NOTHING, Cache, digest_of
+from spikeport.cache import NOTHING, Cache
 from spikeport.compile.report.report import Report
+from spikeport.digest import digest_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models import chip as chips

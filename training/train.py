@@ -15,7 +15,8 @@ import numpy as np
 import torch
 
 from spikeport.atomic import write_text
-from spikeport.cache import digest_of, own_version
+from spikeport.cache import own_version
+from spikeport.digest import digest_of
 from spikeport.errors import UsageError
 from spikeport.progress import Progress
 from spikeport.training import checkpoint

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import nengo
 import numpy as np
 
-from spikeport.experiments.calibration import Refitted, digest_of, play_in
+from spikeport.experiments.calibration import Refitted, image_digest_of, play_in
 from spikeport.experiments.options import Options
 from spikeport.networks.arm import REGULARISATION, ArmNetwork, term_torques
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -65,7 +65,7 @@ def refit_arm(built: ArmNetwork, held: HeldStates, options: Options, dt_s: float
         network, chip=options.chip, backend=options.backend, dt=dt_s, pipeline=options.pipeline
     ) as sim:
         rates = _rates(sim, list(itertools.chain(*probes.values())), len(held.state), options)
-        digest = digest_of(sim)
+        digest = image_digest_of(sim)
     solver = nengo.solvers.LstsqL2(reg=REGULARISATION)
     decoders = {
         label: solver(np.hstack([rates[probe] for probe in group]), held.torques[label])[0]

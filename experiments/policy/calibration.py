@@ -34,7 +34,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from spikeport.constants import DT_S
-from spikeport.experiments.calibration import Refitted, digest_of
+from spikeport.experiments.calibration import Refitted, image_digest_of
 from spikeport.experiments.options import Options
 from spikeport.networks.policy import (
     Calibrated,
@@ -146,7 +146,7 @@ class SpikingHalves:
         self._sim = Simulator(
             network, chip=run.chip, backend=backend, dt=DT_S, pipeline=run.pipeline
         )
-        self.image_digest = digest_of(self._sim)
+        self.image_digest = image_digest_of(self._sim)
 
     def close(self) -> None:
         """End the simulation, and let go of it.

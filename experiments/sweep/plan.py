@@ -6,7 +6,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, NamedTuple
 from urllib.parse import quote
 
-from spikeport.cache import COMPUTING, digest_of, own_version
+from spikeport.cache import COMPUTING, own_version
+from spikeport.digest import digest_of
 from spikeport.experiments import registry
 from spikeport.experiments.options import Options
 from spikeport.experiments.run_folder import version_of

@@ -11,6 +11,7 @@ from typing import Self
 
 from spikeport import cache
 from spikeport.cache import Arrays, Cache
+from spikeport.digest import digest_of
 
 LOCK = ".lock"
 
@@ -25,7 +26,7 @@ class Store(Cache):
 
     def kept(self, kind: str, inputs: object, make: Callable[[], Arrays]) -> Arrays:
         """Return the arrays kept under ``inputs``, else make and keep them; see `Cache.kept`."""
-        with self._alone(f".{kind}-{cache.digest_of((kind, inputs))[:32]}{LOCK}"):
+        with self._alone(f".{kind}-{digest_of((kind, inputs))[:32]}{LOCK}"):
             return super().kept(kind, inputs, make)
 
     @contextlib.contextmanager

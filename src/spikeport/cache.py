@@ -6,7 +6,6 @@ since all of them decide the bits. So an entry is never out of date: a change ma
 """
 
 import contextlib
-import hashlib
 import math
 import os
 import platform
@@ -16,18 +15,17 @@ import sys
 import time
 import warnings
 import zipfile
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import metadata
-from pathlib import Path, PurePath
+from pathlib import Path
 from typing import IO, Any, NamedTuple, TypeAlias
 
 import numpy as np
-from pydantic import BaseModel
 from threadpoolctl import threadpool_info  # type: ignore[import-untyped]
 
 from spikeport.atomic import PART, atomic_path
+from spikeport.digest import digest_of
 from spikeport.errors import UsageError
 from spikeport.reading import npz
 from spikeport.reading.archive import FILE_BYTES
@@ -91,7 +89,8 @@ class Cache:
         kind : str
             The kind of result, in letters and hyphens: the file's name begins with it.
         inputs : object
-            Everything that decides the result except its `surroundings`; see `digest_of`.
+            Everything that decides the result except its `surroundings`; see
+            `spikeport.digest.digest_of`.
         make : callable
             Makes the arrays: numbers and texts.
 
@@ -284,53 +283,3 @@ def _version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return ""
-
-
-def digest_of(value: object) -> str:
-    """Return the SHA-256 of a value in an encoding that is the same in every process.
-
-    It takes None, truth values, numbers, texts, bytes, paths and arrays, and sequences, mappings
-    with texts as keys, dataclasses and models of pydantic that are made of them. Every part goes in
-    with its type and size, so that no two values share an encoding.
-
-    Raises
-    ------
-    TypeError
-        If a part is of another type, as a function: its identity ends with the process.
-    """
-    found = hashlib.sha256()
-    for part in _parts(value):
-        # With their lengths: "ab", "c" and "a", "bc" are different values.
-        found.update(len(part).to_bytes(8, "little"))
-        found.update(part)
-    return found.hexdigest()
-
-
-def _parts(value: object) -> Iterator[bytes]:
-    """Yield the parts of a value's encoding."""
-    yield type(value).__qualname__.encode()
-    match value:
-        case None | bool() | int() | float() | str() | PurePath():
-            yield repr(value).encode()
-        case bytes():
-            yield value
-        case np.ndarray() | np.generic():
-            array = np.asarray(value)
-            if array.dtype.hasobject:
-                raise TypeError("an array of Python objects has no identity that lasts")
-            yield f"{array.dtype.str} {array.shape}".encode()
-            yield array.tobytes()
-        case Mapping():
-            if not all(isinstance(name, str) for name in value):
-                raise TypeError("a mapping with other keys than texts has no identity that lasts")
-            yield from _parts([[name, value[name]] for name in sorted(value)])
-        case list() | tuple():
-            yield str(len(value)).encode()
-            for part in value:
-                yield from _parts(part)
-        case BaseModel():
-            yield from _parts(dict(value))
-        case _ if is_dataclass(value) and not isinstance(value, type):
-            yield from _parts({one.name: getattr(value, one.name) for one in fields(value)})
-        case _:
-            raise TypeError(f"{type(value).__qualname__} has no identity that lasts: {value!r}")

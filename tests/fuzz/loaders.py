@@ -38,6 +38,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.loihi.build_settings import AS_USUAL
 from spikeport.compile.loihi.events import event_steps
 from spikeport.compile.passes.parse import parse
+from spikeport.digest import digest_of
 from spikeport.errors import BackendError, UsageError
 from spikeport.experiments import calibration
 from spikeport.experiments.calibration import DecoderCalibration
@@ -463,7 +464,7 @@ def _entry(folder: Path) -> None:
 
 
 def _kept(path: Path) -> dict[str, np.ndarray]:
-    key = cache.digest_of(("policy", "inputs", cache.surroundings()))
+    key = digest_of(("policy", "inputs", cache.surroundings()))
     try:
         return cache.read(path, key)
     except MismatchError as error:

@@ -18,6 +18,7 @@ EVERYONE = {
         "compiled",
         "constants",
         "counted",
+        "digest",
         "fault_plan",
     ),
     *("files", "freed_memory", "fresh_copy", "function_identity", "interrupts"),

@@ -23,7 +23,7 @@ from nengo.networks.product import dot_product_transform
 from scipy.optimize import dual_annealing
 from scipy.sparse import load_npz
 
-from spikeport.cache import digest_of
+from spikeport.digest import digest_of
 from spikeport.function_identity import FunctionIdentity
 from spikeport.networks import walking_policy
 from spikeport.networks.policy_values import exact

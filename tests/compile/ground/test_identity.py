@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import spikeport
-from spikeport.cache import digest_of
 from spikeport.compile.ground.identity import identity
+from spikeport.digest import digest_of
 
 
 def digest(network):
