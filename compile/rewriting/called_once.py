@@ -13,7 +13,7 @@ from spikeport.compile.ground.clusters import replaced
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.loihi.solver import FLOAT, ParameterSolver
-from spikeport.compile.rewriting.assembly import FlatNetwork, is_called
+from spikeport.compile.rewriting.flat_network import FlatNetwork, is_called
 
 
 def called_once(rewrite: Rewrite, dt_s: float) -> Rewrite:

@@ -7,7 +7,7 @@ would count it again.
 import nengo
 
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.rewriting.assembly import FlatNetwork
+from spikeport.compile.rewriting.flat_network import FlatNetwork
 
 
 def each_once(rewrite: Rewrite) -> Rewrite:

@@ -12,8 +12,9 @@ from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Built, Piece, Rewrite
 from spikeport.compile.ground.scope import neurons_read
 from spikeport.compile.loihi.solver import Builder, ParameterSolver
-from spikeport.compile.rewriting.assembly import Assembly, construction_order
+from spikeport.compile.rewriting.assembly import Assembly
 from spikeport.compile.rewriting.edges import EdgeMatrices
+from spikeport.compile.rewriting.flat_network import construction_order
 from spikeport.compile.rewriting.partition import Partition, Position
 
 

@@ -15,7 +15,7 @@ from spikeport.compile.ground.matrices import full, placed
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope, in_full, target_rows
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
-from spikeport.compile.rewriting.assembly import FlatNetwork, start, sums_up
+from spikeport.compile.rewriting.flat_network import FlatNetwork, start, sums_up
 
 
 def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:

@@ -16,8 +16,8 @@ from nengo.solvers import NoSolver, Solver, SolverParam
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.assembly import DECODING, FlatNetwork
 from spikeport.compile.rewriting.colouring import alike, regroupable
+from spikeport.compile.rewriting.flat_network import DECODING, FlatNetwork
 from spikeport.compile.rewriting.passthrough import foldable
 
 

@@ -9,7 +9,7 @@ from nengo.solvers import NoSolver
 
 import spikeport
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.assembly import Assembly, FlatNetwork, construction_order
+from spikeport.compile.rewriting.assembly import Assembly
 from spikeport.compile.rewriting.partition import Part, Partition
 from tests.helpers.small_networks import (
     DT_S,
@@ -37,21 +37,6 @@ def assembled(network: nengo.Network, partition: Partition) -> Assembly:
     return assembly
 
 
-def test_a_flat_network_has_the_label_and_seed_of_the_old() -> None:
-    with nengo.Network(label="old", seed=7) as network, nengo.Network() as inner:
-        a = nengo.Ensemble(3, 1)
-    spikeport.add_params(network)
-    spikeport.add_params(inner)
-    network.config[a].on_chip = False
-    seeds = rewrite_of(network).all_seeds()
-    flat = FlatNetwork(network, seeds)
-    flat.keep(a)
-    assert (flat.network.label, flat.network.seed) == ("old", 7)
-    assert flat.network.ensembles == [a]
-    assert flat.network.config[a].on_chip is False
-    assert flat.seeds == {flat.network: 7, a: seeds[a]}
-
-
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 def test_a_compile_within_the_context_of_a_network_leaves_it_unchanged(pipeline: str) -> None:
     with nengo.Network(seed=7) as network:
@@ -66,15 +51,6 @@ def test_a_compile_within_the_context_of_a_network_leaves_it_unchanged(pipeline:
             sim.run_steps(2)
         assert network.networks == []
         assert len(network.all_objects) == 4
-
-
-def test_a_new_object_can_have_the_seed_of_an_old_one() -> None:
-    with nengo.Network(seed=7) as network:
-        a, b = nengo.Ensemble(3, 1), nengo.Ensemble(3, 1)
-    seeds = rewrite_of(network).all_seeds()
-    flat = FlatNetwork(network, seeds)
-    flat.inherit(b, a)
-    assert flat.seeds[b] == seeds[a] != seeds[b]
 
 
 def test_a_group_is_its_parts_laid_end_to_end() -> None:
@@ -290,16 +266,6 @@ def learning_inside() -> nengo.Network:
         nengo.Connection(out, error)
         nengo.Probe(out, synapse=0.02)
     return network
-
-
-def test_a_learned_connection_is_built_before_the_connection_of_its_error() -> None:
-    with nengo.Network() as network:
-        a, b = nengo.Ensemble(5, 1, label="a"), nengo.Ensemble(5, 1, label="b")
-        with nengo.Network():
-            learned = nengo.Connection(a, b, learning_rule_type=nengo.PES())
-        error = nengo.Connection(b, learned.learning_rule)
-        other = nengo.Connection(a, b)
-    assert construction_order(network) == [other, learned, error]
 
 
 @pytest.mark.parametrize("pipeline", ["fuse", "decode_path", "compact"])
