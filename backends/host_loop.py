@@ -19,8 +19,9 @@ from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.generators import own_generators
 from spikeport.backends.host_program import HostProgram
 from spikeport.backends.kept import fresh, program_of
+from spikeport.backends.pooled_signals import PooledSignals
 from spikeport.backends.sampling import recorded
-from spikeport.backends.tape import Flattener, PooledSignals
+from spikeport.backends.tape import Flattener
 from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import offsets, part

@@ -25,10 +25,11 @@ from nengo.builder.operator import (
 )
 from nengo.builder.probe import SimProbe
 from nengo.builder.processes import SimProcess
-from nengo.builder.signal import Signal, SignalDict
+from nengo.builder.signal import Signal
 from nengo.synapses import LinearFilter
 
 from spikeport.backends import tape_kernel as kernel
+from spikeport.backends.pooled_signals import PooledSignals
 from spikeport.backends.python_steps import function_step, product_step, waiting_step
 from spikeport.compiled import make_ready
 from spikeport.node_functions import Affine, Held, Skippable
@@ -62,60 +63,6 @@ class Operation(NamedTuple):
     """Its constants, and the values that it keeps between steps."""
     stop: Stop | None = None
     """None if it never stops."""
-
-
-class PooledSignals(SignalDict):
-    """Nengo's signal dictionary, with all floats but constant matrices in one array, ``memory``."""
-
-    def __init__(self, model: nengo.builder.Model, extra: int = 0) -> None:
-        super().__init__()
-        bases = {s.base for op in model.operators for s in op.all_signals}
-        size = sum(s.size for s in bases if _pooled(s))
-        self.memory = np.zeros(size + extra)
-        self._end = 0
-        # This calls `init` below, which takes memory from the pool.
-        for operator in model.operators:
-            operator.init_signals(self)
-
-    def init(self, signal: Signal) -> None:
-        """Set up a signal, in the pool if it can be."""
-        if signal.is_view or not _pooled(signal):
-            super().init(signal)
-            return
-        data = self.allocate(signal.size).reshape(signal.shape)
-        data[...] = signal.initial_value
-        data.setflags(write=not signal.readonly)
-        # Nengo's own item assignment copies into an array that exists, and refuses a new key.
-        dict.__setitem__(self, signal, data)
-
-    def allocate(self, size: int) -> np.ndarray:
-        """Return the next free part of the pool."""
-        begin, self._end = self._end, self._end + size
-        return self.memory[begin : self._end]
-
-    def place(self, array: np.ndarray) -> tuple[int, int] | None:
-        """Return the offset and stride of a one-dimensional array in the pool; else None."""
-        if array.dtype != np.float64 or not np.may_share_memory(array, self.memory):
-            return None
-        flat = array.reshape(-1) if array.flags.c_contiguous else array
-        # A tape has one stride for an array: two dimensions would need two.
-        if flat.ndim != 1:
-            return None
-        address = flat.__array_interface__["data"][0]
-        # From bytes to numbers of 8 bytes: the pool holds only float64.
-        offset = (address - self.memory.__array_interface__["data"][0]) // 8
-        return offset, flat.strides[0] // 8
-
-
-def _constant_matrix(op: DotInc) -> bool:
-    """Return whether an operator adds a constant matrix times a vector to a vector."""
-    return bool(op.A.readonly) and (op.A.ndim, op.X.ndim, op.Y.ndim) == (2, 1, 1)
-
-
-def _pooled(signal: Signal) -> bool:
-    # A tape takes the entries of a constant matrix into its table, and never reads the matrix.
-    matrix = signal.readonly and signal.ndim > 1
-    return not (signal.is_view or signal.sparse or matrix) and signal.dtype == np.float64
 
 
 class Tape:
@@ -338,6 +285,11 @@ class Flattener:
         what = kernel.LOWPASS_ADD if adds else kernel.LOWPASS
         found = self._operation(what, op.output, op.input, step.a, step.b)
         return self._with_state(found, step.X)
+
+
+def _constant_matrix(op: DotInc) -> bool:
+    """Return whether an operator adds a constant matrix times a vector to a vector."""
+    return bool(op.A.readonly) and (op.A.ndim, op.X.ndim, op.Y.ndim) == (2, 1, 1)
 
 
 def process_step(closure: Callable[[], None]) -> LinearFilter.Step:

@@ -10,8 +10,9 @@ from nengo.builder.neurons import SimNeurons
 from nengo.exceptions import SimulationError
 
 from spikeport.backends import tape_kernel as kernel
+from spikeport.backends.pooled_signals import PooledSignals
 from spikeport.backends.python_steps import product_step
-from spikeport.backends.tape import Code, Flattener, Operation, PooledSignals, Tape
+from spikeport.backends.tape import Code, Flattener, Operation, Tape
 from spikeport.node_functions import Affine, Held, Skippable
 
 Step = Callable[[], None]
@@ -139,27 +140,3 @@ def test_the_tape_stops_only_for_user_functions_and_a_few_operators() -> None:
     kinds = [None if one is None else one.code.what for one in found]
     assert kinds.count(kernel.CALL) == 1  # the user's function
     assert kinds.count(None) <= 2 < len(kinds) // 4  # the gains of a part
-
-
-def test_signals_of_the_pool_lie_in_one_array() -> None:
-    theirs, ours, _ = simulators(chain())
-    with theirs, ours:
-        signals = ours.signals
-        array = signals.memory[4:10]
-        assert signals.place(array) == (4, 1)
-        assert signals.place(array[::2]) == (4, 2)
-        assert signals.place(array[::-1]) == (9, -1)
-        assert signals.place(array.reshape(2, 3)) == (4, 1)
-        assert signals.place(array.reshape(2, 3)[:, :2]) is None
-        assert signals.place(np.zeros(3)) is None
-        assert signals.place(np.zeros(3, dtype=np.float32)) is None
-
-
-def test_memory_of_the_pool_is_allocated_once() -> None:
-    with nengo.Simulator(chain(), progress_bar=False) as simulator:
-        signals = PooledSignals(simulator.model, extra=5)
-        extra = signals.allocate(5)
-        extra[:] = 7
-        assert signals.allocate(3).size == 0  # the pool ends there
-        others = [array for array in signals.values() if array.dtype == np.float64]
-        assert not any(np.may_share_memory(extra, array) for array in others)
