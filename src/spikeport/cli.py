@@ -16,28 +16,26 @@ import typer.core
 
 from spikeport import __version__
 from spikeport.cli_servers import board_app, robot_app
+from spikeport.commands.option_groups import with_options
 from spikeport.commands.options import (
     PASSES_HELP,
     ChipOption,
     CountsOption,
     ImageFile,
-    Link,
     NoCache,
     OffloadOption,
     Overwrite,
     PassesOption,
-    RobotLink,
     RunFolder,
     RunOptions,
     SecondsOption,
     SeedOption,
     SettingsOption,
     Target,
-    Tls,
     Workers,
-    with_options,
     written,
 )
+from spikeport.commands.options_of_links import Link, RobotLink, Tls
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import SpikeportError, printable
 

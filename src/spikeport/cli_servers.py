@@ -5,15 +5,14 @@ from typing import Annotated
 
 import typer
 
-from spikeport.commands.options import (
+from spikeport.commands.option_groups import with_options
+from spikeport.commands.options import ImageFile, SeedOption
+from spikeport.commands.options_of_links import (
     BoardService,
     DomainOption,
-    ImageFile,
     InterfaceOption,
     RobotService,
-    SeedOption,
     Tls,
-    with_options,
 )
 
 board_app = typer.Typer(

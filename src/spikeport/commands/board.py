@@ -17,7 +17,7 @@ from spikeport.backends.board.server import Service
 from spikeport.backends.board.server import serve as serve_board
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.links import certificates
-from spikeport.commands.options import BoardService, Tls
+from spikeport.commands.options_of_links import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.counted import counted
 from spikeport.errors import ImageError, UsageError, unknown

@@ -11,7 +11,8 @@ from spikeport.backends.board.address import Certificates
 from spikeport.backends.board.link import LinkOptions, record_of
 from spikeport.backends.board.opening import check
 from spikeport.backends.board.record import Record
-from spikeport.commands.options import Link, RobotLink, Tls, given
+from spikeport.commands.option_groups import given
+from spikeport.commands.options_of_links import Link, RobotLink, Tls
 from spikeport.errors import UsageError
 
 if TYPE_CHECKING:

@@ -3,7 +3,7 @@
 from pydantic import FiniteFloat
 
 from spikeport.commands.ending import ended_in_order
-from spikeport.commands.options import RobotService
+from spikeport.commands.options_of_links import RobotService
 from spikeport.errors import UsageError
 from spikeport.key_values import converted, parse
 from spikeport.robot.description import JOINTS

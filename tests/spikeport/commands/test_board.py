@@ -20,7 +20,7 @@ from spikeport.backends.board.record import SessionRecorder
 from spikeport.backends.board.server import Service
 from spikeport.commands import board
 from spikeport.commands.board import inspect, serve
-from spikeport.commands.options import BoardService, Tls
+from spikeport.commands.options_of_links import BoardService, Tls
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BoardLostError, MissingExtraError, UsageError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train

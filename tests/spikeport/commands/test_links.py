@@ -7,7 +7,7 @@ import pytest
 
 from spikeport.backends.board.link import LinkOptions
 from spikeport.commands.links import certificates, link_options
-from spikeport.commands.options import Link, Tls
+from spikeport.commands.options_of_links import Link, Tls
 from spikeport.errors import UsageError
 from tests.helpers.certificates import certificates as made_certificates
 

@@ -1,60 +1,10 @@
 import dataclasses
 import os
-from dataclasses import dataclass
-from typing import Annotated
 
 import pytest
-import typer
-from typer.testing import CliRunner
 
-from spikeport.commands.options import (
-    Target,
-    Workers,
-    check_seconds,
-    check_whole_steps,
-    with_options,
-)
+from spikeport.commands.options import Target, Workers, check_seconds, check_whole_steps
 from spikeport.errors import UsageError
-
-
-@dataclass(frozen=True, kw_only=True)
-class Size:
-    """A group of options: a size and a name."""
-
-    width: Annotated[int, typer.Option()]
-    height: Annotated[int, typer.Option("--height", "-h")] = 2
-
-
-@pytest.fixture
-def asked():
-    """Return the values of a command's call, and the command line that calls it."""
-    values = []
-    app = typer.Typer()
-
-    @app.command()
-    @with_options
-    def paint(what: str, *, colour: str = "red", size: Size) -> None:
-        values.append((what, colour, size))
-
-    return values, lambda *arguments: CliRunner().invoke(app, arguments)
-
-
-def test_the_fields_of_a_group_are_options_of_the_command(asked):
-    values, call = asked
-    assert call("wall", "--width", "3", "-h", "4").exit_code == 0
-    assert call("door", "--width", "1", "--colour", "blue").exit_code == 0
-    assert values == [
-        ("wall", "red", Size(width=3, height=4)),
-        ("door", "blue", Size(width=1, height=2)),
-    ]
-
-
-def test_a_field_without_a_default_must_be_given(asked):
-    values, call = asked
-    done = call("wall")
-    assert done.exit_code == 2
-    assert "Missing option '--width'" in done.output
-    assert values == []
 
 
 def test_a_group_cannot_be_changed_nor_made_by_position():

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from spikeport.commands.links import robot_options
-from spikeport.commands.options import RobotLink, RobotService
+from spikeport.commands.options_of_links import RobotLink, RobotService
 from spikeport.commands.robot import serve
 from spikeport.errors import MissingExtraError, UsageError
 from spikeport.robot.link.connection import RobotOptions
