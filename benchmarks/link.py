@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 from markdown_table import table
 
-from spikeport.backends.board.address import connect
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.frame import Frame, Kind, Splitter
 from spikeport.backends.board.line import SocketLine
 from spikeport.backends.board.messages import Codec
 from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.board.sockets import connect
 from spikeport.backends.board.stub import Stub
 from spikeport.backends.chip import Chip
 from spikeport.backends.native.chip import NativeChip

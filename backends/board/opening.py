@@ -3,12 +3,13 @@
 from contextlib import ExitStack
 from pathlib import Path
 
-from spikeport.backends.board.address import FORMS, Address, client_context, connect
+from spikeport.backends.board.address import FORMS, Address
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.line import SocketLine
 from spikeport.backends.board.link import OWN_STUB, STUB, LinkOptions
 from spikeport.backends.board.record import SessionRecorder
+from spikeport.backends.board.sockets import client_context, connect
 from spikeport.backends.board.stub import Stub
 from spikeport.backends.board.timing import RealTime, SimulatedTime
 from spikeport.backends.step_log import LogOptions

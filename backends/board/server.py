@@ -9,18 +9,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 
-from spikeport.backends.board.address import (
-    Address,
-    Certificates,
-    accepted,
-    bound_text,
-    listening,
-    secured,
-)
+from spikeport.backends.board.address import Address, Certificates
 from spikeport.backends.board.board import Board, Machine
 from spikeport.backends.board.faults import FaultyLine
 from spikeport.backends.board.frame import Frame, Kind
 from spikeport.backends.board.line import SocketLine
+from spikeport.backends.board.sockets import accepted, bound_text, listening, secured
 from spikeport.errors import BoardLostError
 from spikeport.fault_plan import Fault, unreached
 from spikeport.pacing import SystemClock, in_steps

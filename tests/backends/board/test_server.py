@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from spikeport.backends.board.address import TLS_HANDSHAKE_S, Address, Certificates, connect
+from spikeport.backends.board.address import Address, Certificates
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.faults import FAULTS
 from spikeport.backends.board.frame import Frame, Kind
@@ -19,6 +19,7 @@ from spikeport.backends.board.line import SocketLine
 from spikeport.backends.board.link import LinkOptions
 from spikeport.backends.board.opening import on_board
 from spikeport.backends.board.server import Service, serve
+from spikeport.backends.board.sockets import TLS_HANDSHAKE_S, connect
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.step_log import SUMS_ONLY
 from spikeport.errors import BackendError, BoardLostError
