@@ -281,9 +281,6 @@ class _Builder:
         """Return ensembles that decode a term of the torque from a transform of S1's state."""
         dimensions = len(transform)
         points = np.hstack([self.q, self.scalar])[:, :dimensions]
-        targets = self.targets[label]
-        scale = self.scales[label]
-        column = 4 * list(self.scales).index(label)
         parts = -(-n // MAX_DECODED_NEURONS)
         group = self.net.groups[label] = []
         for part in range(parts):
@@ -303,18 +300,30 @@ class _Builder:
                 solver=PerDimension(self.sizes.s1),
                 synapse=self.synapses.relay_s,
             )
-            nengo.Connection(
-                ensemble,
-                self.shares[column : column + 4],
-                # Each part of a group decodes its share of the torque.
-                function=targets / scale / parts,
-                eval_points=points,
-                scale_eval_points=False,
-                solver=self._solver(label, neurons, scale),
-                synapse=self.synapses.torque_s,
-            )
+            self._decode(ensemble, points, label, neurons, parts)
             group.append(ensemble)
         return group
+
+    def _decode(
+        self,
+        ensemble: nengo.Ensemble,
+        points: np.ndarray,
+        label: str,
+        neurons: slice,
+        parts: int,
+    ) -> None:
+        """Decode the share of a term of the torque that one of the parts of its group has."""
+        scale = self.scales[label]
+        column = 4 * list(self.scales).index(label)
+        nengo.Connection(
+            ensemble,
+            self.shares[column : column + 4],
+            function=self.targets[label] / scale / parts,
+            eval_points=points,
+            scale_eval_points=False,
+            solver=self._solver(label, neurons, scale),
+            synapse=self.synapses.torque_s,
+        )
 
     def _solver(self, label: str, neurons: slice, scale: np.ndarray) -> nengo.solvers.Solver:
         """Return the solver of the decoders of some neurons of a group."""
