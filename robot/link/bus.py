@@ -4,7 +4,6 @@ A participant is confined to one interface. On loopback, multicast is off, and t
 found by its address. The sockets listen on all interfaces, whatever is configured (docs/robot.md).
 """
 
-from types import TracebackType
 from typing import NamedTuple, Self
 from uuid import UUID
 
@@ -120,12 +119,7 @@ class Bus:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
 
