@@ -16,6 +16,7 @@ from spikeport.experiments.options import Options
 from spikeport.find_network import find_network
 from spikeport.networks.arm import PRESETS, ArmNetwork, ArmSizes, analytic_arm
 from spikeport.robot.plant import Plant
+from tests.helpers.results import RESULT_FIELDS
 
 ANALYTIC = ("run", "reach", "--backend", "analytic", "--seconds", "0.2")
 FILES = ["figure.png", "probes.nc", "result.json"]
@@ -144,22 +145,7 @@ def test_a_wrong_setting_says_what_is_allowed(wrong, message):
 @pytest.mark.slow
 def test_the_result_has_every_field(loihi):
     result = loihi.result
-    assert list(result) == [
-        *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings", "files"),
-        *(
-            "metrics",
-            "activity",
-            "link",
-            "robot",
-            "image_digest",
-            "resources",
-            "energy",
-            "timing",
-            "host_io",
-            "energy_by_unit",
-        ),
-        "versions",
-    ]
+    assert tuple(result) == RESULT_FIELDS
     assert result["command"] == ["spikeport", "run"]
     assert (result["experiment"], result["backend"]) == ("reach", "nengo-loihi")
     assert result["seconds"] == 1.0

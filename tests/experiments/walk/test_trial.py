@@ -24,6 +24,7 @@ from spikeport.hardware_models.chip import BUILT_IN
 from spikeport.networks import walking_policy
 from spikeport.networks.policy import PolicyNetwork
 from spikeport.robot.description import JOINTS
+from tests.helpers.results import RESULT_FIELDS
 from tests.helpers.sweeps import write_path
 
 ANALYTIC = ("run", "walk", "--backend", "analytic", "--seconds", "0.5")
@@ -141,22 +142,7 @@ def test_a_board_does_what_the_native_backend_does(tmp_path):
 
 def test_the_result_has_every_field(exact):
     result = exact[1]
-    assert list(result) == [
-        *("schema", "command", "experiment", "backend", "seconds", "seeds", "settings", "files"),
-        *(
-            "metrics",
-            "activity",
-            "link",
-            "robot",
-            "image_digest",
-            "resources",
-            "energy",
-            "timing",
-            "host_io",
-            "energy_by_unit",
-        ),
-        "versions",
-    ]
+    assert tuple(result) == RESULT_FIELDS
     assert list(result["metrics"]) == [*METRICS, "spikes_per_second", "real_time_factor"]
     assert result["settings"]["path"] == "line"
     assert result["files"] == {}
