@@ -20,7 +20,7 @@ DAMPING_KD = 8.0
 
 
 class Plant:
-    """The H1 on a floor, reset with seed 0.
+    """The H1 on a floor; a new one was reset with seed 0.
 
     Parameters
     ----------
@@ -227,7 +227,10 @@ class Plant:
         self.data.ctrl[index] = np.minimum(np.maximum(torques, weakest), strongest)
 
     def _enters(self, mode: object, joints: Sequence[str]) -> bool:
-        """Return whether joints change to a mode, as a change takes longer than a physics step."""
+        """Return whether joints are in another mode than this one, and keep it as theirs.
+
+        Setting the mode of actuators takes longer than a physics step: it is not repeated.
+        """
         together = tuple(joints)
         if self._modes.get(together) == mode:
             return False

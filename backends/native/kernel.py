@@ -1,22 +1,27 @@
 """One compiled step of the chip, equal to nengo-loihi's emulator in every bit of the state.
 
-Compiled functions that call each other are all in this one file: numba's cache on disk would not
-notice changes of functions in other files.
-
-Integers are 32 bits wide and wrap; every intermediate is cast, since numba widens int32 sums to
-int64. Each loop goes over at most 1,024 compartments and few arrays, so that LLVM turns it into
-vector instructions. An intrinsic adds weights in vectors of 32, with the vector instructions that
-the machine has.
-
-Weights and their sums are stored in units of 2^shift; q keeps only the lowest 22 - shift bits of a
-sum. Weights that nengo-loihi discretised have a shift of 6 or more. So 16-bit sums may wrap without
-a loss, in any order, and half as many bytes are added.
+A compartment sums the weights of its arriving spikes in q, and has a current u and a voltage v:
 
     q  = 2^shift (sum of delivered weights) (+ noise), wrapped to 22 bits
     u <- decay(u, 4095 - decay_u) + q, wrapped to 24 bits
     v <- decay(v, 4096 - decay_v) + wrap24(u + bias (+ noise))
     v <- clip(v, vmin, vmax), 0 while refractory;  spike where v > vth, then v = 0
     decay(x, r) = sign(x) ((|x| r) >> 12)
+
+A spike is under way until it arrives, in the step after it was sent.
+
+Weights and their sums are stored in units of 2^shift, the largest in which all weights are whole.
+Only the lowest 22 - shift bits of a sum reach q. Weights that nengo-loihi discretised have a shift
+of 6 or more, so that sums of 16 bits are enough: they may overflow on the way, in any order,
+without a loss, and half as many bytes are added as with 32 bits.
+
+Integers are 32 bits wide and wrap; every intermediate is cast, since numba widens int32 sums to
+int64. Each loop goes over at most 1,024 compartments and few arrays, so that LLVM turns it into
+vector instructions. An intrinsic adds weights in vectors of 32, with the vector instructions that
+the machine has.
+
+Compiled functions that call each other are all in this one file: numba's cache on disk would not
+notice changes of functions in other files.
 
 Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 """
@@ -104,8 +109,8 @@ def decode(
 ) -> bool:
     """Sum weighted states: ``values[i]`` is the sum over entries ``start[i] : start[i + 1]``.
 
-    Return True if every value has a sum, with at most one nonzero term. Only such sums are rounded
-    as in any matrix product, whatever its order and width.
+    Return True if each value is there, and its sum has at most one nonzero term. Sums of more terms
+    are rounded differently in NumPy's product, which adds them in another order.
     """
     # A decoder whose sums have too many terms has an empty table: no start for each value.
     exact = len(start) == len(values) + 1

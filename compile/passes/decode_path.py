@@ -101,7 +101,7 @@ class DecodePath(NetworkPass):
         wanted: Mapping[nengo.Connection, str],
         context: Context,
     ) -> Costs:
-        """Return the costs of all paths, as if every connection were direct that may be."""
+        """Return the costs of all paths, as if all connections that may be direct were direct."""
         direct = {c for c in links if wanted[c] in ("auto", "direct")}
         limits, dt_s = context.chip.limits, context.dt_s
         lost = {c: errors.of(c, direct, time_constant_s(c)) for c in links}
@@ -115,10 +115,11 @@ class DecodePath(NetworkPass):
         filters_of: Callable[[Sequence[nengo.Connection]], Filters],
         relay_s: float,
     ) -> tuple[dict[nengo.Connection, dict[str, str]], Filters]:
-        """Reject paths until none changes; return the reasons, and the filters of the targets.
+        """Reject paths until no more are; return the reasons, and the filters of the targets.
 
-        The connections that may be direct decide a target's filter and the scale of its weights,
-        and these decide which of them are direct. ``costs`` then has the errors of these.
+        The direct connections into a target decide its filter and the scale of its weights, and so
+        the error of each other. If some are rejected, the rest is judged again. At the end, the
+        errors in ``costs`` are those beside the connections that are left.
         """
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in costs}
         set_direct = [c for c in costs if wanted[c] == "direct"]
@@ -147,12 +148,12 @@ class DecodePath(NetworkPass):
 
 
 def _is_free(wanted: str, reasons: Mapping[str, str]) -> bool:
-    """Return whether a connection may be wired directly, by choice."""
+    """Return whether the choice is left to the pass, and direct wiring is not rejected."""
     return wanted == "auto" and "direct" not in reasons
 
 
 def _with_error(costs: list[PathCost], error: float) -> list[PathCost]:
-    """Return the costs of all paths, with another error of direct wiring."""
+    """Return the costs of all paths, with a new error of direct wiring."""
     return [one._replace(error=error) if one.path == "direct" else one for one in costs]
 
 
@@ -193,7 +194,7 @@ def target_filters(
     wanted : mapping of nengo.Connection to str
         The path that each connection with a choice asks for.
     free : sequence of nengo.Connection
-        The connections among these that are best wired directly.
+        The connections with a free choice that may be wired directly.
     relay_s : float
         The delay that a relay adds to inputs which keep their own filter, in seconds.
     """
@@ -216,7 +217,7 @@ def target_filters(
 
 
 def _slowest(asked: set[float], offered: set[float], limit_s: float) -> float:
-    """Return the longest time constant: of all asked for, and of those offered up to a limit."""
+    """Return the longest time constant of those asked for, and those offered within a limit."""
     found = asked | {tau_s for tau_s in offered if tau_s <= limit_s}
     return max(found, default=DECODE_TAU_S)
 

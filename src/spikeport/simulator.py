@@ -411,7 +411,7 @@ class _Data(Mapping[NengoObject, Any]):
         self._probes = probes
 
     def begin(self, execution: Execution) -> None:
-        """Take the data from an execution: of a reset simulator, this is another one."""
+        """Take the data from an execution; a simulator that is reset has a new one."""
         self._execution = execution
         self._frozen: dict[nengo.Probe, np.ndarray] = {}
 
