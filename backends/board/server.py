@@ -77,49 +77,113 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     asked = service.address, service.certificates, service.allow_remote
     with listening(*asked) as (listener, context):
         say(f"board: {service.machine.name} on {bound_text(service.address, listener)}")
-        board = Board(service.machine, say)
-        while select.select([listener], [], [], service.idle_s)[0]:
-            plain = accepted(listener)
-            connected = None if plain is None else secured(plain, context, say)
+        _Server(service, listener, context, say).run()
+
+
+class _Server:
+    """A board that listens: it serves a host at a time, and refuses others meanwhile."""
+
+    def __init__(
+        self,
+        service: Service,
+        listener: socket.socket,
+        context: ssl.SSLContext | None,
+        say: Callable[[str], None],
+    ) -> None:
+        self._service, self._listener, self._context = service, listener, context
+        self._say = say
+        self._board = Board(service.machine, say)
+
+    def run(self) -> None:
+        """Serve one host after the other."""
+        while select.select([self._listener], [], [], self._service.idle_s)[0]:
+            connected = self._connected(accepted(self._listener))
             if connected is not None:
-                greeted = _host(service, board, connected, listener, context, say)
-                if greeted and service.once:
+                greeted = self._serve(connected)
+                if greeted and self._service.once:
                     return
 
+    def _connected(self, plain: socket.socket | None) -> socket.socket | None:
+        """Return a host's connection; None if it hung up, or TLS failed."""
+        return None if plain is None else secured(plain, self._context, self._say)
 
-def _host(
-    service: Service,
-    board: Board,
-    connected: socket.socket,
-    listener: socket.socket,
-    context: ssl.SSLContext | None,
-    say: Callable[[str], None],
-) -> bool:
-    """Serve one host until it goes, and return whether it greeted; others are refused meanwhile."""
-    with closing(SocketLine(connected, "the host")) as line:
-        faulty = FaultyLine(line, service.faults, SystemClock(), board.end)
-        send = faulty.send if service.faults else line.send
-        greeted, ended, steps = False, False, 0
-        try:
-            for frame in _frames(line, listener, context, say):
-                greeted |= frame.kind == Kind.HELLO
-                if frame.kind == Kind.STOP:
-                    ended, steps = True, _steps(board)  # `answer` ends the session
-                for answer in board.answer(frame):
-                    send(answer)
-                    if answer.kind != Kind.STATE:
-                        _report(answer, say)
-                if ended:
-                    break
-        except BoardLostError as error:
-            say(f"board: {error}")
-        finally:
-            # Also if an interrupt ends the board: a real chip has to be shut down.
-            steps = steps or _steps(board)
-            board.end()
-    for text in _ending(service, ended, steps):
-        say(f"board: {text}")
-    return greeted
+    def _serve(self, connected: socket.socket) -> bool:
+        """Serve a host until it goes, and return whether it greeted."""
+        board, faults = self._board, self._service.faults
+        with closing(SocketLine(connected, "the host")) as line:
+            faulty = FaultyLine(line, faults, SystemClock(), board.end)
+            send = faulty.send if faults else line.send
+            greeted, ended, steps = False, False, 0
+            try:
+                for frame in self._frames(line):
+                    greeted |= frame.kind == Kind.HELLO
+                    if frame.kind == Kind.STOP:
+                        ended, steps = True, _steps(board)  # `answer` ends the session
+                    for answer in board.answer(frame):
+                        send(answer)
+                        if answer.kind != Kind.STATE:
+                            self._report(answer)
+                    if ended:
+                        break
+            except BoardLostError as error:
+                self._say(f"board: {error}")
+            finally:
+                # Also if an interrupt ends the board: a real chip has to be shut down.
+                steps = steps or _steps(board)
+                board.end()
+        for text in _ending(self._service, ended, steps):
+            self._say(f"board: {text}")
+        return greeted
+
+    def _report(self, answer: Frame) -> None:
+        """Print a line for an answer that begins a session, or refuses one."""
+        if answer.kind == Kind.WELCOME:
+            self._say(f"board: session {answer.session:08x}: {answer.body.decode()}")
+        if answer.kind == Kind.REFUSAL:
+            self._say(f"board: refused: {answer.body.decode()}")
+
+    def _frames(self, line: SocketLine) -> Iterator[Frame]:
+        """Yield the host's frames; every `LOOK_S`, refuse other hosts.
+
+        Raises
+        ------
+        BoardLostError
+            If the host hung up, does not begin with a frame, or sends none within `HELLO_S`.
+        """
+        look_s, is_met, end_s = 0.0, False, time.perf_counter() + HELLO_S
+        while True:
+            frame = line.receive(LOOK_S)
+            if frame is not None:
+                is_met = True
+                yield frame
+            elif line.bad and not is_met:  # such a host would wait long for an answer
+                raise BoardLostError(
+                    "the host's first bytes are not a frame; a host with --cert, --key and --ca "
+                    "needs a board that serves with these options, too"
+                )
+            elif not is_met and time.perf_counter() > end_s:
+                raise BoardLostError(f"the host sent no greeting within {HELLO_S:g} s")
+            if time.perf_counter() >= look_s:
+                look_s = time.perf_counter() + LOOK_S
+                self._refuse_others()
+
+    def _refuse_others(self) -> None:
+        """Refuse a host that waits, if any."""
+        if select.select([self._listener], [], [], 0)[0]:
+            other = accepted(self._listener)
+            # In a thread: waiting for handshake and greeting must not hold up a step.
+            threading.Thread(target=self._refuse, args=(other,), daemon=True).start()
+
+    def _refuse(self, plain: socket.socket | None) -> None:
+        """Refuse another host, with the reason."""
+        connected = self._connected(plain)
+        if connected is not None:
+            with closing(SocketLine(connected, "another host")) as line:
+                try:
+                    line.receive(GREETING_S)  # unread bytes would reset the connection
+                    line.send(Frame(Kind.REFUSAL, body=BUSY))
+                except BoardLostError:
+                    pass
 
 
 def _ending(service: Service, ended: bool, steps: int) -> Iterator[str]:
@@ -133,59 +197,3 @@ def _ending(service: Service, ended: bool, steps: int) -> Iterator[str]:
 
 def _steps(board: Board) -> int:
     return 0 if board.session is None else board.session.at
-
-
-def _report(answer: Frame, say: Callable[[str], None]) -> None:
-    if answer.kind == Kind.WELCOME:
-        say(f"board: session {answer.session:08x}: {answer.body.decode()}")
-    if answer.kind == Kind.REFUSAL:
-        say(f"board: refused: {answer.body.decode()}")
-
-
-def _frames(
-    line: SocketLine,
-    listener: socket.socket,
-    context: ssl.SSLContext | None,
-    say: Callable[[str], None],
-) -> Iterator[Frame]:
-    """Yield the host's frames; every `LOOK_S`, refuse other hosts.
-
-    Raises
-    ------
-    BoardLostError
-        If the host hung up, does not begin with a frame, or sends none within `HELLO_S`.
-    """
-    look_s, is_met, end_s = 0.0, False, time.perf_counter() + HELLO_S
-    while True:
-        frame = line.receive(LOOK_S)
-        if frame is not None:
-            is_met = True
-            yield frame
-        elif line.bad and not is_met:  # such a host would wait long for an answer
-            raise BoardLostError(
-                "the host's first bytes are not a frame; a host with --cert, --key and --ca needs "
-                "a board that serves with these options, too"
-            )
-        elif not is_met and time.perf_counter() > end_s:
-            raise BoardLostError(f"the host sent no greeting within {HELLO_S:g} s")
-        if time.perf_counter() >= look_s:
-            look_s = time.perf_counter() + LOOK_S
-            if select.select([listener], [], [], 0)[0]:
-                # In a thread: waiting for handshake and greeting must not hold up a step.
-                threading.Thread(
-                    target=_refuse, args=(accepted(listener), context, say), daemon=True
-                ).start()
-
-
-def _refuse(
-    plain: socket.socket | None, context: ssl.SSLContext | None, say: Callable[[str], None]
-) -> None:
-    """Refuse another host, with the reason."""
-    connected = None if plain is None else secured(plain, context, say)
-    if connected is not None:
-        with closing(SocketLine(connected, "another host")) as line:
-            try:
-                line.receive(GREETING_S)  # unread bytes would reset the connection
-                line.send(Frame(Kind.REFUSAL, body=BUSY))
-            except BoardLostError:
-                pass
