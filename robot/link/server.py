@@ -2,8 +2,8 @@
 
 import json
 import time
-from collections.abc import Callable, Sequence
-from contextlib import closing
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 
 from spikeport.fault_plan import Fault
@@ -166,16 +166,23 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
             say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
             if service.lock_step:
                 lock_step = LockStep(robot, service.faults, service.truth)
-                try:
+                with _unreached_reported(lock_step, say):
                     serve_lock_step(lock_step, interface, attendant, report)
-                finally:
-                    for line in lock_step.never_reached():
-                        say(f"robot: {line}")
             else:
                 with undisturbed(service.priority):
                     serve_real_time(robot, interface, attendant, service.truth, deadlines)
         finally:
             report()
+
+
+@contextmanager
+def _unreached_reported(robot: LockStep, say: Callable[[str], None]) -> Iterator[None]:
+    """Print a line for each fault of the plan that was never reached, however the block ends."""
+    try:
+        yield
+    finally:
+        for line in robot.never_reached():
+            say(f"robot: {line}")
 
 
 def serve_lock_step(
