@@ -93,8 +93,28 @@ class HostWriter:
     def program(self, stand_ins: Mapping[nengo.Probe, nengo.Probe]) -> Tree:
         """Return a host program as plain data, and the recordings of the user's probes."""
         model, program = self._program.model, self._program
+        recorded, on_host = self._recordings(stand_ins)
+        return {
+            "operators": [self._operator(one) for one in model.operators],
+            "step": self._signal(model.step),
+            "time": self._signal(model.time),
+            "probes": on_host,
+            "recorded": recorded,
+            "senders": [_port(one) for one in program.senders],
+            "errors": [_port(one) for one in program.error_senders],
+            "receivers": [output for output, _ in program.receivers],
+            "signals": self._trees,
+            "dt_s": model.dt,
+        }
+
+    def _recordings(
+        self, stand_ins: Mapping[nengo.Probe, nengo.Probe]
+    ) -> tuple[list[Tree], list[Tree]]:
+        """Return the user's probes with what each records: an output of the chip, or a signal."""
+        model, program = self._program.model, self._program
         probes = [one for one in self._users.objects if isinstance(one, nengo.Probe)]
-        recorded, on_host = [], []
+        recorded: list[Tree] = []
+        on_host: list[Tree] = []
         for probe in probes:
             now = stand_ins.get(probe, probe)
             # A pass may replace a probe; a replacement with another filter would change the data.
@@ -109,18 +129,7 @@ class HostWriter:
                 on_host.append([self.values.write(probe), self._signal(model.sig[now]["in"])])
         if len(on_host) != len(model.probes):
             raise NotKeptError("the host has a recording that belongs to no probe of the network")
-        return {
-            "operators": [self._operator(one) for one in model.operators],
-            "step": self._signal(model.step),
-            "time": self._signal(model.time),
-            "probes": on_host,
-            "recorded": recorded,
-            "senders": [_port(one) for one in program.senders],
-            "errors": [_port(one) for one in program.error_senders],
-            "receivers": [output for output, _ in program.receivers],
-            "signals": self._trees,
-            "dt_s": model.dt,
-        }
+        return recorded, on_host
 
     def _operator(self, op: operators.Operator) -> Tree:
         name = type(op).__name__

@@ -1,5 +1,6 @@
 """``spikeport convert``."""
 
+import contextlib
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -65,14 +66,8 @@ def run(request: ConvertRequest) -> None:
         observations = _observations(request, walker, mlp)
         options = PolicyOptions(request.n_neurons, request.tau_fwd, activation=mlp.activation)
         conversion = Conversion(mlp, options, observations.values, request.seed)
-        try:
+        with _refusal_reported(request):
             converted = convert(conversion, request.chip, request.passes, progress)
-        except RefusedError as error:
-            if isinstance(error, DoesNotFitError):
-                error.advice = _smaller(request.n_neurons)
-            report = refused_report(chips.get(request.chip), error)
-            request.to.write_refusal(report.to_dict(), str(request.file))
-            raise
     findings = Findings(converted.compilation.report, converted.activity)
     request.to.write_image(converted.compilation.image)
     request.to.write_report(findings.to_dict(), str(request.file))
@@ -86,6 +81,19 @@ def run(request: ConvertRequest) -> None:
         console.print(line)
     show_findings(findings, cores=False)
     request.to.note()
+
+
+@contextlib.contextmanager
+def _refusal_reported(request: ConvertRequest) -> Iterator[None]:
+    """Write the report on a policy that is refused, and add advice for its owner."""
+    try:
+        yield
+    except RefusedError as error:
+        if isinstance(error, DoesNotFitError):
+            error.advice = _smaller(request.n_neurons)
+        report = refused_report(chips.get(request.chip), error)
+        request.to.write_refusal(report.to_dict(), str(request.file))
+        raise
 
 
 def _check(request: ConvertRequest) -> None:

@@ -83,13 +83,7 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
         If the robot is at the end of DDS, and cyclonedds is absent.
     """
     if link.robot is None:
-        if idle := given(link):
-            from spikeport.robot.perturbation import ESTIMATORS  # needs mujoco
-
-            cure = "leave it out"
-            if link.estimator in ESTIMATORS:
-                cure += f", or give --set estimator={link.estimator}, which walk and switch have"
-            raise UsageError(f"{idle}: for a run with --robot; cure: {cure}")
+        _check_idle(link)
         return None
     from spikeport.robot.link.connection import INLINE, RobotOptions  # needs mujoco
 
@@ -112,3 +106,16 @@ def robot_options(link: RobotLink) -> "RobotOptions | None":
         # Now, and not in a stub's process after a compile: a missing package ends a run here.
         import_module("spikeport.robot.link.bus")
     return asked
+
+
+def _check_idle(link: RobotLink) -> None:
+    """Refuse options of a link to a robot, in a run without one."""
+    idle = given(link)
+    if not idle:
+        return
+    from spikeport.robot.perturbation import ESTIMATORS  # needs mujoco
+
+    cure = "leave it out"
+    if link.estimator in ESTIMATORS:
+        cure += f", or give --set estimator={link.estimator}, which walk and switch have"
+    raise UsageError(f"{idle}: for a run with --robot; cure: {cure}")

@@ -122,14 +122,24 @@ def run(
         activity, compilation, link = sim.activity, sim.compilation, sim.link
         report_json = None if compilation is None else sim.report()
     if beside is not None:
-        with _opened(beside, options, FLOAT, progress) as sim:
-            _advance(sim, options.steps, "simulating in float Nengo", progress)
-            scope = Scope(beside, Names(beside))
-            for name, probe in probes_by_name(beside).items():
-                if not scope.in_chip_units(probe):
-                    recorded[name] = replace(recorded[name], values_float=_values(sim, probe))
+        for name, values in _in_float(beside, options, progress).items():
+            recorded[name] = replace(recorded[name], values_float=values)
     report = None if compilation is None else compilation.report
     return Ran(backend, recorded, activity, report, report_json, wall_s, link)
+
+
+def _in_float(
+    network: nengo.Network, options: SimulationOptions, progress: Progress
+) -> dict[str, np.ndarray]:
+    """Run a network in float Nengo; return the data of the probes that are not in chip units."""
+    with _opened(network, options, FLOAT, progress) as sim:
+        _advance(sim, options.steps, "simulating in float Nengo", progress)
+        scope = Scope(network, Names(network))
+        return {
+            name: _values(sim, probe)
+            for name, probe in probes_by_name(network).items()
+            if not scope.in_chip_units(probe)
+        }
 
 
 def _recorded(sim: Simulator, probes: Mapping[str, nengo.Probe]) -> dict[str, Recorded]:
