@@ -19,17 +19,16 @@ from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.passes.scale_rows import ScaleRows
 from spikeport.compile.rewriting.decode_paths import (
     EPSILON_S,
-    Link,
     PathCost,
     Slack,
     all_but,
     chosen,
-    link,
     pareto,
     path_costs,
     rejected,
 )
 from spikeport.compile.rewriting.direct_errors import DirectErrors
+from spikeport.compile.rewriting.links import Link, link
 from spikeport.compile.rewriting.passthrough import PLAIN
 from spikeport.compile.rewriting.rewire import rewire
 

@@ -21,7 +21,8 @@ from spikeport.compile.ground.scope import MATRICES, Scope, full_weights, target
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.row_scales import LEAST, RowScales
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.decode_paths import Link, rounding
+from spikeport.compile.rewriting.decode_paths import rounding
+from spikeport.compile.rewriting.links import Link
 from spikeport.neurons import OWN_TYPES
 
 

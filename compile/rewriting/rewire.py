@@ -10,8 +10,8 @@ from spikeport.compile.ground.names import End
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import same
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.decode_paths import Link
 from spikeport.compile.rewriting.flat_network import FlatNetwork, decoding, start, sums_up
+from spikeport.compile.rewriting.links import Link
 
 
 def rewire(

@@ -4,6 +4,7 @@ from typing import Any
 
 import nengo
 import numpy as np
+import scipy.sparse as sparse
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import Names
@@ -11,11 +12,18 @@ from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.edges import EdgeMatrices
+from spikeport.compile.rewriting.links import Link
 from spikeport.compile.rewriting.partition import Part, Partition
 from spikeport.compile.rewriting.passthrough import foldable
 
 DT_S = 0.001
 FAST, SLOW = nengo.Lowpass(0.005), nengo.Lowpass(0.1)
+LINK = Link(
+    sparse.csr_array(np.array([[1.0, 1.0, 2.0, 0.0, 3.0], [0.0, 0.0, 2.0, 0.0, 1.0]])),
+    sparse.csr_array(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])),
+    gains=np.array([10.0, 20.0, 30.0]),
+)
+"""Link of five neurons to three, over two dimensions; one is not decoded, two are alike."""
 
 
 def ensemble(label: str, n: int, dimensions: int = 1, **options: Any) -> nengo.Ensemble:

@@ -1,7 +1,5 @@
 """Costs of the paths that decoded values can take, and the choice of a path."""
 
-from dataclasses import replace
-
 import nengo
 import numpy as np
 import pytest
@@ -9,24 +7,22 @@ import scipy.sparse as sparse
 from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 
 from spikeport.compile.loihi.relay import RELAYS
-from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.decode_paths import (
     OTHER_FILTER,
     WEIGHT_BITS,
-    Link,
     PathCost,
     Slack,
     all_but,
     chosen,
-    link,
     pareto,
     path_costs,
     rejected,
     relay_noise,
     rounding,
 )
+from spikeport.compile.rewriting.links import Link
 from spikeport.hardware_models import chip as chips
-from tests.helpers.small_networks import DT_S, FAST, decode, decoders, ensemble, rewrite_of
+from tests.helpers.small_networks import DT_S, LINK
 
 LIMITS = chips.get("loihi").limits
 RATE_HZ = 50.0
@@ -71,23 +67,6 @@ def test_rounding_is_relative_to_the_largest_weight() -> None:
     assert rounding(sparse.csr_array((3, 2))) == 0
 
 
-def test_a_link_has_decoders_in_units_of_the_radius() -> None:
-    with nengo.Network(seed=1) as network:
-        a, b = ensemble("a", 4), ensemble("b", 3, 2, radius=0.5, neuron_type=nengo.LIF(tau_rc=0.04))
-        made = decode(a, b[1], values := decoders(4, 1), transform=3, synapse=FAST)
-    found = link(made, ParameterSolver(rewrite_of(network), DT_S))
-    expected = np.vstack([np.zeros((1, 4)), 3 * values.T / 0.5])
-    np.testing.assert_allclose(found.decoders.toarray(), expected)
-    np.testing.assert_array_equal(found.encoders.toarray(), [[1, 2], [3, 4], [5, 6]])
-    np.testing.assert_array_equal(found.gains, [1, 2, 3])
-
-
-LINK = Link(
-    sparse.csr_array(np.array([[1.0, 1.0, 2.0, 0.0, 3.0], [0.0, 0.0, 2.0, 0.0, 1.0]])),
-    sparse.csr_array(np.array([[1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])),
-    gains=np.array([10.0, 20.0, 30.0]),
-)
-"""Link of five neurons to three, over two dimensions; one is not decoded, two are alike."""
 N_DISTINCT, N_DECODERS, N_ENCODERS = 3, 6, 4
 N_DIRECT = (3 + 3 + 2, 5 + 5 + 2)
 """Numbers of weights E D that are not zero: of the three distinct neurons, and of all."""
@@ -110,16 +89,6 @@ def test_direct_wiring_takes_axons_and_weights() -> None:
         np.count_nonzero((LINK.encoders @ LINK.decoders).toarray(), axis=0)
     )
     assert (direct.host_messages_per_s, direct.delay_s) == (0, 0)
-
-
-def test_weights_of_a_link_are_encoders_times_decoders_of_each_neuron() -> None:
-    weights = (LINK.encoders @ LINK.decoders).toarray()
-    np.testing.assert_array_equal(LINK.transform, weights)
-    assert LINK.n_weights == np.count_nonzero(weights)
-    apart = replace(LINK, encoders=sparse.csr_array(LINK.encoders.toarray() * np.eye(3, 2)))
-    few = (apart.encoders @ apart.decoders).toarray()
-    assert isinstance(apart.transform, nengo.Sparse)
-    np.testing.assert_array_equal(apart.transform.sample().toarray(), few)
 
 
 def test_the_error_of_direct_wiring_is_given() -> None:

@@ -14,8 +14,8 @@ from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.scale_rows import ScaleRows
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.rewriting.decode_paths import link
 from spikeport.compile.rewriting.direct_errors import DirectErrors
+from spikeport.compile.rewriting.links import link
 from tests.helpers.random_networks import rewritten
 from tests.helpers.same_run import context
 from tests.helpers.small_networks import DT_S, rewrite_of, scope_of

@@ -7,7 +7,7 @@ import pytest
 import spikeport
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.solver import ParameterSolver
-from spikeport.compile.rewriting.decode_paths import link
+from spikeport.compile.rewriting.links import link
 from spikeport.compile.rewriting.rewire import rewire
 from tests.helpers.small_networks import DT_S, FAST, SLOW, decode, decoders, ensemble, rewrite_of
 
