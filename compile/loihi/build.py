@@ -85,6 +85,10 @@ class OrderedModel(Model):
         if isinstance(obj, nengo.Connection) and self._is_error_on_host(obj):
             self._build_error_on_host(obj)
             return None
+        return self._build_by_nengo_loihi(obj, *args, **kwargs)
+
+    def _build_by_nengo_loihi(self, obj: object, *args: object, **kwargs: object) -> object:
+        """Build one object by nengo-loihi's builder, and correct and note what it adds."""
         n_inputs, n_probes = len(self.inputs), len(self.probes)
         with self._path_context(obj), warnings_about(self.building[0]):
             built = super().build(obj, *args, **kwargs)
