@@ -58,16 +58,9 @@ def advice(
     scope = Scope(network, Names(network))
     movable = _movable(scope, error)
     otherwise = OFFLOAD if movable else ""
-    # If the network breaks a rule that no pass mends, other passes would not help.
-    unmended = {one.id for one in problems(error)} & {LEARNING_ON_ONE_CORE, MEMORY}
-    if passes is None or unmended or lint(network, scope.names, rewritten=False):
+    if passes is None or _are_useless(passes, scope, error, room, in_axons):
         return otherwise
-    sizes = [ensemble.n_neurons for ensemble in scope.ensembles]
-    n_neurons = sum(sizes)
-    pieces = sum(math.ceil(n / in_axons) for n in sizes if n > in_axons)
-    if n_neurons > room or (passes == COMPACT and pieces > MOST_PIECES):
-        return otherwise  # no pass removes neurons, and so many pieces take minutes
-    if n_neurons > MOST_NEURONS or len(network.all_connections) > MOST_CONNECTIONS:
+    if _is_large(scope):
         # nengo-loihi's builder refuses most of these objects in a rewritten network, too.
         worth_it = passes == COMPACT and isinstance(error, DoesNotFitError)
         return TRY_COMPACT if worth_it else otherwise
@@ -79,6 +72,26 @@ def advice(
         cure = "; try --offload" if movable else ""
         return f"more: it does not compile with -p {passes} either{cure}"
     return f"more: it compiles with -p {passes}, on {counted(n_cores, 'core')}"
+
+
+def _are_useless(
+    passes: str, scope: Scope, error: RefusedError, room: float, in_axons: float
+) -> bool:
+    """Return whether passes would not help, or take minutes to be tried."""
+    unmended = {one.id for one in problems(error)} & {LEARNING_ON_ONE_CORE, MEMORY}
+    if unmended or lint(scope.network, scope.names, rewritten=False):
+        return True
+    sizes = [ensemble.n_neurons for ensemble in scope.ensembles]
+    pieces = sum(math.ceil(n / in_axons) for n in sizes if n > in_axons)
+    # No pass removes neurons.
+    return sum(sizes) > room or (passes == COMPACT and pieces > MOST_PIECES)
+
+
+def _is_large(scope: Scope) -> bool:
+    """Return whether a network is too large to be compiled for advice."""
+    n_neurons = sum(ensemble.n_neurons for ensemble in scope.ensembles)
+    n_connections = len(scope.network.all_connections)
+    return n_neurons > MOST_NEURONS or n_connections > MOST_CONNECTIONS
 
 
 def _movable(scope: Scope, error: RefusedError) -> bool:
