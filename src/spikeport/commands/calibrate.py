@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from spikeport.atomic import check_output
+from spikeport.commands.checks import check_target, seconds_of
 from spikeport.commands.console import Console
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check_target, seconds_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.calibration import is_calibration

@@ -8,8 +8,8 @@ import nengo
 from spikeport.backends.loss import measure, network_error
 from spikeport.commands import nir, rates
 from spikeport.commands.against_written import as_written, is_rewritten, more_cores, more_loss
+from spikeport.commands.checks import check_seconds
 from spikeport.commands.destinations import Destinations
-from spikeport.commands.options import check_seconds
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings, show_nothing

@@ -7,11 +7,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from spikeport.atomic import write_text
+from spikeport.commands.checks import (
+    check_needed,
+    check_target,
+    check_whole_steps,
+    seconds_of,
+    seeds_from,
+)
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import resumable
-from spikeport.commands.options import Target, Workers, check_whole_steps, seeds_from
+from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check_needed, check_target, seconds_of
 from spikeport.commands.screen import print_written
 from spikeport.commands.sweep import check_workers
 from spikeport.constants import MOST_POINTS

@@ -4,7 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from spikeport.commands import run, sweep
-from spikeport.commands.options import RunOptions, Target, Workers, seeds_from
+from spikeport.commands.checks import seeds_from
+from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import WITHOUT_NEURONS

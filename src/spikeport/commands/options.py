@@ -11,11 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from spikeport.commands.image_file import image_file
-from spikeport.constants import DT_S, LARGEST_SEED, LONGEST_RUN
-from spikeport.errors import UsageError
-
-ROUNDING_STEPS = 1e-6
-"""The error that a decimal time divided by a step may have: 1e-7 in the longest run."""
+from spikeport.constants import LARGEST_SEED
 
 
 def path_of(text: str) -> Path:
@@ -140,34 +136,3 @@ class RunOptions:
     video: Annotated[bool, typer.Option("--video", help="Write video.mp4, too.")] = False
     counts: CountsOption = False
     no_cache: NoCache = False
-
-
-def check_seconds(option: str, seconds: float) -> None:
-    """Raise UsageError for an option that asks for a run of no steps, or of too many."""
-    if not DT_S <= seconds <= LONGEST_RUN * DT_S:
-        raise UsageError(
-            f"{option} {seconds:g}: a run is at least one step of {DT_S:g} s, and at most "
-            f"{LONGEST_RUN:,} steps"
-        )
-    check_whole_steps(option, seconds)
-
-
-def check_whole_steps(option: str, seconds: float, dt_s: float = DT_S) -> None:
-    """Raise UsageError for a time that a run of whole steps does not have."""
-    steps = seconds / dt_s
-    if abs(steps - round(steps)) > ROUNDING_STEPS:
-        nearest_s = round(round(steps) * dt_s, 3)
-        raise UsageError(
-            f"{option} {seconds}: must be a whole number of steps of {dt_s:g} s; cure: {nearest_s}"
-        )
-
-
-def seeds_from(first: int, n: int, what: str) -> tuple[int, ...]:
-    """Return ``n`` seeds in a row; UsageError if the last one is too large."""
-    last = first + n - 1
-    if last > LARGEST_SEED:
-        raise UsageError(
-            f"--seed {first}: the last of {n:,} {what} has seed {last}, limit {LARGEST_SEED}; "
-            "cure: a smaller --seed"
-        )
-    return tuple(range(first, last + 1))

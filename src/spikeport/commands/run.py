@@ -1,41 +1,27 @@
 """``spikeport run``."""
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from spikeport import cache
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.commands.checks import check_counts, check_needed, check_target, seconds_of
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import ended_in_order
-from spikeport.commands.options import RunOptions, Target, check_whole_steps
+from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_costs, print_written
 from spikeport.commands.tables import resource_table
-from spikeport.compile.passes.parse import parse
 from spikeport.compile.report.drawing import estimate
-from spikeport.constants import DT_S, LONGEST_RUN
-from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.link_lines import link_line, robot_line
-from spikeport.experiments.options import (
-    WITHOUT_NEURONS,
-    Experiment,
-    Options,
-    Outcome,
-    keeps_to_a_clock,
-)
-from spikeport.hardware_models import chip as chips
+from spikeport.experiments.options import Options, Outcome, keeps_to_a_clock
 
 if TYPE_CHECKING:
-    from spikeport.experiments.trial import Trial
     from spikeport.robot.link.connection import RobotOptions
-
-
-NO_CORES = (WITHOUT_NEURONS, "reference")
-"""Backends without a chip."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,42 +69,6 @@ def run(request: RunRequest) -> None:
         )
         outcome = experiment.run(chosen, options, folder)
     show_outcome(outcome, folder)
-
-
-def check_target(target: Target) -> None:
-    """Raise UsageError for an unknown chip or pass."""
-    chips.get(target.chip)
-    if target.passes is not None:
-        parse(target.passes)
-
-
-def check_needed(given: Iterable[str], trials: Sequence["Trial[Any, Any]"]) -> None:
-    """Raise UsageError for a setting that does nothing in any of the trials."""
-    unused = [trial.unused for trial in trials]
-    for key in given:
-        if all(key in one for one in unused):
-            raise UsageError(f"{key}: does nothing {unused[0][key]}, or leave it out")
-
-
-def check_counts(asked: bool, target: Target) -> None:
-    """Raise UsageError if counts are asked for on a backend without cores."""
-    if asked and target.backend in NO_CORES:
-        raise UsageError(
-            f"--counts: backend '{target.backend}' has no cores to count on; leave it out, or "
-            "choose --backend native"
-        )
-
-
-def seconds_of(asked: float | None, experiment: Experiment) -> float:
-    """Return the time to simulate; UsageError if it is too short, too long or no whole steps."""
-    seconds = experiment.seconds if asked is None else asked
-    if not experiment.shortest_s <= seconds <= LONGEST_RUN * DT_S:
-        raise UsageError(
-            f"--seconds {seconds:g}: {experiment.name} simulates at least "
-            f"{experiment.shortest_s:g} s, and at most {LONGEST_RUN:,} steps of {DT_S:g} s"
-        )
-    check_whole_steps("--seconds", seconds)
-    return seconds
 
 
 def show_outcome(outcome: Outcome, folder: Path) -> None:

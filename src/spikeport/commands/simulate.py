@@ -11,11 +11,11 @@ import nengo
 from spikeport.backends import registry as backends
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands import nir
+from spikeport.commands.checks import check_counts, check_seconds, check_target
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import ended_in_order
-from spikeport.commands.options import Target, check_seconds
+from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check_counts, check_target
 from spikeport.commands.screen import print_costs, print_hints, print_on_host, print_written
 from spikeport.commands.tables import resource_table
 from spikeport.compile.check.lost_values import lost_values

@@ -5,11 +5,11 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from spikeport.commands.checks import check_needed, check_target, seconds_of
 from spikeport.commands.console import Console
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
 from spikeport.commands.progress import progress_bar
-from spikeport.commands.run import check_needed, check_target, seconds_of
 from spikeport.commands.screen import print_written
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError

@@ -8,10 +8,9 @@ import time
 
 import pytest
 
-from spikeport.commands.run import check_needed, show_outcome
-from spikeport.errors import UsageError
+from spikeport.commands.run import show_outcome
 from spikeport.experiments import registry
-from spikeport.experiments.options import Options, Outcome
+from spikeport.experiments.options import Outcome
 from spikeport.experiments.switch.schedule import SHIPPED
 from spikeport.hardware_models import chip as chips
 
@@ -55,15 +54,6 @@ def test_a_setting_that_does_nothing_is_refused(spikeport, tmp_path, key, needed
         "beside it, or leave it out\n",
     )
     assert not (tmp_path / "run").exists()
-
-
-def test_a_setting_that_some_points_of_a_sweep_need_is_accepted():
-    walk = registry.get("walk")
-    chosen = [walk.settings(push=push, push_every=2.0) for push in (0.0, 0.5)]
-    trials = [walk.trial(one, Options(1.0)) for one in chosen]
-    check_needed(["push_every"], trials)
-    with pytest.raises(UsageError, match="push_every: does nothing without push"):
-        check_needed(["push_every"], trials[:1])
 
 
 @pytest.mark.parametrize(
