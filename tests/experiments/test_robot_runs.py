@@ -18,7 +18,7 @@ from spikeport.errors import BoardLostError, DivergedError, RobotLostError, Usag
 from spikeport.experiments import driver, registry
 from spikeport.experiments.driver import Ready
 from spikeport.experiments.options import Options
-from spikeport.experiments.walk import port
+from spikeport.experiments.walk import legs
 from spikeport.experiments.walk.recording import WalkRun
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.robot.link.client import InlineRobot, Observed
@@ -155,7 +155,7 @@ def test_a_robot_that_never_sent_a_state_leaves_no_file(monkeypatch, tmp_path: P
 def test_a_robot_that_lies_on_the_floor_at_the_start_ends_the_run_with_a_cure(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    monkeypatch.setattr(port, "fallen", lambda height_m, upright: True)
+    monkeypatch.setattr(legs, "fallen", lambda height_m, upright: True)
     with pytest.raises(RobotLostError, match="lies on the floor as the run begins; cure: stand it"):
         run("walk", "analytic", "inline", 1.0, str(tmp_path))
 
