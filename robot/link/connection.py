@@ -119,7 +119,7 @@ class RobotOptions:
     @property
     def may_be_real(self) -> bool:
         """True if the robot may be a real one."""
-        return self.robot not in (INLINE, STUB) and self.place.may_be_real
+        return not self.is_made_for_the_run and self.place.may_be_real
 
     @property
     def place(self) -> Place:
