@@ -1,6 +1,7 @@
 """``spikeport simulate``: a user's network on a chip, beside float Nengo."""
 
 import sys
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -78,7 +79,10 @@ def simulate(request: SimulateRequest) -> None:
             watch = _viewers(folder, options, series)
 
             def work() -> Ran:
-                return run(network, options, progress, watch)
+                with warnings.catch_warnings():
+                    # A simulator warns of lost values as it closes: `_show` has them as hints.
+                    warnings.filterwarnings("ignore", r"SP\d+ ")
+                    return run(network, options, progress, watch)
 
             ran = work() if network.all_probes else probing_outputs(network, work)
             progress("writing", None)

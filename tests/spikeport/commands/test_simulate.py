@@ -297,3 +297,4 @@ def test_values_that_read_outs_and_inputs_lost_are_hints(spikeport, tmp_path):
     printed = " ".join(done.out.split())
     assert "hint: SP406 read-out saturation: read-outs (" in printed
     assert "hint: SP408 input saturation: nodes[0] -> ensembles[0] (spikes lost in 46 %" in printed
+    assert "SP4" not in done.err  # as warnings, they would be there twice
