@@ -61,7 +61,8 @@ class Loss:
     readout_spikes : int
         Spikes of read-outs, each of which is a value lost.
     saturated_inputs : mapping of str to float
-        For each input of values, the share of steps in which its busiest source lost spikes.
+        For each input of values that lost spikes, the share of steps in which its busiest source
+        lost some.
     """
 
     n_steps: int

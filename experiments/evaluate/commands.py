@@ -13,7 +13,7 @@ _STREAM = 2
 
 
 class RandomCommands:
-    """Commands that jump at random times; a `WalkPort` limits their change as in training.
+    """Commands that jump at random times; a `LegsPort` limits their change as in training.
 
     Parameters
     ----------
