@@ -137,8 +137,7 @@ def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[En
         return learner, 0, []
     last = checkpoint.load(path)
     for key, value in options.identity().items():
-        # Checkpoints of earlier versions lack settings that these did not have.
-        held = last.options.get(key, value)
+        held = last.options.get(key)
         if held != value:
             raise UsageError(
                 f"'{options.folder}' holds a run with {key} {held}, not {value}; "

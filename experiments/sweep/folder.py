@@ -24,8 +24,8 @@ MOST_METRICS = 100
 """The most metrics of a result: experiments have about twenty, and a figure draws each of them."""
 
 
-FILES, VERSION, VERSIONS = "files", "spikeport", "versions"
-"""The keys of a plan for the digests of files, and the versions of spikeport and of packages."""
+FILES, VERSIONS = "files", "versions"
+"""The keys of a plan for the digests of files, and the versions of packages."""
 
 NONE = "none"
 """Stands for the digest of a file that a plan lacks: a changed schedule may name other files."""
@@ -189,45 +189,33 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
         held = read_json(folder.plan)
     except UsageError:
         held = None
-    files = held.pop(FILES, None) if isinstance(held, dict) else None
-    if not isinstance(held, dict) or not isinstance(files, dict | None):
+    files = held.pop(FILES, {}) if isinstance(held, dict) else None
+    if not isinstance(held, dict) or not isinstance(files, dict):
         raise UsageError(f"{folder.plan}: is no plan of a sweep; choose another --out")
     asked = _as_json(dataclasses.asdict(sweep))
     now = asked.pop(FILES)
-    # Plans of earlier versions do not name versions.
-    for key in (VERSION, VERSIONS):
-        held.setdefault(key, asked[key])
     held, asked = _by_package(held), _by_package(asked)
     differing = sorted(key for key in held.keys() | asked if held.get(key) != asked.get(key))
     if differing:
         there, here = (_pairs(plan, differing) for plan in (held, asked))
         raise UsageError(
             f"{folder.path}: was begun with {there}, but this {sweep.kind} has {here}; "
-            "give the earlier values, or choose another --out"
+            "go back to the earlier values, or choose another --out"
         )
     _check_files(folder, files, now)
 
 
 def _by_package(plan: dict[str, Any]) -> dict[str, Any]:
     """Return a plan with a key for each version, so that an error names those that differ."""
-    versions = plan[VERSIONS]
+    versions = plan.get(VERSIONS)
     if not isinstance(versions, dict):
         return plan
     others = {key: value for key, value in plan.items() if key != VERSIONS}
     return others | {f"{VERSIONS}.{name}": version for name, version in versions.items()}
 
 
-def _check_files(
-    folder: SweepFolder, files: Mapping[str, object] | None, now: Mapping[str, str]
-) -> None:
+def _check_files(folder: SweepFolder, then: Mapping[str, object], now: Mapping[str, str]) -> None:
     """Refuse files whose contents have changed since the folder's points were run."""
-    # Without digests nobody knows whether finished points read the present contents.
-    if files is None and now:
-        raise UsageError(
-            f"{folder.plan}: was written by an earlier spikeport, and does not record the contents "
-            f"of {', '.join(now)} when its points ran; choose another --out"
-        )
-    then = files or {}
     changed = [name for name in sorted(then.keys() | now) if then.get(name) != now.get(name)]
     if changed:
         pairs = [(shown(then.get(name, NONE)), now.get(name, NONE)) for name in changed]

@@ -14,7 +14,7 @@ from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.digests import digest, digests
 from spikeport.experiments.run_folder import version_of
-from spikeport.experiments.sweep.folder import VERSION, PointFiles
+from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.sweep.workers import Run
 from spikeport.hardware_models import chip as chips
@@ -69,11 +69,12 @@ def check(point: Point) -> None:
 
 def _check_versions(plan: Sweep) -> None:
     """Refuse packages of other versions, or other code of ours, than where the plan was made."""
-    begun = {VERSION: plan.spikeport, **plan.versions}
+    begun = {"spikeport": plan.spikeport, **plan.versions}
+    here = {"spikeport": own_version(), **{name: version_of(name) for name in plan.versions}}
     for name, version in begun.items():
-        if (here := own_version() if name == VERSION else version_of(name)) != version:
+        if here[name] != version:
             raise UsageError(
-                f"{name} is {here} in the worker, but {version} where the {plan.kind} began; "
+                f"{name} is {here[name]} in the worker, but {version} where the {plan.kind} began; "
                 "cure: install the same version"
             )
 

@@ -46,7 +46,7 @@ def test_a_folder_of_another_sweep_is_refused_with_every_difference_named(
     assert refused(tmp_path, sweep_of(seconds=3.0, varied={"n_neurons": (2, 10)})) == (
         f'{tmp_path}: was begun with seconds=2.0, varied={{"n_neurons": [2, 20]}}, but this '
         'sweep has seconds=3.0, varied={"n_neurons": [2, 10]}; '
-        "give the earlier values, or choose another --out"
+        "go back to the earlier values, or choose another --out"
     )
     assert json.loads(folder.plan.read_text())["seconds"] == 2.0
 
@@ -72,7 +72,7 @@ def test_a_plan_of_another_spikeport_version_is_refused(sweep_of, tmp_path):
     begin(tmp_path, sweep_of(spikeport="0.1.0"))
     assert refused(tmp_path, sweep_of(spikeport="0.2.0")) == (
         f'{tmp_path}: was begun with spikeport="0.1.0", but this sweep has spikeport="0.2.0"; '
-        "give the earlier values, or choose another --out"
+        "go back to the earlier values, or choose another --out"
     )
 
 
@@ -88,19 +88,20 @@ def test_a_plan_of_another_version_of_a_package_is_refused(sweep_of, tmp_path):
     asked = sweep_of(versions={"numpy": "2.1.0", "mujoco": "3.3.0"})
     assert refused(tmp_path, asked) == (
         f'{tmp_path}: was begun with versions.mujoco="3.2.0", but this sweep has '
-        'versions.mujoco="3.3.0"; give the earlier values, or choose another --out'
+        'versions.mujoco="3.3.0"; go back to the earlier values, or choose another --out'
     )
     (tmp_path / "sweep.json").write_text(json.dumps({"versions": 1}))
     assert "was begun with" in refused(tmp_path, sweep_of())
 
 
-def test_a_plan_without_a_version_is_continued(sweep_of, tmp_path):
+def test_a_plan_without_a_version_is_of_other_code_and_refused(sweep_of, tmp_path):
     folder = begin(tmp_path, sweep_of())
     plan = json.loads(folder.plan.read_text())
     assert plan.pop("spikeport") == own_version()
     assert plan.pop("versions")["numpy"] == version("numpy")
     folder.plan.write_text(json.dumps(plan))
-    begin(tmp_path, sweep_of())
+    message = refused(tmp_path, sweep_of())
+    assert message.startswith(f"{tmp_path}: was begun with spikeport=null, versions.")
 
 
 def test_the_refusal_names_input_files_with_other_contents(sweep_of, tmp_path):
@@ -114,19 +115,6 @@ def test_the_refusal_names_input_files_with_other_contents(sweep_of, tmp_path):
         f"{tmp_path}: was begun with other contents of b.npz (digest 2 then, none now), d.npz "
         "(digest none then, 2 now); put these files back, or choose another --out"
     )
-
-
-def test_a_plan_without_digests_is_continued_only_if_the_sweep_names_no_file(sweep_of, tmp_path):
-    folder = begin(tmp_path, sweep_of())
-    plan = json.loads(folder.plan.read_text())
-    del plan["files"]
-    folder.plan.write_text(json.dumps(plan))
-    assert refused(tmp_path, sweep_of(files={"a.csv": "1"})) == (
-        f"{tmp_path}/sweep.json: was written by an earlier spikeport, and does not record the "
-        "contents of a.csv when its points ran; choose another --out"
-    )
-    begin(tmp_path, sweep_of())
-    assert json.loads(folder.plan.read_text())["files"] == {}
 
 
 @pytest.mark.parametrize("files", [[], 5, "a.csv"])
