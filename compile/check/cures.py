@@ -7,8 +7,8 @@ DENSE = "use a dense transform: transform.sample(rng).toarray()"
 OFF_CHIP = "do not set its on_chip: targets and error sources of learning stay on the host"
 CLOSER = "bring its weights, gains and biases closer together"
 SMALLER = (
-    "scale its largest weights down, such as its highest gains or the transform of a connection "
-    "between neurons: beside these weights, a threshold is rounded to 0"
+    "scale down its largest weights, beside which a threshold is rounded to 0, such as its highest "
+    "gains or the transform of a connection between neurons"
 )
 FUNCTION = "give the passthrough node a function, as in nengo.Node(lambda t, x: x, size_in=...)"
 PRE_SYNAPSE = "use nengo.PES(pre_synapse=nengo.Lowpass(tau)), with a tau of one time step or more"
