@@ -6,7 +6,6 @@ The chip steps. Its outputs are decoded, and wait for the host's next step.
 """
 
 import functools
-import itertools
 from dataclasses import replace
 
 import nengo
@@ -19,14 +18,13 @@ from spikeport.backends.decoding import Decoder, OutputRecording
 from spikeport.backends.generators import own_generators
 from spikeport.backends.host_program import HostProgram
 from spikeport.backends.kept import fresh, program_of
+from spikeport.backends.lost_spikes import LostSpikes
 from spikeport.backends.pooled_signals import PooledSignals
 from spikeport.backends.sampling import recorded
 from spikeport.backends.tape import Flattener
 from spikeport.compile.ground.rewrite import Built
-from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import offsets, part
 from spikeport.compile.pipeline import Compilation
-from spikeport.compiled import compiled, make_ready
 from spikeport.hardware_models.activity import Activity
 
 
@@ -82,10 +80,7 @@ class HostLoop:
         size = image.n_inputs + errors + self._decoder.size
         signals = PooledSignals(program.model, extra=size)
         self._sources = signals.allocate(image.n_inputs)
-        self._lost = np.zeros(image.n_inputs, dtype=np.int64)
-        # The chip takes one spike of a source in a step; a source's output is its spikes / dt.
-        self._one = 1.5 / image.manifest.dt_s
-        self._count_lost = make_ready(_count_above, self._lost, self._sources, self._one)
+        self._lost = LostSpikes(image, self._sources)
         starts = offsets(image.inputs.size)
         boxes = {id(p.process): self._sources[part(starts, p.target)] for p in program.senders}
         boxes |= {id(port.process): signals.allocate(port.size) for port in program.error_senders}
@@ -106,7 +101,7 @@ class HostLoop:
     def step(self) -> None:
         """Advance host and chip by one step."""
         self._step_host()
-        self._count_lost(self._lost, self._sources, self._one)
+        self._lost.count()
         self._n_steps += 1
         if self._host.model.probes:
             self._probe()
@@ -168,36 +163,9 @@ class HostLoop:
 
     def activity(self) -> Activity:
         """Return exact counts of the chip, and of the values that the host could not send."""
-        return replace(self._chip.activity(), cut_off=self._cut_off())
-
-    def _cut_off(self) -> dict[str, int]:
-        """Return the steps in which a source of an input had to spike more than once."""
-        image = self.compilation.image
-        ends = offsets(image.inputs.size)
-        return {
-            _input_name(image, i): int(self._lost[a:b].max(initial=0))
-            for i, (a, b) in enumerate(itertools.pairwise(ends))
-            if image.manifest.inputs[i].encoding.kind != "spikes"  # spikes stand for no value
-        }
+        return replace(self._chip.activity(), cut_off=self._lost.by_input())
 
     def close(self) -> None:
         """Free host and chip."""
         self._host.close()
         self._chip.close()
-
-
-@compiled
-def _count_above(counts: np.ndarray, values: np.ndarray, limit: float) -> None:
-    """Add 1 to the count of each value above a limit."""
-    for i in range(len(values)):
-        counts[i] += values[i] > limit
-
-
-def _input_name(image: ChipImage, number: int) -> str:
-    """Return the name of an input: its connection, or its node with the blocks that it reaches."""
-    if " -> " in (name := image.manifest.inputs[number].name):
-        return name
-    routes = np.flatnonzero((image.routes.from_input == 1) & (image.routes.source == number))
-    blocks = image.groups.block[image.routes.group[routes]]
-    reached = dict.fromkeys(image.manifest.blocks[block].label for block in blocks)
-    return f"{name} to {', '.join(reached)}"
