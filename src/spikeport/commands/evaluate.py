@@ -212,7 +212,6 @@ def screen_table(rows: "list[TableRow]") -> Table:
     from spikeport.experiments.evaluate.measures import MEASURES
 
     shown = Table()
-    # The names of rows may differ only at their ends: a long name wraps.
     shown.add_column("perturbation")
     shown.add_column("falls")
     for name in SHOWN:
