@@ -12,6 +12,7 @@ import pytest
 from spikeport import cache
 from spikeport.experiments.evaluate import episode
 from spikeport.experiments.evaluate.episode import EpisodeRun
+from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.evaluate.walker import ExactWalker, SpikingWalker, find_walker
 from spikeport.experiments.options import Options
 from spikeport.experiments.sweep.store import Store
@@ -70,6 +71,26 @@ def test_a_spiking_walker_repeats_an_episode_bit_for_bit_after_another(monkeypat
     again = walker.walk(NONE, 0.5, 3).plant.data.qpos
     np.testing.assert_array_equal(again, first)
     assert not np.array_equal(other, first)
+
+
+@pytest.mark.slow
+def test_a_robot_that_is_called_in_its_own_steps_alone_walks_as_if_called_in_all(monkeypatch):
+    monkeypatch.setattr(walk_trial, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
+    settings = WalkSettings(n_neurons=2, calibrated=False)
+    walker = SpikingWalker(WalkTrial(settings, Options(1.0, backend="native", pipeline="compact")))
+    actions, advance = [], Stage.advance
+
+    def counted(stage, action):
+        actions.append(action)
+        return advance(stage, action)
+
+    monkeypatch.setattr(Stage, "advance", counted)
+    first = walker.walk(NONE, 0.2, 3).plant.data.qpos.copy()
+    assert len(actions) == 1 + 40  # the network's first step, and each of the robot's
+    monkeypatch.setattr(Stage, "skip", lambda stage: 0)
+    in_all = walker.walk(NONE, 0.2, 3).plant.data.qpos
+    assert len(actions) == 41 + 200
+    np.testing.assert_array_equal(first, in_all)
 
 
 @pytest.mark.slow
