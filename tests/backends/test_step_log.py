@@ -94,10 +94,11 @@ def test_a_long_run_takes_no_more_memory_than_a_short_one(network, kept_steps):
 def test_no_step_waits_for_more_than_a_piece_to_be_folded(monkeypatch):
     monkeypatch.setattr(step_log, "KEPT_STEPS", KEPT)
     monkeypatch.setattr(step_log, "PIECE", 10)
-    folded = []
+    folded, messages_of_pieces = [], []
 
     def fold(activity, chip):
         folded.append(len(activity.spikes))
+        messages_of_pieces.append(activity.kept.messages.item())
         return step_time.fold(activity, chip)
 
     monkeypatch.setattr(step_log, "fold", fold)
@@ -111,6 +112,8 @@ def test_no_step_waits_for_more_than_a_piece_to_be_folded(monkeypatch):
     assert found.folded.n_steps == 2 * KEPT
     assert found.spikes.ravel().tolist() == list(range(101, 121))
     assert found.over_steps("spikes") == sum(range(121))
+    # All are of the first steps, in which they are spread evenly.
+    assert messages_of_pieces == pytest.approx([1.4] * 5 + [0.0] * 5)
     assert (found.messages, found.messages_host, found.readout_spikes) == (*messages, 5)
 
 
