@@ -11,6 +11,7 @@ import nengo
 import xarray as xr
 from nengo.exceptions import SimulationError
 
+from spikeport.compile.check.lost_values import cut_off_by_design
 from spikeport.compile.report.report import in_result
 from spikeport.constants import DT_S
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError
@@ -52,6 +53,7 @@ class Ready(NamedTuple, Generic[K]):
             pass
 
 
+@cut_off_by_design()
 def run(trial: Trial[K, R], folder: Path) -> Outcome:
     """Run a trial and write its folder.
 

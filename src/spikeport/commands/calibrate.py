@@ -8,6 +8,7 @@ from spikeport.commands.checks import check_target, seconds_of
 from spikeport.commands.console import Console
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
+from spikeport.compile.check.lost_values import cut_off_by_design
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry
 from spikeport.experiments.calibration import is_calibration
@@ -38,7 +39,7 @@ def run(request: CalibrateRequest) -> None:
             "calibration of its own; leave it out"
         )
     chosen = experiment.settings(**settings)
-    with progress_bar() as progress:
+    with progress_bar() as progress, cut_off_by_design():
         options = Options(
             seconds=seconds_of(request.seconds, experiment),
             backend=target.backend,

@@ -4,7 +4,7 @@ import nengo
 import pytest
 
 from spikeport import Simulator
-from spikeport.compile.check.lost_values import input_hints, readout_hints
+from spikeport.compile.check.lost_values import cut_off_by_design, input_hints, readout_hints
 
 
 def test_spikes_of_read_outs_are_counted_against_none():
@@ -56,6 +56,13 @@ def test_many_inputs_that_are_cut_off_are_one_warning():
         sim.close()
     (warning,) = warned
     assert "of steps), 2 more; cure: widen the ensemble's radius" in str(warning.message)
+
+
+@pytest.mark.filterwarnings("error::UserWarning")
+def test_inputs_that_are_cut_off_by_design_are_in_the_report_alone():
+    with cut_off_by_design(), Simulator(driven(2.0)) as sim:
+        sim.run_steps(100)
+    assert [hint["id"] for hint in sim.report()["hints"] if hint["id"] == "SP408"] == ["SP408"]
 
 
 @pytest.mark.filterwarnings("error::UserWarning")

@@ -1,6 +1,7 @@
 import dataclasses
 import json
 import shutil
+import warnings
 from pathlib import Path
 
 import nengo
@@ -407,3 +408,16 @@ def test_a_gait_is_recorded_once_for_a_policy(monkeypatch, tmp_path):
     assert (trial._gait(other) == 2).all()
     rough = WalkTrial(WalkSettings(gait="rough"), trial.options)
     assert (rough._gait(weights) == 3).all()
+
+
+@pytest.mark.filterwarnings("error::UserWarning")
+def test_a_run_leaves_inputs_that_are_cut_off_to_its_report(monkeypatch, tmp_path):
+    """Ranges of policies are quantiles of their values: all walks, and calibrations, would warn."""
+
+    def prepare(_trial):
+        warnings.warn("SP408 input saturation: observation (spikes lost in 5 %)", stacklevel=1)
+        raise UsageError("prepared")
+
+    monkeypatch.setattr(driver, "prepare", prepare)
+    with pytest.raises(UsageError, match="prepared"):
+        driver.run(WalkTrial(WalkSettings(), Options(1.0)), tmp_path)
