@@ -13,6 +13,7 @@ from typing import NamedTuple
 import nengo
 import numpy as np
 
+from spikeport.compile.check.lost_values import cut_off_by_design
 from spikeport.compile.pipeline import Compilation
 from spikeport.constants import DT_S
 from spikeport.experiments.calibration import play_in
@@ -128,7 +129,10 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
     """
     exact_action = conversion.exact(conversion.sample)[-1]
     net = conversion.network(probed=False)
-    with Simulator(net, chip=chip, dt=DT_S, pipeline=passes, progress=progress) as sim:
+    with (
+        cut_off_by_design(),
+        Simulator(net, chip=chip, dt=DT_S, pipeline=passes, progress=progress) as sim,
+    ):
         assert sim.compilation is not None
         _run(sim, len(conversion.sample), "running on the chip", progress)
         chip_error = _error(sim.data[net.action], exact_action)

@@ -26,6 +26,7 @@ def observations():
     return np.random.RandomState(1).randn(200, 4)
 
 
+@pytest.mark.filterwarnings("error:SP408")  # the report has it: ranges are quantiles
 def test_a_perceptron_is_measured_layer_by_layer(observations):
     options = PolicyOptions(n_neurons=20, tau_fwd=0.004)
     conversion = Conversion(perceptron("elu"), options, observations)
@@ -39,6 +40,7 @@ def test_a_perceptron_is_measured_layer_by_layer(observations):
     assert 0.02 < converted.lint.action_error < 0.3
     assert 0.02 < converted.lint.chip_error < 0.4
     assert converted.activity.n_steps == 20 * 50
+    assert converted.activity.saturated_inputs
     assert converted.compilation.report.digest == converted.compilation.image.digest
 
 
