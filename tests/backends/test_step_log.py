@@ -112,7 +112,7 @@ def test_no_step_waits_for_more_than_a_piece_to_be_folded(monkeypatch):
     assert found.folded.n_steps == 2 * KEPT
     assert found.spikes.ravel().tolist() == list(range(101, 121))
     assert found.over_steps("spikes") == sum(range(121))
-    # All are of the first steps, in which they are spread evenly.
+    # The totals do not grow after the first fold, over whose pieces they are spread evenly.
     assert messages_of_pieces == pytest.approx([1.4] * 5 + [0.0] * 5)
     assert (found.messages, found.messages_host, found.readout_spikes) == (*messages, 5)
 
