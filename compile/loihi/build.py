@@ -37,7 +37,7 @@ from spikeport.compile.loihi.error_parts import error_parts_placed
 from spikeport.compile.loihi.events import EventSteps, event_steps
 from spikeport.compile.loihi.host_neurons import SparseInputNeurons, weighted
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
-from spikeport.compile.loihi.lean import lean
+from spikeport.compile.loihi.lean import lean, lean_read_out
 from spikeport.compile.loihi.learned_targets import learned_targets_stay
 from spikeport.compile.loihi.merged_connections import merged_in_full
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
@@ -65,6 +65,7 @@ class OrderedModel(Model):
         super().__init__(dt=dt_s, label="spikeport")
         self.names = rewrite.names
         self._options = NetworkSettings(rewrite.network)
+        self._made_probes = set(rewrite.stand_ins.values())
         self.building: tuple[str, ...] = ("network",)
         self.crossings: dict[LoihiInput | LoihiProbe, Crossing] = {}
         self.events: dict[LoihiInput, EventSteps] = {}
@@ -95,6 +96,8 @@ class OrderedModel(Model):
             if isinstance(obj, nengo.Connection) and self._ends_on_chip(obj):
                 fit_range(self, obj)
                 self.target_filters_s[obj] = self._target_filter_s(obj)
+            if isinstance(obj, nengo.Connection) and obj.post_obj in self._made_probes:
+                lean_read_out(self, obj)
             for probe in list(self.probes)[n_probes:]:
                 probe.weights = [_without_factors(weights) for weights in probe.weights]
         if isinstance(obj, NAMED):

@@ -1,5 +1,7 @@
 """Direct connections without useless weights and axons: no zeros, one axon for equal weights.
 
+So are the read-outs of probes that a pass made: each reads one ensemble of many that are fused.
+
 A weight of zero does nothing, and spikes on one axon add up, so results stay the same. This is done
 during the build, since nengo-loihi splits blocks at its end, by the axons and weights they have.
 """
@@ -28,6 +30,13 @@ def lean(model: Model, connection: nengo.Connection) -> Iterator[None]:
         if isinstance(source, LoihiBlock):
             (axon,) = (one for one in source.axons if one.target is synapse)
             _share(synapse, axon)
+
+
+def lean_read_out(model: Model, connection: nengo.Connection) -> None:
+    """Drop the useless weights and axons of a read-out that is built."""
+    parts = model.objs[connection]
+    _drop_zeros(parts["decoders"])
+    _share(parts["decoders"], parts["decode_axon"])
 
 
 def _drop_zeros(synapse: Synapse) -> None:

@@ -7,6 +7,7 @@ import pytest
 import spikeport
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.loihi import build
 from spikeport.compile.pipeline import compile_network
 
 
@@ -84,3 +85,28 @@ def test_a_function_that_is_zero_compiles_with_a_hint() -> None:
         nengo.Connection(a, b, function=lambda x: 0)
     hints = compile_network(network, pipeline="decode_path").report.hints
     assert ("SP402", "b") in {(hint.id, hint.object) for hint in hints}
+
+
+def read_one_by_one(pipeline: str) -> tuple[ChipImage, np.ndarray]:
+    """Return the image of six probed ensembles that a pass fuses, and what the probes record."""
+    with nengo.Network(seed=5) as network:
+        stimulus = nengo.Node(lambda t: np.sin(20 * t))
+        for _ in range(6):
+            ensemble = nengo.Ensemble(20, 1)
+            nengo.Connection(stimulus, ensemble)
+            nengo.Probe(ensemble, synapse=0.01)
+    with spikeport.Simulator(network, pipeline=pipeline, progress_bar=False) as simulator:
+        simulator.run_steps(100)
+        return simulator.image, np.array([simulator.data[probe] for probe in network.probes])
+
+
+def test_a_probe_of_a_fused_ensemble_reads_the_neurons_of_that_ensemble_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    image, found = read_one_by_one("fuse")
+    monkeypatch.setattr(build, "lean_read_out", lambda model, connection: None)
+    whole, wanted = read_one_by_one("fuse")
+    inputs = 6 * 2  # a pair of neurons on the host for each ensemble
+    assert len(whole.in_axons.row) == 6 * 120 + inputs
+    assert len(image.in_axons.row) == 6 * 20 + inputs
+    np.testing.assert_array_equal(found, wanted)
