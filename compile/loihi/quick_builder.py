@@ -17,6 +17,9 @@ enough unless the period is close to a whole step. Seeds and LIF rates keep neng
 The decoders of `nengo.solvers.NoSolver` are known, but nengo-loihi computes rates at all values, to
 refuse ensembles that never fire.
 
+The host's neurons that encode n values are an ensemble of n dimensions. Nengo draws evaluation
+points for it, which takes the third power of n, though nobody decodes it.
+
 nengo-loihi's rates have the height of a spike as a factor. So have Nengo's, except for the rates of
 `nengo.RegularSpiking`: its decoded values are larger by that factor, and here on the chip, too.
 
@@ -36,6 +39,7 @@ from nengo.exceptions import BuildError
 from nengo.neurons import NeuronType
 from nengo.solvers import NoSolver
 from nengo_loihi.builder import connection, ensemble
+from nengo_loihi.decode_neurons import OnOffDecodeNeurons
 from nengo_loihi.neurons import (
     discretize_tau_rc,
     discretize_tau_ref,
@@ -166,6 +170,15 @@ def quick_solve(
     return usual(conn, gain, bias, x, *arguments, **named)
 
 
+def quick_ensemble(
+    neurons: OnOffDecodeNeurons, usual: Callable[..., nengo.Ensemble], dim: int, **named: object
+) -> nengo.Ensemble:
+    """Return the host's neurons for ``dim`` values, with a single evaluation point."""
+    encoding = usual(neurons, dim, **named)
+    encoding.eval_points = np.zeros((1, dim))
+    return encoding
+
+
 _NUMPY = StandIn(np, random=StandIn(np.random, RandomState=random_state))
 _RATES = {
     **nengo_loihi.neurons.loihi_rate_functions,
@@ -178,10 +191,12 @@ _RATES = {
 def quick_builder() -> Iterator[None]:
     """Let nengo-loihi's builder use these parts in the context; the caller holds `refusal.TURN`."""
     solve = functools.partial(quick_solve, connection.solve_for_decoders)
+    encoding = functools.partialmethod(quick_ensemble, OnOffDecodeNeurons.get_ensemble)
     with (
         replaced(ensemble, "np", _NUMPY),
         replaced(connection, "np", _NUMPY),
         replaced(connection, "solve_for_decoders", solve),
         replaced(nengo_loihi.neurons, "loihi_rate_functions", _RATES),
+        replaced(OnOffDecodeNeurons, "get_ensemble", encoding),
     ):
         yield

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from nengo.solvers import NoSolver
 from nengo_loihi.builder import connection, ensemble
+from nengo_loihi.decode_neurons import OnOffDecodeNeurons
 from nengo_loihi.neurons import discretize_tau_rc, discretize_tau_ref, loihi_lif_rates
 
 import spikeport
@@ -139,3 +140,17 @@ def test_regular_spikes_of_any_amplitude_decode_to_the_values_of_float_nengo(
             found.append([sim.data[probe][-150:].mean() for probe in probes])
     assert found[0][0] == pytest.approx(amplitude / 2, rel=0.05)
     assert found[1] == pytest.approx(found[0], rel=0.12)
+
+
+def test_neurons_of_the_host_that_nobody_decodes_get_one_evaluation_point() -> None:
+    kind = OnOffDecodeNeurons(is_input=True)
+    with nengo.Network(seed=1) as network:
+        usual = kind.get_ensemble(3)
+        with quick_builder():
+            quick = kind.get_ensemble(3)
+    with nengo.Simulator(network, progress_bar=False) as simulator:
+        wanted, found = simulator.data[usual], simulator.data[quick]
+    assert len(wanted.eval_points) > 1
+    assert len(found.eval_points) == 1
+    for name in ("gain", "bias", "encoders", "intercepts", "max_rates"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
