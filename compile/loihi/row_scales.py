@@ -110,10 +110,15 @@ class RowScales:
 
     def lost(self, weights: sparse.csr_array) -> sparse.csr_array:
         """Return what a group of weights (n, n_pre) gains and loses by rounding, (n, n_pre)."""
+        lost = self.rounded(weights).data - weights.data
+        return sparse.csr_array((lost, weights.indices, weights.indptr), shape=weights.shape)
+
+    def rounded(self, weights: sparse.csr_array) -> sparse.csr_array:
+        """Return a group of weights (n, n_pre) as the chip rounds them, (n, n_pre)."""
         rows = np.repeat(np.arange(weights.shape[0]), np.diff(weights.indptr))
         factor = np.exp2(-self.k).astype(np.float32)[rows]
-        lost = stored(weights.data * factor, rows, self.info) / factor - weights.data
-        return sparse.csr_array((lost, weights.indices, weights.indptr), shape=weights.shape)
+        found = stored(weights.data * factor, rows, self.info) / factor
+        return sparse.csr_array((found, weights.indices, weights.indptr), shape=weights.shape)
 
     def coarseness(self) -> float:
         r"""Return the relative rms error of thresholds, which are multiples of 64.

@@ -18,7 +18,9 @@ from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.passes.scale_rows import ScaleRows
 from spikeport.compile.rewriting.decode_paths import (
+    CROWDED,
     EPSILON_S,
+    OTHER_FILTER,
     PathCost,
     Slack,
     all_but,
@@ -53,7 +55,8 @@ class DecodePath(NetworkPass):
 
     An ensemble has one filter for all its inputs, the slowest that an input asks for. ``auto``
     wires a connection directly only if this delays no other input by more than a relay would: 5 ms
-    and a step. The other connections keep their own filter, in decode neurons.
+    and a step. The other connections keep their own filter, in decode neurons. Nor does it wire
+    more neurons to an ensemble than a core has input axons for.
 
     Attributes
     ----------
@@ -80,7 +83,8 @@ class DecodePath(NetworkPass):
         links = [c for c in rewrite.network.all_connections if _is_link(c, scope)]
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
         found = {c: link(c, solver) for c in links}
-        errors = DirectErrors(found, scope, solver, context.dt_s, _profiles(context))
+        most = context.chip.limits.most("in_axons")
+        errors = DirectErrors(found, scope, solver, context.dt_s, _profiles(context), most)
         costs = self._costs(found, errors, wanted, context)
         relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
 
@@ -118,7 +122,8 @@ class DecodePath(NetworkPass):
 
         The direct connections into a target decide its filter and the scale of its weights, and so
         the error of each other. If some are rejected, the rest is judged again. At the end, the
-        errors in ``costs`` are those beside the connections that are left.
+        errors in ``costs`` are those beside the connections that are left. Direct connections whose
+        axons a core has no room for are rejected last.
         """
         reasons = {c: self._rejected(costs[c], wanted[c]) for c in costs}
         set_direct = [c for c in costs if wanted[c] == "direct"]
@@ -130,8 +135,13 @@ class DecodePath(NetworkPass):
                 costs[c] = _with_error(costs[c], errors.of(c, direct, filters[c.post_obj]))
             for c in free:
                 shared = -EPSILON_S <= filters[c.post_obj] - time_constant_s(c) <= relay_s
-                reasons[c] = self._rejected(costs[c], wanted[c], shared)
+                not_direct = "" if shared else OTHER_FILTER
+                reasons[c] = self._rejected(costs[c], wanted[c], not_direct)
             left = [c for c in free if _is_free(wanted[c], reasons[c])]
+            if left == free:
+                for c in errors.crowded(free, direct, filters):
+                    reasons[c] = self._rejected(costs[c], wanted[c], CROWDED)
+                    left = [one for one in left if one is not c]
         return reasons, filters
 
     def _wanted(
@@ -140,10 +150,10 @@ class DecodePath(NetworkPass):
         set_paths = {c: settings.get(c, "decode_path") or "auto" for c in links}
         return {c: self.default if path == "auto" else path for c, path in set_paths.items()}
 
-    def _rejected(self, costs: list[PathCost], wanted: str, shared: bool = True) -> dict[str, str]:
+    def _rejected(self, costs: list[PathCost], wanted: str, not_direct: str = "") -> dict[str, str]:
         if wanted != "auto":
             return all_but(wanted, costs)
-        return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), shared)
+        return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), not_direct)
 
 
 def _is_free(wanted: str, reasons: Mapping[str, str]) -> bool:

@@ -31,6 +31,7 @@ N_STEPS = 400
 EPSILON_S = 1e-9
 """Difference below which delays are equal: they are sums of time steps and time constants."""
 OTHER_FILTER = "its target has one filter for all inputs, of another time constant"
+CROWDED = "the spikes into its target take more input axons than a core has"
 
 
 class PathCost(NamedTuple):
@@ -201,7 +202,7 @@ class Slack:
     delay_s: float
 
 
-def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> dict[str, str]:
+def rejected(costs: Sequence[PathCost], slack: Slack, not_direct: str = "") -> dict[str, str]:
     """Return every path but the best, each with the reason why it is rejected.
 
     The best path loses least among those that are not too slow and do not take too many cores.
@@ -212,10 +213,10 @@ def rejected(costs: Sequence[PathCost], slack: Slack, shared: bool = True) -> di
         The costs of all paths.
     slack : Slack
         The price that a lower error may have.
-    shared : bool
-        True if the connection can share its target's filter, so that it can be wired directly.
+    not_direct : str
+        The reason why the connection cannot be wired directly; empty if it can.
     """
-    reasons = {} if shared else {"direct": OTHER_FILTER}
+    reasons = {"direct": not_direct} if not_direct else {}
     relay_s = min(one.delay_s for one in costs if one.path in RELAYS)
     for one in costs:
         if (more_s := one.delay_s - relay_s) > slack.delay_s + EPSILON_S:

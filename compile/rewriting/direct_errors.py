@@ -6,7 +6,7 @@ host send values, whose weights are encoders times gains, far above those of sin
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 
 import nengo
 import numpy as np
@@ -15,6 +15,7 @@ from nengo.ensemble import Neurons
 from nengo.exceptions import BuildError
 from scipy.sparse.linalg import norm
 
+from spikeport.compile.ground.filters import sends_spikes
 from spikeport.compile.ground.matrices import full
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import MATRICES, Scope, full_weights, target_rows
@@ -22,7 +23,7 @@ from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.row_scales import LEAST, RowScales
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.decode_paths import rounding
-from spikeport.compile.rewriting.links import Link
+from spikeport.compile.rewriting.links import Link, number_columns
 from spikeport.neurons import OWN_TYPES
 
 
@@ -41,6 +42,8 @@ class DirectErrors:
         The time step, in seconds.
     profiles : int
         The most thresholds in one block.
+    in_axons : float
+        The most input axons of a core.
     """
 
     def __init__(
@@ -50,8 +53,10 @@ class DirectErrors:
         solver: ParameterSolver,
         dt_s: float,
         profiles: int,
+        in_axons: float,
     ) -> None:
         self._links, self._solver, self._dt_s, self._profiles = links, solver, dt_s, profiles
+        self._in_axons = in_axons
         self._largest = {c: _largest(self._weights(c)) for c in links}
         self._others = defaultdict(list)
         for c in scope.network.all_connections:
@@ -61,6 +66,13 @@ class DirectErrors:
         for c in links:
             self._into[c.post_obj].append(c)
         self._fixed = {post: self._of_others(post, scope) for post in self._into}
+        self._axons_of_others = {
+            post: sum(
+                (self._axons_of_other(c, scope) for c in self._others[post]),
+                np.zeros(post.n_neurons, dtype=int),
+            )
+            for post in self._into
+        }
         self._found: dict[tuple[object, ...], RowScales | None] = {}
 
     def of(self, link: nengo.Connection, direct: Set[nengo.Connection], tau_s: float) -> float:
@@ -86,6 +98,82 @@ class DirectErrors:
         per_unit = np.divide(1.0, units, out=np.zeros_like(units), where=units != 0)
         lost = _per_row(scales.lost(self._weights(link)), per_unit)
         return float(np.hypot(_of_values(self._links[link], lost), scales.coarseness()))
+
+    def crowded(
+        self,
+        free: Sequence[nengo.Connection],
+        direct: Set[nengo.Connection],
+        filters: Mapping[nengo.Ensemble, float],
+    ) -> Iterator[nengo.Connection]:
+        """Yield links to relay so that no neuron has more direct inputs than a core has axons.
+
+        No cut of a target mends that: all inputs of a neuron arrive on its core. The links that
+        take most axons come first.
+
+        Parameters
+        ----------
+        free : sequence of nengo.Connection
+            The links among them that may be relayed.
+        direct : set of nengo.Connection
+            All links that are wired directly.
+        filters : mapping of nengo.Ensemble to float
+            The time constant of each target's compartments, in seconds.
+        """
+        of_target = defaultdict(list)
+        for c in free:
+            of_target[c.post_obj].append(c)
+        for post, mine in of_target.items():
+            wired = [c for c in self._into[post] if c in direct]
+            relays = [self._axons_of_relay(c) for c in self._into[post] if c not in direct]
+            room = self._in_axons - np.sum([self._axons_of_others[post], *relays], axis=0)
+            most = np.sum([_per_neuron(self._links[c].distinct_weights) for c in wired], axis=0)
+            if np.all(most <= room):  # as in most networks, without a look at rounding
+                continue
+            axons = {c: self._axons(c, direct, filters[post]) for c in wired}
+            total = np.sum([*axons.values()], axis=0)
+            for c in sorted(mine, key=lambda c: -axons[c].max()):
+                if np.all(total <= room):
+                    break
+                total = total - axons[c] + self._axons_of_relay(c)
+                yield c
+
+    def _axons_of_relay(self, link: nengo.Connection) -> np.ndarray:
+        """Return the axons into each neuron, (n,), that a relay of a link takes."""
+        pairs = int(RELAYS["preset10"](dt=self._dt_s).pairs_per_dim)
+        return 2 * pairs * _per_neuron(self._links[link].encoders)
+
+    def _axons_of_other(self, connection: nengo.Connection, scope: Scope) -> np.ndarray:
+        """Return the axons into each neuron, (n,), that a connection takes that is no link."""
+        pre, post = connection.pre_obj, base(connection.post_obj)
+        from_chip = scope.on_chip(pre)
+        # The host sends a value by a pair of neurons.
+        per_entry = 1 if sends_spikes(connection, from_chip) else 2
+        if from_chip and full_weights(connection):
+            return np.full(post.n_neurons, pre.n_neurons)
+        if not isinstance(connection.post_obj, Neurons):
+            encoders = sparse.csr_array(self._solver.ensemble(post).encoders)
+            return per_entry * _per_neuron(encoders)
+        found = np.zeros(post.n_neurons, dtype=int)
+        if isinstance(connection.transform, MATRICES):
+            matrix = full(self._solver.transform(connection), connection.size_mid)
+            np.add.at(found, target_rows(connection), np.count_nonzero(matrix, axis=1))
+        return per_entry * found
+
+    def _axons(
+        self, link: nengo.Connection, direct: Set[nengo.Connection], tau_s: float
+    ) -> np.ndarray:
+        """Return the axons of a link into each neuron, (n,): sources of equal weights share one."""
+        weights = self._links[link].distinct_weights
+        among = frozenset(c for c in self._into[link.post_obj] if c in direct)
+        scales = self._scales(link.post_obj, among, tau_s)
+        if scales is None or isinstance(link.post_obj.neuron_type, OWN_TYPES):
+            return _per_neuron(weights)
+        rounded = sparse.csc_array(scales.rounded(self._weights(link)))
+        rounded.eliminate_zeros()
+        first = np.unique(number_columns(rounded), return_index=True)[1]
+        # A piece of the target has an axon for each source of any of its neurons, so weights of
+        # single neurons that are rounded to 0 save none.
+        return _per_neuron(weights[:, first[np.diff(rounded.indptr)[first] > 0]])
 
     def _units(self, link: nengo.Connection) -> np.ndarray:
         """Return the weight, in the units of the target's compartments, of a weight of 1, (n,)."""
@@ -180,6 +268,11 @@ def _of_values(link: Link, lost: sparse.csr_array) -> float:
         return 0.0
     errors = norm(sparse.csr_array(encoders[:, used].T @ lost), axis=1)
     return float(np.sqrt(np.mean((errors / wanted[used]) ** 2)))
+
+
+def _per_neuron(weights: sparse.csr_array) -> np.ndarray:
+    """Return the number of weights into each neuron, (n,)."""
+    return np.diff(weights.indptr)
 
 
 def _largest(weights: sparse.csr_array) -> np.ndarray:

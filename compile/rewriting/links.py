@@ -34,8 +34,7 @@ class Link:
     def _columns(self) -> tuple[sparse.csc_array, np.ndarray]:
         """The distinct columns of the decoders (d, n), and the column of each neuron, (n_pre,)."""
         columns = sparse.csc_array(self.decoders)
-        entries = np.rec.fromarrays([columns.indices, columns.data])
-        of = number_alike(entries, columns.indptr)
+        of = number_columns(columns)
         return columns[:, np.unique(of, return_index=True)[1]], of
 
     @functools.cached_property
@@ -65,6 +64,11 @@ class Link:
         distinct = self.distinct_weights
         columns = np.bincount(distinct.indices, minlength=distinct.shape[1])
         return int(columns[self._columns[1]].sum())
+
+
+def number_columns(matrix: sparse.csc_array) -> np.ndarray:
+    """Number the columns of a matrix; equal columns get equal numbers."""
+    return number_alike(np.rec.fromarrays([matrix.indices, matrix.data]), matrix.indptr)
 
 
 def link(connection: nengo.Connection, solver: ParameterSolver) -> Link:

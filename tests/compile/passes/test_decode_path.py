@@ -19,7 +19,8 @@ from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.fuse import Fuse
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.pipeline import compile_network
-from spikeport.compile.rewriting.decode_paths import OTHER_FILTER
+from spikeport.compile.rewriting.decode_paths import CROWDED, OTHER_FILTER
+from tests.helpers.chip_files import chip_file
 from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
 
 
@@ -253,3 +254,25 @@ def test_an_integrator_integrates_as_it_does_as_written(seed: int) -> None:
             ends[pipeline] = float(simulator.data[network.probes[0]][-100:].mean())
     assert ends["compact"] == pytest.approx(ends["as_written"], abs=0.12)
     assert ends["compact"] > 0.4
+
+
+def test_a_target_gets_no_more_direct_inputs_than_a_core_has_axons(tmp_path: Path) -> None:
+    """Two of these connections are relayed so that the other two fit."""
+    with nengo.Network(seed=4) as network:
+        target = nengo.Ensemble(20, 3, label="target", radius=1.5)
+        for number in range(4):
+            kind = nengo.LIF(tau_rc=0.02 + 0.001 * number)  # of another type each: none are fused
+            source = nengo.Ensemble(100, 3, label=f"source {number}", neuron_type=kind)
+            nengo.Connection(nengo.Node([0.5]), source[0])
+            nengo.Connection(source, target, transform=0.25, synapse=0.005)
+    chip = chip_file(tmp_path / "few.toml", in_axons=350)
+    many, few = (compile_network(network, one, pipeline="compact") for one in ("loihi", chip))
+    notes = [
+        next(one["notes"] for one in compiled.report.passes if one["name"] == "decode_path")
+        for compiled in (many, few)
+    ]
+    paths, fewer = ([note["chosen"] for note in found.values()] for found in notes)
+    assert paths == ["direct"] * 4
+    assert sorted(fewer) == ["direct", "direct", "preset10", "preset10"]
+    reasons = {path["not_chosen"] for note in notes[1].values() for path in note["paths"]}
+    assert CROWDED in reasons

@@ -152,11 +152,11 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
 
 
 @pytest.mark.parametrize(
-    ("slack", "shared", "reasons"),
+    ("slack", "not_direct", "reasons"),
     [
         (
             Slack(2.5, 0.0),
-            True,
+            "",
             {
                 "onoff": "has a larger error than direct",
                 "preset10": "has a larger error than direct",
@@ -164,7 +164,7 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
         ),
         (
             Slack(2.4, 0.0),
-            True,
+            "",
             {
                 "direct": "2.5 more cores than the fewest",
                 "onoff": "has a larger error than preset10",
@@ -172,7 +172,7 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
         ),
         (
             Slack(0.4, 0.0),
-            True,
+            "",
             {
                 "direct": "2.5 more cores than the fewest",
                 "preset10": "0.5 more cores than the fewest",
@@ -180,20 +180,20 @@ LESS_THAN_HOST = {"host": "1 ms slower than decode neurons"}
         ),
         (
             Slack(2.5, 0.0),
-            False,
+            OTHER_FILTER,
             {"direct": OTHER_FILTER, "onoff": "has a larger error than preset10"},
         ),
         (
             Slack(0.4, 0.0),
-            False,
+            OTHER_FILTER,
             {"direct": OTHER_FILTER, "preset10": "0.5 more cores than the fewest"},
         ),
     ],
 )
 def test_the_path_with_the_least_error_of_the_small_and_fast_ones_is_chosen(
-    slack: Slack, shared: bool, reasons: dict[str, str]
+    slack: Slack, not_direct: str, reasons: dict[str, str]
 ) -> None:
-    assert rejected(costs(), slack, shared) == LESS_THAN_HOST | reasons
+    assert rejected(costs(), slack, not_direct) == LESS_THAN_HOST | reasons
 
 
 def test_a_slower_path_is_chosen_if_its_delay_is_allowed() -> None:
