@@ -5,6 +5,7 @@ from collections import Counter, defaultdict
 import nengo
 import numpy as np
 import scipy.sparse as sparse
+from nengo.base import NengoObject, ObjView
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import End
@@ -131,9 +132,8 @@ class Assembly:
         first = 0
         for key, mine in rows.items():
             part = slice(first, first + len(mine))
-            back = np.zeros((key.target.obj.size_in, len(mine)))
-            back[mine, np.arange(len(mine))] = scale[part]
-            nengo.Connection(node[part], key.target.obj, transform=back, synapse=key.synapse)
+            ends, back = _scaled_back(key.target.obj, mine, scale[part])
+            nengo.Connection(node[part], ends, transform=back, synapse=key.synapse)
             first += len(mine)
 
     def _connect(self, key: EdgeKey, target: End, matrix: sparse.csr_array) -> None:
@@ -262,3 +262,16 @@ def _firing_point(
     value = (FIRING - bias[best]) / (gain[best] * length[best])
     point: np.ndarray = encoders[best] / length[best] * value * radius
     return point[np.newaxis]
+
+
+def _scaled_back(
+    obj: NengoObject, rows: np.ndarray, scale: np.ndarray
+) -> tuple[NengoObject | ObjView, np.ndarray]:
+    """Return the target and the transform of values that are scaled into rows of an object."""
+    first, last = rows[[0, -1]].tolist()
+    if last - first + 1 == len(rows):
+        return obj[first : last + 1], scale  # Nengo takes a vector for a diagonal matrix
+    # A slice of indices would be copied in Python in every step.
+    back = np.zeros((obj.size_in, len(rows)))
+    back[rows, np.arange(len(rows))] = scale
+    return obj, back

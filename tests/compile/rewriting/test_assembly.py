@@ -113,8 +113,14 @@ def connections(assembly: Assembly, pre: Any = None, post: Any = None) -> list[n
 
 
 def dense(connection: nengo.Connection) -> np.ndarray:
+    """Return the matrix of a connection, to all rows of its target."""
     init = connection.transform.init
-    return init if isinstance(init, np.ndarray) else init.toarray()
+    matrix = init if isinstance(init, np.ndarray) else init.toarray()
+    if matrix.ndim == 2:
+        return matrix
+    whole = np.zeros((connection.post_obj.size_in, len(matrix)))
+    whole[connection.post_slice] = np.diag(matrix)
+    return whole
 
 
 def path(assembly: Assembly, connection: nengo.Connection) -> str:
@@ -208,6 +214,25 @@ def test_values_that_the_host_reads_are_decoded_by_one_connection() -> None:
     np.testing.assert_allclose(
         dense(to_second) @ scaled[to_second.pre_slice], [[0] * 4 + [*large[:, 0]]]
     )
+
+
+def test_values_that_the_host_reads_side_by_side_take_no_matrix() -> None:
+    """Of thousands of values, it would take gigabytes, nearly all of them zeros."""
+    with nengo.Network(seed=1) as network:
+        a = ensemble("a", 4)
+        node = nengo.Node(lambda t, x: None, size_in=5, label="x")
+        decode(a, node[1:4], values := decoders(4, 3), synapse=FAST)
+    assembly = assembled(network, whole(a))
+    (group,), (output,) = (
+        assembly.ensembles,
+        [n for n in assembly.flat.network.nodes if n.label == "a output"],
+    )
+    (decoded,) = connections(assembly, group, output)
+    (to_node,) = connections(assembly, post=node)
+    assert to_node.transform.init.shape == (3,)
+    expected = np.zeros((5, 4))
+    expected[1:4] = values.T
+    np.testing.assert_allclose(dense(to_node) @ decoded.solver.values.T, expected)
 
 
 def test_groups_are_wired_from_neurons_to_dimensions_and_to_neurons() -> None:
