@@ -166,9 +166,11 @@ def test_passes_that_refuse_the_build_settings_are_not_advised() -> None:
 def test_advice_names_as_written_if_only_these_passes_compile_the_network(tmp_path: Path) -> None:
     chip = chip_file(tmp_path / "few.toml", in_axons=200)
     with nengo.Network(seed=1) as network:
+        add_params(network)
         b = nengo.Ensemble(60, 2)
         for _ in range(3):
-            nengo.Connection(nengo.Ensemble(100, 2), b)
+            # `as_written` leaves the way of decoding to nengo-loihi.
+            network.config[nengo.Connection(nengo.Ensemble(100, 2), b)].decode_path = "direct"
     error = refusal(network, COMPACT, chip=chip)
     assert "SP102 in-axons" in str(error)
     n_cores = compile_network(network, chip, pipeline=AS_WRITTEN).image.n_cores

@@ -61,7 +61,9 @@ def test_the_numbers_of_a_violation_are_filled_into_its_cure() -> None:
 
 
 def test_cures_listed_for_a_rule_have_letters_in_place_of_numbers() -> None:
-    assert not any("{" in cure for rule in rules.RULES.values() for cure in rule.cures)
+    # Braces with an option of a pass, as in sparse_inputs{weight=n}, are text.
+    cures = [cure for rule in rules.RULES.values() for cure in rule.cures]
+    assert not [cure for cure in cures if re.search(r"\{\w*\}", cure)]
     assert rules.get("SP501").cures[0].startswith("compile it on a machine with n GB to spare")
 
 

@@ -102,7 +102,7 @@ def test_a_subclass_of_ensemble_has_the_probeable_attributes_of_ensemble() -> No
     with nengo.Network():
         population = Population(5, 1)
     assert probeable(population) == ("decoded_output",)
-    assert "spikes" in probeable(population.neurons)
+    assert "output" in probeable(population.neurons)
     assert probeable(nengo.PES()) == ()
 
 
