@@ -5,7 +5,6 @@ from collections import Counter, defaultdict
 import nengo
 import numpy as np
 import scipy.sparse as sparse
-from nengo.base import NengoObject, ObjView
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import End
@@ -132,8 +131,8 @@ class Assembly:
         first = 0
         for key, mine in rows.items():
             part = slice(first, first + len(mine))
-            ends, back = _scaled_back(key.target.obj, mine, scale[part])
-            nengo.Connection(node[part], ends, transform=back, synapse=key.synapse)
+            back = _scaled_back(key.target.obj.size_in, mine, scale[part])
+            nengo.Connection(node[part], key.target.obj, transform=back, synapse=key.synapse)
             first += len(mine)
 
     def _connect(self, key: EdgeKey, target: End, matrix: sparse.csr_array) -> None:
@@ -264,14 +263,10 @@ def _firing_point(
     return point[np.newaxis]
 
 
-def _scaled_back(
-    obj: NengoObject, rows: np.ndarray, scale: np.ndarray
-) -> tuple[NengoObject | ObjView, np.ndarray]:
-    """Return the target and the transform of values that are scaled into rows of an object."""
-    first, last = rows[[0, -1]].tolist()
-    if last - first + 1 == len(rows):
-        return obj[first : last + 1], scale  # Nengo takes a vector for a diagonal matrix
-    # A slice of indices would be copied in Python in every step.
-    back = np.zeros((obj.size_in, len(rows)))
+def _scaled_back(size: int, rows: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return the transform of values that are scaled into rows of a target of some size."""
+    if len(rows) == size:
+        return scale  # Nengo takes a vector for a diagonal matrix
+    back = np.zeros((size, len(rows)))
     back[rows, np.arange(len(rows))] = scale
-    return obj, back
+    return back
