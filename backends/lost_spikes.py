@@ -23,11 +23,11 @@ class LostSpikes:
     def __init__(self, image: ChipImage, sources: np.ndarray) -> None:
         self._image, self._sources = image, sources
         self._steps = np.zeros(image.n_inputs, dtype=np.int64)
-        self._limit = 1.5 / image.manifest.dt_s
+        self._limit = 1.5 / image.manifest.dt_s  # between the outputs of one spike and of two
         self._count = make_ready(_count_above, self._steps, self._sources, self._limit)
 
     def count(self) -> None:
-        """Take note of a step, for which the sources have their outputs."""
+        """Count the present step for each source that has to spike more than once in it."""
         self._count(self._steps, self._sources, self._limit)
 
     def by_input(self) -> dict[str, int]:

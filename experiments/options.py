@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.cache import NOTHING, Cache
 from spikeport.compile.report.report import Report
+from spikeport.constants import DT_S
 from spikeport.digest import digest_of
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments.run_folder import Result
@@ -34,6 +35,19 @@ BACKENDS = (
     REPLAY,
 )
 """Names of backends, and of controllers without neurons, that experiments run on."""
+
+
+ROUNDING_STEPS = 1e-6
+"""The error that a decimal time divided by a step may have: 1e-7 in the longest run."""
+
+
+def not_whole(seconds: float, dt_s: float = DT_S) -> str:
+    """Return the rule and the cure for a time between two steps; "" for one of whole steps."""
+    steps = seconds / dt_s
+    if abs(steps - round(steps)) <= ROUNDING_STEPS:
+        return ""
+    nearest_s = round(round(steps) * dt_s, 3)
+    return f"must be a whole number of steps of {dt_s:g} s; cure: {nearest_s}"
 
 
 def keeps_to_a_clock(link: LinkOptions, robot: "RobotOptions | None") -> bool:

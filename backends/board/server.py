@@ -15,9 +15,10 @@ from spikeport.backends.board.faults import FaultyLine
 from spikeport.backends.board.frame import Frame, Kind
 from spikeport.backends.board.line import SocketLine
 from spikeport.backends.board.sockets import accepted, bound_text, listening, secured
+from spikeport.counted import counted
 from spikeport.errors import BoardLostError
 from spikeport.fault_plan import Fault, unreached
-from spikeport.pacing import SystemClock, in_steps
+from spikeport.pacing import SystemClock
 
 LOOK_S = 0.5
 """Time between looks for other hosts, which are refused."""
@@ -189,7 +190,7 @@ class _Server:
 def _ending(service: Service, ended: bool, steps: int) -> Iterator[str]:
     """Yield a line on how a session ended, and lines on faults that were never reached."""
     if ended:
-        yield f"session ended after {in_steps(steps)}"
+        yield f"session ended after {counted(steps, 'step')}"
     else:
         yield f"the host is gone{f' after step {steps:,}' if steps else ''}"
     yield from unreached(service.faults, steps)

@@ -8,7 +8,8 @@ replaces it, for a few steps.
 from dataclasses import dataclass
 from typing import ClassVar
 
-from spikeport.pacing import Clock, Deadlines, in_steps
+from spikeport.counted import counted
+from spikeport.pacing import Clock, Deadlines
 
 ASKS = 3
 """The number of times that the host asks for a step of real time before the step is over."""
@@ -56,7 +57,7 @@ class RealTime:
     @property
     def limit(self) -> str:
         """The time after which the board is given up, in words."""
-        return f"{in_steps(self.hold + 1)} of {1000 * self.period_s:g} ms"
+        return f"{counted(self.hold + 1, 'step')} of {1000 * self.period_s:g} ms"
 
     @property
     def ask_again_s(self) -> float:

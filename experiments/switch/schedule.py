@@ -10,9 +10,9 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.draw_task import SHORTEST_S
+from spikeport.experiments.options import not_whole
 from spikeport.experiments.walk.path_file import FASTEST_M_S, path_files
 from spikeport.files import Name, read_model
 from spikeport.networks.humanoid import ACTIONS
@@ -59,11 +59,8 @@ class Phase(_Strictly):
     @field_validator("end_s")
     @classmethod
     def _is_a_whole_number_of_steps(cls, end_s: float) -> float:
-        nearest_s = round(round(end_s / DT_S) * DT_S, 3)
-        if abs(end_s - nearest_s) > ROUNDING_S:
-            raise ValueError(
-                f"must be a whole number of steps of {DT_S:g} s, found {end_s}; cure: {nearest_s}"
-            )
+        if why := not_whole(end_s):
+            raise ValueError(f"{end_s} {why}")
         return end_s
 
     @field_validator("utilities")

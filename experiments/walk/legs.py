@@ -91,7 +91,7 @@ class LegsPort(Port):
     def drive(self, values: np.ndarray) -> None:
         """Hold the joints at the action's targets; DivergedError if a value is not finite."""
         action = values[:ACTION_SIZE]
-        # Kept before the check, so that the last states show values that are not finite.
+        # Obeyed before the check, so that a recording shows values that are not finite.
         self._obey(action, values[ACTION_SIZE:])
         if np.count_nonzero(np.isfinite(values)) < len(values):
             raise DivergedError(

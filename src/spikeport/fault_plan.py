@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from spikeport.constants import LONGEST_RUN
+from spikeport.counted import counted
 from spikeport.errors import UsageError, unknown
-from spikeport.pacing import in_steps
 from spikeport.reading.mismatch import shown
 
 MOST_MS = 10**6
@@ -107,7 +107,7 @@ def _step_and_share(at: str | None, when: str) -> tuple[int, float]:
 def unreached(faults: Iterable[Fault], steps: int, run: str = "the run") -> list[str]:
     """Return a line for each fault beyond the last step of a run; none for a run of no steps."""
     return [
-        f"fault {fault.text} was never reached: {run} has {in_steps(steps)}"
+        f"fault {fault.text} was never reached: {run} has {counted(steps, 'step')}"
         for fault in faults
         if fault.step > steps > 0
     ]

@@ -194,7 +194,7 @@ def _type(hint: Any, default: object) -> Any:
 def _read(text: str) -> object:
     """Return the value of a text where no type is stated: "false" as a text would count as true."""
     for reader in (int, float, json.loads):
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(ValueError, RecursionError):
             return reader(text)
     return {"true": True, "false": False}.get(text.lower(), text)
 

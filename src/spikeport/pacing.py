@@ -229,8 +229,3 @@ class RoundTrips:
             **{name: None if t is None else round(1e6 * t, 1) for name, t in found.items()},
             "worst": round(1e6 * self.worst_s, 1),
         }
-
-
-def in_steps(n: int) -> str:
-    """Return a number of steps in words, e.g. ``"1 step"``."""
-    return f"{n:,} step{'s' if n != 1 else ''}"

@@ -7,7 +7,7 @@ import threading
 import pytest
 
 from spikeport.errors import UsageError
-from spikeport.pacing import Deadlines, RoundTrips, SystemClock, in_steps, undisturbed
+from spikeport.pacing import Deadlines, RoundTrips, SystemClock, undisturbed
 from tests.helpers.fake_board import FakeClock
 
 
@@ -90,7 +90,3 @@ def test_a_priority_that_the_system_refuses_is_an_error_with_a_cure(monkeypatch)
     with pytest.raises(UsageError, match="cure: start it with"), undisturbed(3):
         pass
     assert gc.get_freeze_count() == 0
-
-
-def test_a_number_of_steps_is_written_with_its_unit() -> None:
-    assert [in_steps(n) for n in (0, 1, 1000)] == ["0 steps", "1 step", "1,000 steps"]

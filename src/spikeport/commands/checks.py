@@ -7,7 +7,7 @@ from spikeport.commands.options import Target
 from spikeport.compile.passes.parse import parse
 from spikeport.constants import DT_S, LARGEST_SEED, LONGEST_RUN
 from spikeport.errors import UsageError
-from spikeport.experiments.options import WITHOUT_NEURONS, Experiment
+from spikeport.experiments.options import WITHOUT_NEURONS, Experiment, not_whole
 from spikeport.hardware_models import chip as chips
 
 if TYPE_CHECKING:
@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 NO_CORES = (WITHOUT_NEURONS, "reference")
 """Backends without a chip."""
-ROUNDING_STEPS = 1e-6
-"""The error that a decimal time divided by a step may have: 1e-7 in the longest run."""
 
 
 def check_target(target: Target) -> None:
@@ -67,12 +65,8 @@ def check_seconds(option: str, seconds: float) -> None:
 
 def check_whole_steps(option: str, seconds: float, dt_s: float = DT_S) -> None:
     """Raise UsageError for a time that a run of whole steps does not have."""
-    steps = seconds / dt_s
-    if abs(steps - round(steps)) > ROUNDING_STEPS:
-        nearest_s = round(round(steps) * dt_s, 3)
-        raise UsageError(
-            f"{option} {seconds}: must be a whole number of steps of {dt_s:g} s; cure: {nearest_s}"
-        )
+    if why := not_whole(seconds, dt_s):
+        raise UsageError(f"{option} {seconds}: {why}")
 
 
 def seeds_from(first: int, n: int, what: str) -> tuple[int, ...]:

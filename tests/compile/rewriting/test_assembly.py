@@ -212,7 +212,7 @@ def test_values_that_the_host_reads_are_decoded_by_one_connection() -> None:
 
 
 def test_values_for_all_of_a_target_on_the_host_take_no_matrix() -> None:
-    """Of thousands of values, it would take gigabytes, nearly all of them zeros."""
+    """A matrix for thousands of values would take gigabytes, nearly all of them zeros."""
     with nengo.Network(seed=1) as network:
         a = ensemble("a", 4)
         node = nengo.Node(lambda t, x: None, size_in=3, label="x")

@@ -120,7 +120,7 @@ def test_phases_that_do_not_follow_each_other_are_refused(reason, changed, to, m
         (
             "end_s = 12",
             "end_s = 12.0004",
-            "end_s: must be a whole number of steps of 0.001 s, found 12.0004; cure: 12.0",
+            "end_s: 12.0004 must be a whole number of steps of 0.001 s; cure: 12.0",
         ),
         ('name = "phase 1"\n', "", "name: is missing"),
         ('"phase 1"', '"\\u001b[2J"', r"name: holds control characters: '\x1b[2J'"),
