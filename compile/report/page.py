@@ -16,8 +16,7 @@ from spikeport.atomic import write_text
 from spikeport.compile.image.expected import AT_STATED_RATES
 from spikeport.compile.report.drawing import SIDE, Chip, chips, estimate
 from spikeport.compile.report.report import Json
-from spikeport.constants import BITS_PER_KIB
-from spikeport.counted import counted
+from spikeport.counted import counted, in_kib
 from spikeport.hardware_models.estimate import merge_sources
 from spikeport.hardware_models.host_io import HostIoReport
 
@@ -260,7 +259,7 @@ def _share(used: int, limit: int | None) -> float | None:
 def _amount(resource: str, number: int | None) -> str:
     if number is None:
         return "not public"
-    return f"{number / BITS_PER_KIB:,.0f} KiB" if resource.endswith("_bits") else f"{number:,}"
+    return f"{in_kib(number)} KiB" if resource.endswith("_bits") else f"{number:,}"
 
 
 def _count(number: float) -> str:

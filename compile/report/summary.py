@@ -6,8 +6,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from spikeport.constants import BITS_PER_KIB
-from spikeport.counted import counted
+from spikeport.counted import counted, in_kib
 from spikeport.hardware_models.limits import Usage, limits_of_a_core
 from spikeport.hardware_models.topology import chips_used
 from spikeport.table import Table
@@ -86,8 +85,8 @@ def _lines(report: "Report") -> Iterator[str]:
 
 
 def _share(usage: Usage) -> tuple[str, str]:
-    scale, unit = (BITS_PER_KIB, " KiB") if usage.unit == "bit" else (1, "")
+    amount, unit = (in_kib, " KiB") if usage.unit == "bit" else ("{:,.0f}".format, "")
     if usage.limit is None:
-        return f"{usage.used / scale:,.0f}{unit} / not public", ""
-    amounts = f"{usage.used / scale:,.0f} / {usage.limit / scale:,.0f}{unit}"
+        return f"{amount(usage.used)}{unit} / not public", ""
+    amounts = f"{amount(usage.used)} / {amount(usage.limit)}{unit}"
     return amounts, f"{100 * usage.used / usage.limit:.1f}"

@@ -1,6 +1,20 @@
 """Counts of things, in words."""
 
+from spikeport.constants import BITS_PER_KIB
+
 
 def counted(n: float, noun: str) -> str:
     """Return a number with its noun, such as "1 core" or "2,306 synapses"."""
     return f"{n:,} {noun}{'s' * (n != 1)}"
+
+
+def in_kib(n_bits: int) -> str:
+    """Return the size of a memory in whole KiB, "<1" where it would round to 0, without its unit.
+
+    Examples
+    --------
+    >>> in_kib(12_736), in_kib(3_000), in_kib(0)
+    ('2', '<1', '0')
+    """
+    rounded = f"{n_bits / BITS_PER_KIB:,.0f}"
+    return "<1" if rounded == "0" and n_bits else rounded

@@ -2,7 +2,7 @@
 
 import pytest
 
-from spikeport.counted import counted
+from spikeport.counted import counted, in_kib
 
 
 @pytest.mark.parametrize(
@@ -10,3 +10,11 @@ from spikeport.counted import counted
 )
 def test_a_count_has_the_number_of_its_noun(n: int, expected: str) -> None:
     assert counted(n, "core") == expected
+
+
+@pytest.mark.parametrize(
+    ("n_bits", "expected"),
+    [(0, "0"), (1, "<1"), (4_095, "<1"), (4_200, "1"), (12_736, "2"), (134_217_728, "16,384")],
+)
+def test_a_memory_that_is_used_is_not_zero(n_bits: int, expected: str) -> None:
+    assert in_kib(n_bits) == expected

@@ -3,7 +3,7 @@
 from spikeport.commands.console import Table
 from spikeport.commands.tables import NO_FIGURE
 from spikeport.compile.report.report import Modules, Report
-from spikeport.constants import BITS_PER_KIB
+from spikeport.counted import in_kib
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import energy
@@ -20,10 +20,10 @@ def core_table(report: Report, activity: Activity | None) -> Table:
     for name in costs:
         table.add_column(f"energy / step, {name}", justify="right")
     for number, core in enumerate(report.cores):
-        kib = core.synapse_bits / BITS_PER_KIB  # rounded as in the table of resources
-        numbers = (core.compartments, core.in_axons, core.out_axons, kib)
+        numbers = (core.compartments, core.in_axons, core.out_axons)
         spent = [texts[number] for texts in costs.values()]
-        table.add_row(str(number), core.label, *(f"{n:,.0f}" for n in numbers), *spent)
+        sizes = *(f"{n:,.0f}" for n in numbers), in_kib(core.synapse_bits)
+        table.add_row(str(number), core.label, *sizes, *spent)
     return table
 
 

@@ -11,6 +11,7 @@ from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.report.report import Modules
+from spikeport.counted import in_kib
 from spikeport.find_network import find_network
 
 
@@ -34,7 +35,7 @@ def test_the_row_of_a_core_has_its_number_content_and_counts(compilation):
         f"{core.compartments:,}",
         f"{core.in_axons:,}",
         f"{core.out_axons:,}",
-        f"{core.synapse_bits / 8192:,.0f}",
+        in_kib(core.synapse_bits),
     ]
     assert "[x]" in " ".join(row)
 
