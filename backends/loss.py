@@ -92,7 +92,7 @@ def measure(
     Raises
     ------
     BackendError
-        If blocks learn or have noise, nothing is read out, outputs are 0 in floating point alone,
+        If blocks learn or have noise, nothing is read out, outputs are 0 in floating point,
         or a function of the network fails.
     """
     blocks = compilation.blocks
@@ -102,7 +102,7 @@ def measure(
     spikes, activity, against_float = _run(network, compilation, seconds, seed)
     rerun, exact = Rerun(image, spikes), wanted(blocks)
     baseline, rounded = rerun.floats(exact), rerun.integers()
-    _check_relative(baseline, rounded)
+    _check_baseline(baseline, rounded)
     loss = Loss(
         n_steps=len(spikes),
         tau_s=TAU_S,
@@ -117,12 +117,13 @@ def measure(
     return MeasuredLoss(loss, activity, _counts(by_module(compilation.image), spikes))
 
 
-def _check_relative(baseline: np.ndarray, rounded: np.ndarray) -> None:
-    """Refuse outputs whose error is relative to zero."""
-    if rounded.any() and not baseline.any():
+def _check_baseline(baseline: np.ndarray, rounded: np.ndarray) -> None:
+    """Refuse outputs whose error would be relative to zero."""
+    if not baseline.any():
+        chip = "but not on the chip" if rounded.any() else "and on the chip"
         raise BackendError(
-            "cannot measure the loss: the outputs are 0 in floating point, but not on the chip, "
-            "and no error is relative to 0; measure a longer time, or give the network an input"
+            f"cannot measure the loss: the outputs are 0 in floating point, {chip}, and no error "
+            "is relative to 0; measure a longer time, or give the network an input"
         )
 
 
