@@ -181,7 +181,7 @@ class Simulator:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
+        self._close(stacklevel=3)
 
     @property
     def image(self) -> ChipImage | None:
@@ -326,19 +326,23 @@ class Simulator:
             raise SimulatorClosed("Cannot reset closed Simulator.")
         _check_seed(seed)
         # If the chip cannot be opened again, the simulator stays closed, with its data.
-        self.close()
+        self._close(stacklevel=3)
         self.seed = self.seed if seed is None else seed
         self._start(self.compilation)
         self.closed = False
 
     def close(self) -> None:
         """Free the simulation's resources; recorded data stays readable."""
+        self._close(stacklevel=3)
+
+    def _close(self, stacklevel: int) -> None:
+        """Close; warnings name the caller's line, ``stacklevel`` calls up, as `warnings.warn`."""
         if not self.closed:
             self.closed = True
             self.data.freeze()
             self._execution.close()
             for line in hint_lines(self._lost_values()):
-                warnings.warn(line, stacklevel=2)
+                warnings.warn(line, stacklevel=stacklevel)
 
     def _lost_values(self) -> list[Violation]:
         """Return the hints on values that read-outs and inputs lost, if any."""

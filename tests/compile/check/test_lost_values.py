@@ -99,6 +99,22 @@ def test_a_simulator_warns_of_lost_values_as_it_closes_and_reports_them(backend)
     assert sim.closed
 
 
+def leave(sim):
+    with sim:
+        pass
+
+
+@pytest.mark.parametrize("end", [Simulator.close, Simulator.reset, leave])
+def test_the_warning_names_the_line_that_closes_the_simulator(end):
+    """Python shows a warning once a line: one in our code would be the only one of a script."""
+    sim = Simulator(decoded(30))
+    sim.run_steps(100)
+    with pytest.warns(UserWarning, match="SP406") as warned:
+        end(sim)
+    sim.close()
+    assert [one.filename for one in warned] == [__file__]
+
+
 @pytest.mark.filterwarnings("error::UserWarning")
 @pytest.mark.parametrize(("factor", "steps"), [(30, 0), (1, 100)])
 def test_no_warning_comes_without_steps_or_without_lost_values(factor, steps):
