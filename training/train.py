@@ -139,8 +139,9 @@ def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[En
     for key, value in options.identity().items():
         held = last.options.get(key)
         if held != value:
+            kept = f"no {key}" if held is None else f"{key} {held}"
             raise UsageError(
-                f"'{options.folder}' holds a run with {key} {held}, not {value}; "
+                f"'{options.folder}' holds a run with {kept}, not {value}; "
                 f"choose another --out, or the same {key} to go on"
             )
     with checkpoint.refusing(path):

@@ -181,9 +181,12 @@ def test_a_checkpoint_without_the_learners_networks_is_refused(options):
 def test_a_checkpoint_of_other_code_is_refused(options):
     held = options.identity()
     now = held.pop("spikeport")
-    for other in (None, "0.1.0"):  # a checkpoint of an earlier version names none
-        begun = held if other is None else {**held, "spikeport": other}
+    # A checkpoint of an earlier version names no spikeport.
+    for begun, named in (
+        (held, "no spikeport"),
+        ({**held, "spikeport": "0.1.0"}, "spikeport 0.1.0"),
+    ):
         checkpoint.save(options.folder, checkpoint.Checkpoint(begun, 1, {}, []))
         with pytest.raises(UsageError) as caught:
             train(options, silent)
-        assert f"holds a run with spikeport {other}, not {now}; " in str(caught.value)
+        assert f"holds a run with {named}, not {now}; " in str(caught.value)
