@@ -11,6 +11,7 @@ import numpy as np
 from nengo_loihi.builder import Model
 from nengo_loihi.neurons import loihi_rates, nengo_rates
 
+from spikeport.compile.ground.quantisation import relative_rms
 from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.loihi.blocks import FloatBlocks, first_of
 from spikeport.compile.loihi.quick_builder import quick_builder
@@ -34,5 +35,4 @@ def _error(ensemble: nengo.Ensemble, model: Model) -> float:
     wanted = nengo_rates(ensemble.neuron_type, x, built.gain, built.bias)
     with TURN, quick_builder():
         rates = loihi_rates(ensemble.neuron_type, x, built.gain, built.bias, model.dt)
-    norm = np.linalg.norm(wanted)
-    return float(np.linalg.norm(rates - wanted) / norm) if norm > 0 else 0.0
+    return relative_rms(rates, wanted)
