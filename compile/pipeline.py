@@ -76,7 +76,7 @@ from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.compile.rewriting.slices import whole_targets
 from spikeport.constants import DT_S
 from spikeport.hardware_models.chip import ChipModel
-from spikeport.hardware_models.limits import CoreUse, n_cores
+from spikeport.hardware_models.limits import CoreUse
 from spikeport.progress import Progress, Stages, silent
 
 if TYPE_CHECKING:
@@ -246,7 +246,7 @@ def _advised(job: Job) -> Compilation:
         if not isinstance(error, NothingOnChipError):
             cores_by = functools.partial(_cores_by, job)
             limits, passes = job.chip.limits, _other_passes(job)
-            room = limits.most("compartments") * n_cores(job.chip)
+            room = limits.most("compartments") * job.chip.n_cores
             in_axons = limits.most("in_axons")
             error.advice = advice(job.network, error, cores_by, passes, room, in_axons)
         raise

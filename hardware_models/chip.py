@@ -182,6 +182,11 @@ class ChipModel(StrictModel):
             raise ValueError(f"two have the same name: {', '.join(names)}")
         return calibrations
 
+    @property
+    def n_cores(self) -> int:
+        """The number of cores of all chips of the board."""
+        return self.limits.cores.count * self.limits.chips.count
+
     def calibration(self, name: str) -> EnergyCalibration:
         """Return the calibration of a name.
 

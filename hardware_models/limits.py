@@ -66,7 +66,7 @@ class Cores(Limit):
 
     def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
         """See `Limit.total`."""
-        return Usage(chip.name, self.resource, len(cores), n_cores(chip), "1")
+        return Usage(chip.name, self.resource, len(cores), chip.n_cores, "1")
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class PerCore(Limit):
     def total(self, cores: Sequence[CoreUse], chip: ChipModel) -> Usage:
         """See `Limit.total`."""
         used, limit = sum(getattr(core, self.resource) for core in cores), self.of_a_core(chip)
-        on_board = None if limit is None else limit * n_cores(chip)
+        on_board = None if limit is None else limit * chip.n_cores
         return Usage(chip.name, self.resource, used, on_board, self.unit)
 
     def of_a_core(self, chip: ChipModel) -> int | None:
@@ -183,11 +183,6 @@ LIMITS: tuple[Limit, ...] = (
     PerCore("threshold_profiles"),
     PerCore("synapse_profiles"),
 )
-
-
-def n_cores(chip: ChipModel) -> int:
-    """Return the cores of all chips of the board."""
-    return chip.limits.cores.count * chip.limits.chips.count
 
 
 def usages(cores: Sequence[CoreUse], chip: ChipModel) -> list[Usage]:

@@ -58,11 +58,10 @@ def tile_xy(n_cores: int, chip: ChipModel) -> np.ndarray:
     mesh = chip.topology
     if mesh is None:
         return np.zeros((n_cores, 2), dtype=int)
-    most = chip.limits.cores.count * chip.limits.chips.count
-    if n_cores > most:
+    if n_cores > chip.n_cores:
         raise CompileError(
-            f"{n_cores} cores are in use, but the mesh of chip '{chip.name}' has {most}; "
-            "use fewer or smaller ensembles"
+            f"{n_cores} cores are in use, but the mesh of chip '{chip.name}' has "
+            f"{chip.n_cores}; use fewer or smaller ensembles"
         )
     tile = np.arange(n_cores) % chip.limits.cores.count // mesh.cores_per_tile.count
     return np.stack(np.divmod(tile, mesh.tiles_y.count), axis=1)

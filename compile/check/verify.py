@@ -10,7 +10,7 @@ from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.placing.load import PROFILES, SHARED, core_loads
 from spikeport.hardware_models.chip import ChipModel
-from spikeport.hardware_models.limits import CoreUse, Usage, n_cores, usages
+from spikeport.hardware_models.limits import CoreUse, Usage, usages
 
 CHECKED = ("clipping", "noise")
 
@@ -50,7 +50,7 @@ def verify_size(compartments: int, chip: ChipModel) -> list[Violation]:
     if chip.limits.compartments is None:
         return []
     at_least = math.ceil(compartments / chip.limits.compartments.count)
-    if at_least <= (limit := n_cores(chip)):
+    if at_least <= (limit := chip.n_cores):
         return []
     parts = math.ceil(at_least / limit)
     cores = rules.get("SP201").broken(

@@ -10,7 +10,6 @@ from spikeport.compile.image.traffic import core_messages
 from spikeport.compile.passes.base import Context, ImagePass
 from spikeport.compile.placing.relief import Messages, Relief
 from spikeport.compile.placing.savings import Savings
-from spikeport.hardware_models.limits import n_cores
 from spikeport.hardware_models.links import Cost, Links
 
 
@@ -27,7 +26,7 @@ class Place(ImagePass):
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
         """Renumber the cores of an image."""
-        if image.n_cores > n_cores(context.chip):
+        if image.n_cores > context.chip.n_cores:
             return image  # there are too few cores: verification reports it
         board = _Board(core_messages(image), Links(image.n_cores, context.chip))
         as_packed = np.arange(image.n_cores)

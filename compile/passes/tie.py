@@ -24,7 +24,7 @@ from spikeport.compile.rewriting.tying import Shared, pooled, shareable, tied
 from spikeport.errors import CompileError
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.energy import energy
-from spikeport.hardware_models.limits import n_cores, usages
+from spikeport.hardware_models.limits import usages
 
 Group: TypeAlias = Sequence[Shared]
 """Connections from ensembles that may be fused together, and shared decoders for them."""
@@ -175,7 +175,7 @@ def _overfills_a_core(image: ChipImage, chip: ChipModel) -> bool:
 
 def _energy_j(image: ChipImage, chip: ChipModel, rate_hz: float) -> dict[str, float]:
     """Return the dynamic energy of a step by each calibration that has figures for it."""
-    if image.n_cores > n_cores(chip):
+    if image.n_cores > chip.n_cores:
         return {}  # too few cores, so the paths of messages are not known
     # A neuron spikes at most once in a step, however long.
     possible_hz = min(rate_hz, 1 / image.manifest.dt_s)
