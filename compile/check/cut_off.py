@@ -14,7 +14,7 @@ from nengo.ensemble import Neurons
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.clusters import replaced
+from spikeport.compile.ground.clusters import replaced_clusters
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import (
@@ -49,9 +49,8 @@ def cut_off_hints(
         nengo-loihi replaces passthrough nodes, and sends the values of their sources.
     """
     most = rewrite.input_weight or 1.0
-    scope = Scope(rewrite.network, rewrite.names)
     largest = _Largest(rewrite.network)
-    for connection in dict.fromkeys(_senders(users, scope, remove_passthrough)):
+    for connection in dict.fromkeys(_senders(users, rewrite.scope, remove_passthrough)):
         value = largest.sent(connection)
         if value > most * (1 + ROUNDING):
             used = "not known before a run" if value == UNKNOWN else f"up to {value:.4g}"
@@ -64,7 +63,7 @@ def _senders(
     """Yield the connections whose values the host sends to neurons on the chip."""
     behind: dict[End, list[nengo.Connection]] = {}
     if remove_passthrough:
-        for cluster, into, _ in replaced(scope.network, scope.on_chip):
+        for cluster, into, _ in replaced_clusters(scope):
             behind.update(dict.fromkeys(cluster, into))
     written = set(users.all_nodes)
     for connection in scope.network.all_connections:

@@ -1,19 +1,20 @@
 """Clusters of passthrough nodes that are connected to each other."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import nengo
 import numpy as np
 import scipy.sparse as sparse
 
-from spikeport.compile.ground.names import End
-from spikeport.compile.ground.scope import is_passthrough
+from spikeport.compile.ground.scope import Scope, is_passthrough
 
+Nodes = dict[nengo.Node, None]
+"""A set of nodes in order: the image must not depend on memory addresses."""
 Connections = list[nengo.Connection]
 
 
-def clusters(network: nengo.Network) -> list[tuple[dict[nengo.Node, None], Connections]]:
+def clusters(network: nengo.Network) -> list[tuple[Nodes, Connections]]:
     """Return the clusters of passthrough nodes, each with all connections that touch it."""
     nodes = [node for node in network.all_nodes if is_passthrough(node)]
     connections = network.all_connections
@@ -26,8 +27,7 @@ def clusters(network: nengo.Network) -> list[tuple[dict[nengo.Node, None], Conne
     rows, columns = np.array(inner, dtype=int).reshape(-1, 2).T
     graph = sparse.coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(nodes),) * 2)
     _, label = sparse.csgraph.connected_components(graph, directed=False) if nodes else (0, [])
-    # Dicts, as sets with an order: the image must not depend on memory addresses.
-    found: dict[int, tuple[dict[nengo.Node, None], Connections]] = defaultdict(lambda: ({}, []))
+    found: dict[int, tuple[Nodes, Connections]] = defaultdict(lambda: ({}, []))
     for node in nodes:
         found[label[number[node]]][0][node] = None
     for c in connections:
@@ -37,15 +37,14 @@ def clusters(network: nengo.Network) -> list[tuple[dict[nengo.Node, None], Conne
     return list(found.values())
 
 
-def replaced(
-    network: nengo.Network, on_chip: Callable[[End], bool]
-) -> Iterator[tuple[dict[nengo.Node, None], Connections, Connections]]:
+def replaced_clusters(scope: Scope) -> Iterator[tuple[Nodes, Connections, Connections]]:
     """Yield each cluster that nengo-loihi replaces, the connections into it, and those out of it.
 
     These clusters lie between objects on the chip. Every source becomes connected to every target.
     """
-    for cluster, connections in clusters(network):
+    for cluster, connections in clusters(scope.network):
         into = [c for c in connections if c.pre_obj not in cluster]
         out_of = [c for c in connections if c.post_obj not in cluster]
-        if any(on_chip(c.pre_obj) for c in into) and any(on_chip(c.post_obj) for c in out_of):
+        before, behind = (c.pre_obj for c in into), (c.post_obj for c in out_of)
+        if any(map(scope.on_chip, before)) and any(map(scope.on_chip, behind)):
             yield cluster, into, out_of

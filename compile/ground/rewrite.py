@@ -11,6 +11,7 @@ from nengo.builder.ensemble import BuiltEnsemble
 from nengo.builder.network import seed_network
 
 from spikeport.compile.ground.names import Named, Names
+from spikeport.compile.ground.scope import Scope
 
 Built: TypeAlias = BuiltEnsemble | BuiltConnection
 """Gains, encoders and weights, as Nengo's builder keeps them."""
@@ -73,6 +74,11 @@ class Rewrite:
     pieces: Mapping[nengo.Ensemble, Piece] = field(default_factory=dict)
     input_weight: float | None = None
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def scope(self) -> Scope:
+        """The network, the names of its objects, and which of them go onto the chip."""
+        return Scope(self.network, self.names)
 
     def all_seeds(self) -> dict[Named, int]:
         """Return the seed of every object; a network without a seed counts as seeded with 0."""

@@ -11,7 +11,6 @@ import numpy as np
 
 from spikeport.compile.ground.names import Named, base
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.rewriting.colouring import regroupable
 from spikeport.compile.rewriting.partition import Partition, in_parts
@@ -46,10 +45,9 @@ class ConstantInputs(NetworkPass):
 
     def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
         """Rewrite the ensembles that have constant input, and their connections, with matrices."""
-        network = rewrite.network
-        scope = Scope(network, rewrite.names)
-        folded = foldable(network, scope.on_chip)
-        reached = set(_reached(network, folded))
+        scope = rewrite.scope
+        folded = foldable(scope)
+        reached = set(_reached(rewrite.network, folded))
         targets = [e for e in regroupable(scope, folded) if e in reached]
         context.note("targets", [rewrite.names[e] for e in targets])
         if not targets:

@@ -79,7 +79,7 @@ class DecodePath(NetworkPass):
     def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
         """Choose the paths, and rewrite the connections that nengo-loihi does not build itself."""
         solver = ParameterSolver(rewrite, context.dt_s)
-        scope = Scope(rewrite.network, rewrite.names)
+        scope = rewrite.scope
         links = [c for c in rewrite.network.all_connections if _is_link(c, scope)]
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
         found = {c: link(c, solver) for c in links}

@@ -6,7 +6,6 @@ from typing import Annotated, ClassVar
 from pydantic import Field
 
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope
 from spikeport.compile.loihi.solver import Builder
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.rewriting.colouring import alike, regroupable
@@ -46,9 +45,8 @@ class Fuse(NetworkPass):
         builder : Builder, optional
             The builder of gains and decoders; by default that of the chip.
         """
-        network = rewrite.network
-        scope = Scope(network, rewrite.names)
-        folded = foldable(network, scope.on_chip)
+        scope = rewrite.scope
+        folded = foldable(scope)
         # A relay or a read-out has an input axon for each neuron that it decodes.
         most = self.max_neurons or context.chip.limits.most("in_axons")
         # Larger ensembles stay as they are: another pass cuts them.
@@ -56,6 +54,6 @@ class Fuse(NetworkPass):
         groups = [part for group in alike(scope, whole) for part in in_parts(group, most)]
         fused = regroup(rewrite, Partition(groups), folded, context.dt_s, builder)
         for kind in ("ensembles", "connections"):
-            before, after = (getattr(net, f"all_{kind}") for net in (network, fused.network))
+            before, after = (getattr(one.network, f"all_{kind}") for one in (rewrite, fused))
             context.note(kind, {"before": len(before), "after": len(after)})
         return fused

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope, neurons_read
+from spikeport.compile.ground.scope import neurons_read
 from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.compile.rewriting.colouring import regroupable
 from spikeport.compile.rewriting.partition import Part, Partition, in_parts
@@ -37,14 +37,13 @@ class SplitEnsembles(NetworkPass):
 
     def apply(self, rewrite: Rewrite, context: Context) -> Rewrite:
         """Cut the ensembles, and rewrite their connections with matrices."""
-        network = rewrite.network
         most = self.max_neurons or context.chip.limits.most("in_axons")
-        scope = Scope(network, rewrite.names)
-        folded = foldable(network, scope.on_chip)
+        scope = rewrite.scope
+        folded = foldable(scope)
         large = [m for m in regroupable(scope, folded) if m.n_neurons > most]
         parts = {m: [part for (part,) in in_parts([m], most)] for m in large}
         # A probe records one object, and no object has neurons of several parts.
-        for probe in network.all_probes:
+        for probe in rewrite.network.all_probes:
             if isinstance(probe.obj, Neurons) and not _in_one(probe, parts.get(base(probe.obj))):
                 del parts[base(probe.obj)]
         context.note("parts", {rewrite.names[m]: len(cut) for m, cut in parts.items()})

@@ -10,7 +10,6 @@ from nengo.solvers import NoSolver
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.refusal import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope
 from spikeport.compile.loihi.readout import readout_scale
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
 from spikeport.compile.rewriting.edges import EdgeKey, Edges, EdgeSource, EdgeTarget, without_zeros
@@ -56,7 +55,7 @@ class Assembly:
         dt_s: float,
         filtered_constants: bool = False,
     ) -> None:
-        self._scope = Scope(rewrite.network, rewrite.names)
+        self._scope = rewrite.scope
         self._dt_s = dt_s
         self.flat = FlatNetwork(rewrite.network, solver.seeds)
         edges = without_zeros(edges)

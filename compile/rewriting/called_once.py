@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import nengo
 
-from spikeport.compile.ground.clusters import replaced
+from spikeport.compile.ground.clusters import replaced_clusters
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.loihi.solver import FLOAT, ParameterSolver
@@ -28,8 +28,7 @@ def called_once(rewrite: Rewrite, dt_s: float) -> Rewrite:
     dt_s : float
         The time step, in seconds.
     """
-    scope = Scope(rewrite.network, rewrite.names)
-    found = dict.fromkeys(_multiplied(scope))
+    found = dict.fromkeys(_multiplied(rewrite.scope))
     if not found:
         return rewrite
     solver = ParameterSolver(rewrite, dt_s, FLOAT)
@@ -57,6 +56,6 @@ def called_once(rewrite: Rewrite, dt_s: float) -> Rewrite:
 def _multiplied(scope: Scope) -> Iterator[nengo.Connection]:
     """Yield the connections whose function nengo-loihi would call several times in a step."""
     probed = {probe.obj for probe in scope.network.all_probes}
-    for cluster, into, out_of in replaced(scope.network, scope.on_chip):
+    for cluster, into, out_of in replaced_clusters(scope):
         if len(out_of) + len(probed & cluster.keys()) > 1:
             yield from filter(is_called, into)

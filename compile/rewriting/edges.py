@@ -18,7 +18,7 @@ from nengo.ensemble import Neurons
 from spikeport.compile.ground.matrices import Matrix, full
 from spikeport.compile.ground.names import End, base
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope, full_weights, source_rows, target_rows
+from spikeport.compile.ground.scope import full_weights, source_rows, target_rows
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.solver import FLOAT, ParameterSolver
 from spikeport.compile.rewriting.partition import Partition, Position
@@ -156,7 +156,7 @@ class EdgeMatrices:
     ) -> None:
         network = rewrite.network
         self._rewrite, self._dt_s = rewrite, dt_s
-        self._scope = Scope(network, rewrite.names)
+        self._scope = rewrite.scope
         self._solver = solver
         self._partition = partition
         self._settings = NetworkSettings(network)

@@ -9,40 +9,36 @@ connection stays too, since a product of matrices has no place to probe.
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Container
+from collections.abc import Container
 from graphlib import CycleError, TopologicalSorter
 
 import nengo
 from nengo.base import NengoObject
 from nengo.connection import LearningRule
 
-from spikeport.compile.ground.clusters import Connections, clusters
+from spikeport.compile.ground.clusters import Connections, Nodes, clusters
 from spikeport.compile.ground.names import End
+from spikeport.compile.ground.scope import Scope
 
 PLAIN = (nengo.Dense, nengo.transforms.NoTransform)
 
 
-def foldable(network: nengo.Network, on_chip: Callable[[End], bool]) -> list[nengo.Node]:
+def foldable(scope: Scope) -> list[nengo.Node]:
     """Return the passthrough nodes that matrices can replace, sources first.
 
-    Parameters
-    ----------
-    network : nengo.Network
-        The network.
-    on_chip : callable
-        Returns whether an object is on the chip; a cluster that touches no such object stays.
+    A cluster that touches no object on the chip stays.
     """
-    probed = {probe.obj for probe in network.all_probes}
+    probed = {probe.obj for probe in scope.network.all_probes}
     order: list[nengo.Node] = []
-    for cluster, connections in clusters(network):
+    for cluster, connections in clusters(scope.network):
         ends = [end for c in connections for end in (c.pre_obj, c.post_obj) if end not in cluster]
-        if any(on_chip(end) for end in ends):
+        if any(map(scope.on_chip, ends)):
             order += _order(cluster, connections, probed)
     return order
 
 
 def _order(
-    cluster: dict[nengo.Node, None], connections: Connections, probed: Container[NengoObject]
+    cluster: Nodes, connections: Connections, probed: Container[NengoObject]
 ) -> list[nengo.Node]:
     """Return the nodes of a cluster, sources first; none if a matrix cannot replace it."""
     if not all(_is_matrix(c) and c not in probed for c in connections):

@@ -36,7 +36,7 @@ def compartments_at_least(
     """
     scope = Scope(network, names)
     neurons: int = sum(ensemble.n_neurons for ensemble in dict.fromkeys(scope.ensembles))
-    nodes = foldable(network, scope.on_chip) if build.remove_passthrough else []
+    nodes = foldable(scope) if build.remove_passthrough else []
     return neurons + neurons_per_value(build) * _relayed_values(scope, nodes)
 
 

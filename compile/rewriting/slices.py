@@ -13,7 +13,7 @@ from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.matrices import full, placed
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope, in_full, target_rows
+from spikeport.compile.ground.scope import in_full, target_rows
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
 from spikeport.compile.rewriting.flat_network import FlatNetwork, start, sums_up
 
@@ -37,7 +37,7 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
         If nengo-loihi's builder refuses one of the connections, or its ensemble.
     """
     network = rewrite.network
-    scope = Scope(network, rewrite.names)
+    scope = rewrite.scope
     parts = {c for c in network.all_connections if scope.repeats_spikes(c) or scope.reaches_part(c)}
     if not parts:
         return rewrite

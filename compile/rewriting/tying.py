@@ -14,7 +14,6 @@ from nengo.params import NdarrayParam
 from nengo.solvers import NoSolver, Solver, SolverParam
 
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope
 from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.colouring import alike, regroupable
 from spikeport.compile.rewriting.flat_network import DECODING, FlatNetwork
@@ -79,8 +78,8 @@ def shareable(rewrite: Rewrite, solver: ParameterSolver) -> list[list[Shared]]:
     RefusedError
         If the builder refuses an ensemble or a connection.
     """
-    scope = Scope(rewrite.network, rewrite.names)
-    free = regroupable(scope, foldable(rewrite.network, scope.on_chip))
+    scope = rewrite.scope
+    free = regroupable(scope, foldable(scope))
     decoded = defaultdict(list)
     for connection in filter(_is_solved, rewrite.network.all_connections):
         decoded[connection.pre_obj].append(connection)

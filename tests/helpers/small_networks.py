@@ -62,7 +62,7 @@ def whole(*groups: Any) -> Partition:
 
 def matrices_of(network: nengo.Network, partition: Partition) -> EdgeMatrices:
     """Return the edges of a network whose passthrough nodes are multiplied out."""
-    folded = foldable(network, scope_of(network).on_chip)
+    folded = foldable(scope_of(network))
     rewrite = rewrite_of(network)
     solver = ParameterSolver(rewrite, DT_S)
     return EdgeMatrices(rewrite, [], solver, partition, folded, DT_S)

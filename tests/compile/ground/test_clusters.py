@@ -5,7 +5,7 @@ import itertools
 import nengo
 import pytest
 
-from spikeport.compile.ground.clusters import clusters, replaced
+from spikeport.compile.ground.clusters import clusters, replaced_clusters
 from tests.helpers.small_networks import scope_of
 
 
@@ -38,6 +38,6 @@ def test_only_clusters_between_ensembles_on_the_chip_are_replaced(
     from_chip: bool, to_chip: bool
 ) -> None:
     network = chain(2, from_chip, to_chip)
-    found = [(into, out) for _, into, out in replaced(network, scope_of(network).on_chip)]
+    found = [(into, out) for _, into, out in replaced_clusters(scope_of(network))]
     first, *_, last = network.all_connections
     assert found == ([([first], [last])] if from_chip and to_chip else [])

@@ -193,7 +193,7 @@ def pair() -> nengo.Network:
 
 def regroupable_labels(network: nengo.Network) -> list[str]:
     scope = scope_of(network)
-    return [e.label for e in regroupable(scope, foldable(network, scope.on_chip))]
+    return [e.label for e in regroupable(scope, foldable(scope))]
 
 
 def test_only_ensembles_on_the_chip_can_be_regrouped() -> None:

@@ -14,7 +14,7 @@ from tests.helpers.small_networks import FAST, SLOW, scope_of
 
 
 def labels(network: nengo.Network) -> list[str]:
-    return [node.label for node in foldable(network, scope_of(network).on_chip)]
+    return [node.label for node in foldable(scope_of(network))]
 
 
 def line(

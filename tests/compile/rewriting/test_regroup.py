@@ -25,7 +25,7 @@ from tests.helpers.small_networks import (
 
 
 def regrouped(network: nengo.Network, partition: Partition, **options: object) -> Rewrite:
-    folded = foldable(network, scope_of(network).on_chip)
+    folded = foldable(scope_of(network))
     return regroup(rewrite_of(network), partition, folded, DT_S, **options)
 
 
