@@ -296,7 +296,8 @@ def _cores_by(job: Job, passes: str) -> int:
 class StageValues(NamedTuple):
     """The values of a compile, stage by stage."""
 
-    names: Names
+    scope: Scope
+    """The network as the user wrote it."""
     rewrite: Rewrite
     blocks: IntegerBlocks
     unplaced: ChipImage
@@ -309,10 +310,10 @@ def _compiled(job: Job) -> Compilation:
     """Compile the network: each stage turns a value into the next one."""
     chip, begin = job.chip, job.stages.begin
     run = PassRun(job.pipeline, chip, job.dt_s, job.observer, begin)
-    names = Names(job.network)
+    scope = Scope(job.network, Names(job.network))
     with collected_warnings() as notices:
         begin(RULES)
-        rewrite = _rewritten(job, names, run)
+        rewrite = _rewritten(job, scope, run)
         begin(BUILD)
         floats = _built(rewrite, job, run)
         begin(ROUND)
@@ -321,37 +322,37 @@ def _compiled(job: Job) -> Compilation:
     image = run.images(unplaced)
     begin(VERIFY)
     cores = _verified(image, chip, floats, rewrite)
-    values = StageValues(names, rewrite, blocks, unplaced, image, run.record)
+    values = StageValues(scope, rewrite, blocks, unplaced, image, run.record)
     report = _report(job, values, cores, notices.texts())
     return Compilation(image, report, lambda: blocks, rewrite.stand_ins, rewrite.built)
 
 
-def _rewritten(job: Job, names: Names, run: PassRun) -> Rewrite:
+def _rewritten(job: Job, scope: Scope, run: PassRun) -> Rewrite:
     """Return the rewritten network; check the rules before and after."""
-    _refuse_unbuildable(job, names, run)
-    once = each_once(Rewrite(job.network, names))
+    _refuse_unbuildable(job, scope, run)
+    once = each_once(Rewrite(job.network, scope.names))
     passed = run.networks(once)
     if job.settings.remove_passthrough:
         passed = called_once(passed, job.dt_s)
     rewrite = whole_targets(passed, job.dt_s)
     # Check again: a pass may have broken a rule, or mended a violation.
-    if broken := lint(rewrite.network, rewrite.names):
+    if broken := lint(rewrite.scope):
         raise DoesNotFitError(job.chip.name, broken)
     return rewrite
 
 
-def _refuse_unbuildable(job: Job, names: Names, run: PassRun) -> None:
+def _refuse_unbuildable(job: Job, scope: Scope, run: PassRun) -> None:
     """Refuse a network that breaks a rule, or is too large for the chip or for memory."""
-    network, chip = job.network, job.chip
-    if broken := lint(network, names, rewritten=not run.rewrites):
+    chip = job.chip
+    if broken := lint(scope, rewritten=not run.rewrites):
         # A network with nothing for the chip breaks only this rule, and is not faulty.
         only_empty = [one.id for one in broken] == ["SP001"]
         raise (NothingOnChipError if only_empty else DoesNotFitError)(chip.name, broken)
     # Check before the build: building a network that is far too large takes long, and all memory.
-    least = 0 if run.rewrites else compartments_at_least(network, names, job.settings)
+    least = 0 if run.rewrites else compartments_at_least(scope, job.settings)
     if much := verify_size(least, chip):
         raise DoesNotFitError(chip.name, much)
-    if too_large := over_memory(network):
+    if too_large := over_memory(job.network):
         raise DoesNotFitError(chip.name, too_large)
 
 
@@ -402,7 +403,7 @@ def _report(
         lower_bound=lower_bound(block_loads(image, chip), capacity(chip)),
         neurobench=neurobench(image, cores),
         hints=_hints(job, values),
-        on_host=_on_host(job.network, values.names),
+        on_host=_on_host(values.scope),
         host=host_traffic(image, chip),
     )
 
@@ -417,27 +418,26 @@ def _placed(image: ChipImage) -> tuple[tuple[str, ...], ...]:
 
 def _hints(job: Job, values: StageValues) -> tuple[Violation, ...]:
     """Return the hints on a network, on what was built of it, and on the image before placing."""
-    network, dt_s, rewritten = job.network, job.dt_s, bool(job.pipeline.networks)
-    names, blocks, unplaced = values.names, values.blocks, values.unplaced
+    dt_s, rewritten = job.dt_s, bool(job.pipeline.networks)
+    scope, blocks, unplaced = values.scope, values.blocks, values.unplaced
     built = {**blocks.model.params, **values.rewrite.built}
     return (
-        *network_hints(network, names),
-        *loop_hints(network, names),
-        *host_loop_hints(network, names, dt_s),
-        *host_neuron_hints(network, names, dt_s),
-        *learning_rate_hints(network, names),
+        *network_hints(scope),
+        *loop_hints(scope),
+        *host_loop_hints(scope, dt_s),
+        *host_neuron_hints(scope, dt_s),
+        *learning_rate_hints(scope),
         *unlearnt_hints(unplaced),
         *filter_hints(blocks.floats.passages, dt_s, rewritten),
         *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
         *overflow_hints(unplaced),
-        *saturation_hints(network, names, built, dt_s),
-        *cut_off_hints(network, values.rewrite, job.settings.remove_passthrough),
+        *saturation_hints(scope, built, dt_s),
+        *cut_off_hints(job.network, values.rewrite, job.settings.remove_passthrough),
         *relay_hints(values.passes),
     )
 
 
-def _on_host(network: nengo.Network, names: Names) -> tuple[OnHost, ...]:
+def _on_host(scope: Scope) -> tuple[OnHost, ...]:
     """Return the ensembles that are not meant for the chip."""
-    scope = Scope(network, names)
-    reasons = ((ensemble, scope.off_chip(ensemble)) for ensemble in network.all_ensembles)
-    return tuple(OnHost(names[one], one.n_neurons, why) for one, why in reasons if why)
+    reasons = ((one, scope.off_chip(one)) for one in scope.network.all_ensembles)
+    return tuple(OnHost(scope.names[one], one.n_neurons, why) for one, why in reasons if why)

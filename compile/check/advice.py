@@ -79,7 +79,7 @@ def _are_useless(
 ) -> bool:
     """Return whether passes would not help, or take minutes to be tried."""
     unmended = {one.id for one in problems(error)} & {LEARNING_ON_ONE_CORE, MEMORY}
-    if unmended or lint(scope.network, scope.names, rewritten=False):
+    if unmended or lint(scope, rewritten=False):
         return True
     sizes = [ensemble.n_neurons for ensemble in scope.ensembles]
     pieces = sum(math.ceil(n / in_axons) for n in sizes if n > in_axons)

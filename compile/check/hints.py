@@ -16,7 +16,6 @@ from spikeport.compile.check.drive import duplicated, silenced
 from spikeport.compile.check.loops import LATE, components, loops
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.filters import Passage
-from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
@@ -30,19 +29,19 @@ RECTIFIED = (nengo.SpikingRectifiedLinear, nengo.RegularSpiking)
 """Types whose input ordinary Nengo rectifies in every step; subclasses of these need not."""
 
 
-def network_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
+def network_hints(scope: Scope) -> Iterator[Violation]:
     """Yield hints on nodes that an image leaves out, and parts unlike float Nengo's.
 
     A passthrough node that leads nowhere is removed with all connections into it. Nodes of ensemble
     arrays get no hint: an array has an output for every function, used or not.
     """
+    network, names = scope.network, scope.names
     read = {c.pre_obj for c in network.all_connections} | {p.obj for p in network.all_probes}
     fed = {c.post_obj for c in network.all_connections}
     unread = fed - read - set(_nodes_of_arrays(network))
     for node in network.all_nodes:
         if node.output is None and node in unread:
             yield rules.get("SP401").broken(names[node], "leads nowhere and is not probed")
-    scope = Scope(network, names)
     for probe in network.all_probes:
         if scope.in_chip_units(probe):
             yield rules.get("SP414").broken(names[probe], probe.attr)

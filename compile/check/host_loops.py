@@ -5,7 +5,6 @@ Values that the chip sends back arrive a step later.
 """
 
 from collections.abc import Iterator, Sequence
-from typing import TypeAlias
 
 import nengo
 import numpy as np
@@ -13,10 +12,10 @@ import scipy.sparse as sparse
 from nengo.connection import LearningRule
 
 from spikeport.compile.check import rules
-from spikeport.compile.check.loops import LATE, loops
+from spikeport.compile.check.loops import LATE, Part, loops
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
-from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import Scope, is_passthrough
 
 STEPS = 3
@@ -27,30 +26,28 @@ NAMED = 6
 """The most objects of a loop that are all named."""
 INSTANT_S = 1e-9
 """The length of a connection without a filter, since sparse matrices have no edges of length 0."""
-Part: TypeAlias = nengo.Ensemble | nengo.Node
 
 
-def host_loop_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterator[Violation]:
+def host_loop_hints(scope: Scope, dt_s: float) -> Iterator[Violation]:
     """Yield a hint on each slower loop between chip and host; it names the fastest path around.
 
     Parameters
     ----------
-    network : nengo.Network
+    scope : Scope
         The network.
-    names : Names
-        The names of its objects.
     dt_s : float
         The time step, in seconds.
     """
-    scope = Scope(network, names)
     late_s = DECODE_TAU_S + STEPS * dt_s
     # An error that a learning rule receives goes around no loop: it only corrects decoders.
-    around_any = [c for c in network.all_connections if not isinstance(c.post_obj, LearningRule)]
+    around_any = [
+        c for c in scope.network.all_connections if not isinstance(c.post_obj, LearningRule)
+    ]
     for connections in loops(around_any):
         own_s, around = _fastest(connections, scope)
         if around and late_s > LATE * own_s:
             delays = f"{1000 * own_s:.3g} ms became about {1000 * (own_s + late_s):.3g} ms"
-            yield rules.get("SP415").broken(_listed([names[one] for one in around]), delays)
+            yield rules.get("SP415").broken(_listed([scope.names[one] for one in around]), delays)
 
 
 def _fastest(connections: Sequence[nengo.Connection], scope: Scope) -> tuple[float, list[Part]]:

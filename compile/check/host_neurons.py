@@ -14,7 +14,6 @@ from nengo.dists import get_samples
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
 
 MOST = {
@@ -26,18 +25,18 @@ MOST = {
 """Mean number of spikes in a step up to which hardly any spike is lost, by type of neurons."""
 
 
-def host_neuron_hints(network: nengo.Network, names: Names, dt_s: float) -> Iterator[Violation]:
+def host_neuron_hints(scope: Scope, dt_s: float) -> Iterator[Violation]:
     """Yield a hint on each connection from neurons on the host that spike several times in a step.
 
     Rates are those at the radius. Neurons that a connection drives directly may have higher rates.
     """
-    for connection in Scope(network, names).from_host_neurons():
+    for connection in scope.from_host_neurons():
         ensemble = connection.pre_obj.ensemble
         most = MOST.get(type(ensemble.neuron_type), np.inf)
         highest_hz = _highest_hz(ensemble) if np.isfinite(most) else 0.0
         if highest_hz * dt_s > most:
             used, limit = f"up to {highest_hz:,.0f} Hz", f"{most / dt_s:,.0f} Hz"
-            yield rules.get("SP417").broken(names[connection], used, limit)
+            yield rules.get("SP417").broken(scope.names[connection], used, limit)
 
 
 def _highest_hz(ensemble: nengo.Ensemble) -> float:

@@ -13,15 +13,13 @@ import numpy as np
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
 
 
-def learning_rate_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
+def learning_rate_hints(scope: Scope) -> Iterator[Violation]:
     """Yield a hint on each connection that learns on the chip at another rate than in Nengo."""
-    scope = Scope(network, names)
-    for connection in network.all_connections:
+    for connection in scope.network.all_connections:
         pre, rule = connection.pre_obj, connection.learning_rule_type
         # Rules of other types, and lists of rules, are refused on the chip.
         learns = isinstance(rule, nengo.PES) and isinstance(pre, nengo.Ensemble)
@@ -31,7 +29,8 @@ def learning_rate_hints(network: nengo.Network, names: Names) -> Iterator[Violat
         if not np.isclose(times, 1):
             acts = rule.learning_rate * times
             used = f"{rule.learning_rate:g} acts as {acts:.4g}, {times:.4g} times as much"
-            yield rules.get("SP420").broken(names[connection], used, factor=f"{1 / times:.4g}")
+            factor = f"{1 / times:.4g}"
+            yield rules.get("SP420").broken(scope.names[connection], used, factor=factor)
 
 
 def unlearnt_hints(image: ChipImage) -> Iterator[Violation]:

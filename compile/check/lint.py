@@ -21,7 +21,7 @@ from nengo_loihi.inputs import ChipProcess
 from spikeport.compile.check import rules
 from spikeport.compile.check.loops import components
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.names import End, Names, base
+from spikeport.compile.ground.names import End, base
 from spikeport.compile.ground.scope import (
     MATRICES,
     Scope,
@@ -39,12 +39,11 @@ ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", 
 """Parameters of ensembles and connections that can be arrays, besides transforms."""
 
 
-def lint(network: nengo.Network, names: Names, rewritten: bool = True) -> list[Violation]:
+def lint(scope: Scope, rewritten: bool = True) -> list[Violation]:
     """Return every breach of every rule, in the order of `RULES`.
 
     Before a network is rewritten, only the rules that no pass over it can mend are checked.
     """
-    scope = Scope(network, names)
     rules_ = [rule for rule in RULES if rewritten or rule not in MENDED]
     return [violation for rule in rules_ for violation in rule(scope)]
 

@@ -24,7 +24,7 @@ from nengo.dists import Distribution
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.matrices import Matrix, full, placed
-from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import MATRICES, Scope, is_passthrough, source_rows, target_rows
 
 KEPT = 0.95
@@ -45,15 +45,14 @@ class Edge(NamedTuple):
     matrix: sparse.csr_array
 
 
-def loop_hints(network: nengo.Network, names: Names) -> Iterator[Violation]:
+def loop_hints(scope: Scope) -> Iterator[Violation]:
     """Yield a hint on each loop through the chip in which an error stays or grows."""
-    scope = Scope(network, names)
-    for within in loops([c for c in network.all_connections if _is_decoded(c)]):
+    for within in loops([c for c in scope.network.all_connections if _is_decoded(c)]):
         ensembles = {c.pre_obj: None for c in within if isinstance(c.pre_obj, nengo.Ensemble)}
         if any(map(scope.on_chip, ensembles)):
             gain, where = _gain(list(ensembles), _edges(within))
             if gain >= KEPT:
-                yield rules.get("SP413").broken(names[where], f"gain {gain:.2g}")
+                yield rules.get("SP413").broken(scope.names[where], f"gain {gain:.2g}")
 
 
 def loops(connections: Sequence[nengo.Connection]) -> list[list[nengo.Connection]]:

@@ -19,7 +19,7 @@ from nengo.dists import Distribution
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.names import Names, base
+from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.ground.scope import Scope, is_plain
 
@@ -37,26 +37,24 @@ class Range(NamedTuple):
 
 
 def saturation_hints(
-    network: nengo.Network, names: Names, built: Mapping[NengoObject, Built], dt_s: float
+    scope: Scope, built: Mapping[NengoObject, Built], dt_s: float
 ) -> Iterator[Violation]:
     """Yield a hint on each ensemble on the chip with neurons that saturate.
 
     Parameters
     ----------
-    network : nengo.Network
+    scope : Scope
         The network as the user wrote it.
-    names : Names
-        Names of its objects.
     built : mapping of Nengo objects to what was built for them
         The gains, biases and encoders of its ensembles.
     dt_s : float
         The time step, in seconds.
     """
     readers: dict[object, list[nengo.Connection]] = {}
-    for connection in network.all_connections:
+    for connection in scope.network.all_connections:
         readers.setdefault(connection.pre_obj, []).append(connection)
-    reached = {base(connection.post_obj) for connection in network.all_connections}
-    for ensemble in Scope(network, names).ensembles:
+    reached = {base(connection.post_obj) for connection in scope.network.all_connections}
+    for ensemble in scope.ensembles:
         ranges = [_range(one) for one in readers.get(ensemble, [])]
         unknown = not ranges and ensemble.gain is not None and ensemble in reached
         switches = bool(ranges) and all(map(_is_point, ranges))
@@ -67,7 +65,7 @@ def saturation_hints(
         n_beyond = int((rates_hz * dt_s > 1 + LOST).sum())
         if n_beyond:
             used = f"up to {rates_hz.max():,.0f} Hz, in {n_beyond:,} of {len(rates_hz):,} neurons"
-            yield rules.get("SP424").broken(names[ensemble], used, f"{1 / dt_s:,.0f} Hz")
+            yield rules.get("SP424").broken(scope.names[ensemble], used, f"{1 / dt_s:,.0f} Hz")
 
 
 def _range(reader: nengo.Connection) -> Range:

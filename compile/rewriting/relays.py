@@ -12,7 +12,6 @@ import numpy as np
 import scipy.sparse as sparse
 
 from spikeport.compile.ground.matrices import full, placed
-from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import (
     Scope,
     full_weights,
@@ -26,15 +25,12 @@ from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.rewriting.passthrough import foldable
 
 
-def compartments_at_least(
-    network: nengo.Network, names: Names, build: BuildSettings = AS_USUAL
-) -> int:
+def compartments_at_least(scope: Scope, build: BuildSettings = AS_USUAL) -> int:
     """Return a lower bound on the compartments of a network: its neurons and decode neurons.
 
     Read-outs, connections through nodes that nengo-loihi may keep, and connections whose path the
     user chose are left out.
     """
-    scope = Scope(network, names)
     neurons: int = sum(ensemble.n_neurons for ensemble in dict.fromkeys(scope.ensembles))
     nodes = foldable(scope) if build.remove_passthrough else []
     return neurons + neurons_per_value(build) * _relayed_values(scope, nodes)

@@ -10,12 +10,12 @@ import pytest
 from nengo_loihi.decode_neurons import OnOffDecodeNeurons
 
 from spikeport.compile.check.violation import DoesNotFitError
-from spikeport.compile.ground.names import Names
 from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.errors import CompileError
 from spikeport.hardware_models import chip as chips
+from tests.helpers.small_networks import scope_of
 
 
 def pair() -> tuple[nengo.Ensemble, nengo.Ensemble]:
@@ -161,7 +161,7 @@ def test_a_network_that_fits_with_the_settings_of_its_build_is_not_refused(
             nengo.Connection(pre, node)
             nengo.Connection(node, post, synapse=None)
     # With the usual settings, 128 cores of 12 compartments are too few.
-    assert compartments_at_least(network, Names(network)) == 60 * 8 + 59 * 20 > 128 * 12
+    assert compartments_at_least(scope_of(network)) == 60 * 8 + 59 * 20 > 128 * 12
     image = compile_network(network, small_cores(tmp_path, 12), settings=settings).image
     assert image.n_compartments < 128 * 12
 

@@ -8,9 +8,9 @@ import nengo_loihi
 
 from spikeport.compile.check.lint import lint
 from spikeport.compile.check.violation import DoesNotFitError
-from spikeport.compile.ground.names import Names
 from spikeport.compile.pipeline import compile_network
 from spikeport.constants import DT_S
+from tests.helpers.small_networks import scope_of
 
 Found = set[str]
 """The ids of the rules that are broken."""
@@ -45,7 +45,7 @@ def linted(make: Callable[[], object]) -> Check:
 
     def check() -> Found:
         network = network_of(make)
-        if broken := lint(network, Names(network)):
+        if broken := lint(scope_of(network)):
             return {one.id for one in broken}
         return compiled(make)()
 

@@ -9,11 +9,11 @@ from nengo.exceptions import BuildError
 from spikeport import add_params
 from spikeport.compile.check.hints import filter_hints, image_hints, network_hints
 from spikeport.compile.ground.filters import Passage
-from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import compile_network
 from tests.helpers.chip_networks import wired
+from tests.helpers.small_networks import scope_of
 
 
 def hints(image: ChipImage, *errors: BlockError) -> list[str]:
@@ -115,7 +115,7 @@ def test_rectified_neurons_that_others_inhibit_get_a_hint(
     with nengo.Network(seed=1) as network:
         a, b = (nengo.Ensemble(4, 1, neuron_type=kind, label=label) for label in "ab")
         nengo.Connection(a.neurons, b.neurons, transform=transform)
-    found = [hint for hint in network_hints(network, Names(network)) if hint.id == "SP418"]
+    found = [hint for hint in network_hints(scope_of(network)) if hint.id == "SP418"]
     assert [hint.object for hint in found] == ["b"] * (negative and type(kind) is not nengo.LIF)
 
 
@@ -124,10 +124,10 @@ def test_rectified_neurons_on_the_host_get_no_hint_of_inhibition() -> None:
         add_params(network)
         a, b = (nengo.Ensemble(4, 1, neuron_type=RECTIFIED) for _ in range(2))
         nengo.Connection(a.neurons, b.neurons[[0, 0, 1, 1]], transform=-0.1)
-    hints = [hint.id for hint in network_hints(network, Names(network))]
+    hints = [hint.id for hint in network_hints(scope_of(network))]
     assert hints.count("SP418") == 1
     network.config[b].on_chip = False
-    assert list(network_hints(network, Names(network))) == []
+    assert list(network_hints(scope_of(network))) == []
 
 
 def test_a_passthrough_node_that_leads_nowhere_gets_a_hint() -> None:
@@ -140,7 +140,7 @@ def test_a_passthrough_node_that_leads_nowhere_gets_a_hint() -> None:
         nengo.Probe(probed)
         nengo.Connection(a, passed)
         nengo.Connection(passed, a)
-    assert [str(hint) for hint in network_hints(network, Names(network))] == [
+    assert [str(hint) for hint in network_hints(scope_of(network))] == [
         "end: SP401 dead end: leads nowhere and is not probed; cure: probe it, or give it a "
         "function, as in nengo.Node(lambda t, x: x, size_in=...)"
     ]
@@ -213,7 +213,7 @@ def test_unread_outputs_of_an_ensemble_array_are_not_reported_as_dead_ends() -> 
         array = nengo.networks.EnsembleArray(4, 2)
         squares = array.add_output("squares", np.square)
         nengo.Probe(squares)
-    assert list(network_hints(network, Names(network))) == []
+    assert list(network_hints(scope_of(network))) == []
 
 
 def test_an_ensemble_with_an_arrow_in_its_label_is_not_taken_for_a_relay() -> None:

@@ -8,13 +8,13 @@ import numpy as np
 
 import spikeport
 from spikeport.compile.check.host_loops import NAMED, host_loop_hints
-from spikeport.compile.ground.names import Names
+from tests.helpers.small_networks import scope_of
 
 KINDS = (nengo.Simulator, spikeport.Simulator)
 
 
 def hints(network: nengo.Network, dt_s: float = 0.001) -> list[tuple[str, str]]:
-    return [(one.object, one.used) for one in host_loop_hints(network, Names(network), dt_s)]
+    return [(one.object, one.used) for one in host_loop_hints(scope_of(network), dt_s)]
 
 
 def loop(there: Any = 0.005, back: Any = 0.005, gain: float = -0.5) -> nengo.Network:

@@ -6,7 +6,7 @@ import pytest
 
 import spikeport
 from spikeport.compile.check.host_neurons import host_neuron_hints
-from spikeport.compile.ground.names import Names
+from tests.helpers.small_networks import scope_of
 
 RECTIFIED = nengo.RectifiedLinear()
 
@@ -26,7 +26,7 @@ def fed(kind: nengo.neurons.NeuronType, rate_hz: float, by_bias: bool = True) ->
 
 
 def hints(network: nengo.Network, dt_s: float = 0.001) -> list[tuple[str, str, str]]:
-    found = host_neuron_hints(network, Names(network), dt_s)
+    found = host_neuron_hints(scope_of(network), dt_s)
     return [(one.object, one.used, one.limit) for one in found]
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from spikeport import Simulator, add_params, compile_network
 from spikeport.compile.check.learning_rates import learning_rate_hints
-from spikeport.compile.ground.names import Names
+from tests.helpers.small_networks import scope_of
 
 PES = nengo.PES(1e-4)
 
@@ -19,7 +19,7 @@ def taught(rule: nengo.PES | None = PES, **options: Any) -> nengo.Network:
 
 
 def on_learning(network: nengo.Network) -> list[str]:
-    return [str(hint) for hint in learning_rate_hints(network, Names(network))]
+    return [str(hint) for hint in learning_rate_hints(scope_of(network))]
 
 
 def test_a_connection_that_learns_at_another_rate_gets_a_hint() -> None:

@@ -13,6 +13,7 @@ from spikeport.compile.check.violation import DoesNotFitError, Violation
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.pipeline import compile_network
+from tests.helpers.small_networks import scope_of
 
 HOST = (
     "or keep it on the host with net.config[ensemble].on_chip = False, after "
@@ -344,7 +345,7 @@ def test_the_cure_for_a_synapse_between_neurons_does_not_suggest_the_host() -> N
 def violations(make: Callable[[], Any]) -> list[Violation]:
     with nengo.Network(seed=1) as network:
         make()
-    return lint(network, Names(network))
+    return lint(scope_of(network))
 
 
 @pytest.mark.parametrize(("make", "expected"), CASES, ids=[make.__name__ for make, _ in CASES])
@@ -382,7 +383,7 @@ def test_the_error_lists_each_violation_in_a_row() -> None:
         nengo.Ensemble(10, 1)
     with pytest.raises(DoesNotFitError) as raised:
         compile_network(network)
-    assert raised.value.violations == tuple(lint(network, Names(network)))
+    assert raised.value.violations == tuple(lint(scope_of(network)))
     assert str(raised.value) == (
         "the network does not fit chip 'loihi':\n"
         "  a: SP003 ensemble noise: WhiteNoise, limit none; cure: remove the noise, or keep it on "
@@ -397,7 +398,7 @@ def test_the_error_lists_each_violation_in_a_row() -> None:
 
 def test_a_clean_network_breaks_no_rule(chain: Callable[..., nengo.Network]) -> None:
     network = chain()
-    assert lint(network, Names(network)) == []
+    assert lint(scope_of(network)) == []
 
 
 @pytest.mark.parametrize(
@@ -427,7 +428,7 @@ def test_ensembles_kept_on_the_host_are_exempt() -> None:
         nengo.Ensemble(1, 1, neuron_type=nengo.Direct())
         nengo.Connection(chip, host[0], synapse=nengo.Alpha(0.01))
         nengo.Probe(host, "scaled_encoders", sample_every=0.01)
-    assert lint(network, Names(network)) == []
+    assert lint(scope_of(network)) == []
 
 
 def test_targets_and_error_sources_of_learning_are_exempt() -> None:
@@ -438,7 +439,7 @@ def test_targets_and_error_sources_of_learning_are_exempt() -> None:
         nengo.Connection(pre, error[1])
         nengo.Connection(error[0], learned.learning_rule)
         nengo.Probe(error, sample_every=0.01)
-    assert lint(network, Names(network)) == []
+    assert lint(scope_of(network)) == []
     assert "pre" not in compile_network(network).image.cores
     assert compile_network(network).image.groups.learning[:, 0].sum() == 1
 
@@ -449,14 +450,14 @@ def test_synapses_to_and_from_the_host_may_be_of_any_kind() -> None:
         a = nengo.Ensemble(4, 1)
         nengo.Connection(u, a, synapse=nengo.Alpha(0.01))
         nengo.Connection(a, out, synapse=nengo.Alpha(0.01))
-    assert lint(network, Names(network)) == []
+    assert lint(scope_of(network)) == []
 
 
 def test_a_connection_with_full_weights_may_reach_part_of_an_ensemble() -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 2)
         nengo.Connection(a, b[0], solver=nengo.solvers.LstsqL2(weights=True))
-    assert lint(network, Names(network)) == []
+    assert lint(scope_of(network)) == []
     assert compile_network(network).image.n_blocks == 2
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from spikeport.compile.check.loops import MOST_DENSE, components, loop_hints
-from spikeport.compile.ground.names import Names
+from tests.helpers.small_networks import scope_of
 
 
 def hints(network: nengo.Network) -> list[tuple[str, str]]:
-    return [(hint.object, hint.used) for hint in loop_hints(network, Names(network))]
+    return [(hint.object, hint.used) for hint in loop_hints(scope_of(network))]
 
 
 def named(make: Callable[[nengo.Ensemble], object], dimensions: int = 1) -> list[tuple[str, str]]:

@@ -16,7 +16,7 @@ def test_a_fused_network_computes_the_same_in_float(seed: int) -> None:
     fused = assert_equal_in_float(network, Fuse())
     assert len(fused.network.all_ensembles) < len(network.all_ensembles)
     assert not fused.network.networks
-    assert not lint(fused.network, fused.names)
+    assert not lint(fused.scope)
 
 
 def test_ensembles_and_connections_that_learn_stay() -> None:

@@ -51,7 +51,7 @@ def test_connections_to_slices_of_a_split_ensemble_reach_whole_parts() -> None:
     assert any(one.post_slice != slice(None) for one in network.connections)
     split, _ = rewritten(network, SplitEnsembles(max_neurons=64))
     assert all(one.post_slice == slice(None) for one in split.network.connections)
-    assert not lint(split.network, split.names)
+    assert not lint(split.scope)
 
 
 def test_an_ensemble_probed_across_parts_stays_whole() -> None:

@@ -5,11 +5,10 @@ import numpy as np
 import pytest
 
 from spikeport.compile.check.memory import estimate
-from spikeport.compile.ground.names import Names
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.rewriting.once import each_once
 from spikeport.compile.rewriting.relays import compartments_at_least
-from tests.helpers.small_networks import rewrite_of
+from tests.helpers.small_networks import rewrite_of, scope_of
 
 LISTED = ["u", "a", "node", "into", "decoded", "out", "probe"]
 
@@ -45,7 +44,7 @@ def test_an_object_that_is_listed_twice_is_compiled_once(
 
 def test_objects_that_are_listed_twice_are_counted_once() -> None:
     twice, once = listing(*LISTED), listing()
-    assert compartments_at_least(twice, Names(twice)) == compartments_at_least(once, Names(once))
+    assert compartments_at_least(scope_of(twice)) == compartments_at_least(scope_of(once))
     assert estimate(twice) == estimate(once)
     rewrite = rewrite_of(twice)
     assert len(each_once(rewrite).network.all_objects) == len(once.all_objects) - 1

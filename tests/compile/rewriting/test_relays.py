@@ -8,15 +8,15 @@ import pytest
 from nengo_loihi.decode_neurons import DecodeNeurons, OnOffDecodeNeurons, Preset5DecodeNeurons
 
 from spikeport import add_params, compile_network
-from spikeport.compile.ground.names import Names
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.rewriting.relays import compartments_at_least, neurons_per_value
+from tests.helpers.small_networks import scope_of
 
 PER_VALUE = neurons_per_value(AS_USUAL)
 
 
 def bound(network: nengo.Network, settings: BuildSettings = AS_USUAL) -> int:
-    return compartments_at_least(network, Names(network), settings)
+    return compartments_at_least(scope_of(network), settings)
 
 
 def through_nodes() -> nengo.Network:
