@@ -245,10 +245,7 @@ def _advised(job: Job) -> Compilation:
     except RefusedError as error:
         if not isinstance(error, NothingOnChipError):
             cores_by = functools.partial(_cores_by, job)
-            limits, passes = job.chip.limits, _other_passes(job)
-            room = limits.most("compartments") * job.chip.n_cores
-            in_axons = limits.most("in_axons")
-            error.advice = advice(job.network, error, cores_by, passes, room, in_axons)
+            error.advice = advice(job.network, error, job.chip, cores_by, _other_passes(job))
         raise
 
 

@@ -12,6 +12,7 @@ from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
 from spikeport.counted import counted
+from spikeport.hardware_models.chip import ChipModel
 
 COMPACT, AS_WRITTEN = "compact", "as_written"
 """The passes that rewrite a network to take fewer cores, and those that rewrite nothing."""
@@ -29,10 +30,9 @@ MOST_PIECES = 40
 def advice(
     network: nengo.Network,
     error: RefusedError,
+    chip: ChipModel,
     cores_by: Callable[[str], int],
-    passes: str | None = COMPACT,
-    room: float = math.inf,
-    in_axons: float = math.inf,
+    passes: str | None,
 ) -> str:
     """Return a line on what other passes make of a network, or on another cure if they cannot help.
 
@@ -42,23 +42,21 @@ def advice(
         The network.
     error : RefusedError
         Its refusal.
+    chip : ChipModel
+        The chip. `COMPACT` cuts ensembles of more neurons than a core has input axons into pieces.
     cores_by : callable
         Compiles the network with some passes, and returns the number of cores, or raises
         `RefusedError`.
     passes : str or None
         The passes to try: `COMPACT`, or `AS_WRITTEN` where the network was rewritten; None where
         the settings of its build allow no others.
-    room : float
-        The most neurons that the chip holds.
-    in_axons : float
-        The input axons of a core: `COMPACT` cuts ensembles of more neurons into pieces.
     """
     if error.everywhere:
         return ""
     scope = Scope(network, Names(network))
     movable = _movable(scope, error)
     otherwise = OFFLOAD if movable else ""
-    if passes is None or _are_useless(passes, scope, error, room, in_axons):
+    if passes is None or _are_useless(passes, scope, error, chip):
         return otherwise
     if _is_large(scope):
         # nengo-loihi's builder refuses most of these objects in a rewritten network, too.
@@ -74,17 +72,16 @@ def advice(
     return f"more: it compiles with -p {passes}, on {counted(n_cores, 'core')}"
 
 
-def _are_useless(
-    passes: str, scope: Scope, error: RefusedError, room: float, in_axons: float
-) -> bool:
+def _are_useless(passes: str, scope: Scope, error: RefusedError, chip: ChipModel) -> bool:
     """Return whether passes would not help, or take minutes to be tried."""
     unmended = {one.id for one in problems(error)} & {LEARNING_ON_ONE_CORE, MEMORY}
     if unmended or lint(scope, rewritten=False):
         return True
     sizes = [ensemble.n_neurons for ensemble in scope.ensembles]
+    room, in_axons = chip.limits.most("compartments"), chip.limits.most("in_axons")
     pieces = sum(math.ceil(n / in_axons) for n in sizes if n > in_axons)
     # No pass removes neurons.
-    return sum(sizes) > room or (passes == COMPACT and pieces > MOST_PIECES)
+    return sum(sizes) > room * chip.n_cores or (passes == COMPACT and pieces > MOST_PIECES)
 
 
 def _is_large(scope: Scope) -> bool:

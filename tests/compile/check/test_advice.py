@@ -15,8 +15,10 @@ from spikeport.compile.ground.refusal import ArgumentError, RefusedError
 from spikeport.compile.ground.settings import add_params
 from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.pipeline import compile_network
+from spikeport.hardware_models import chip as chips
 from tests.helpers.chip_files import chip_file
 
+LOIHI = chips.get("loihi")
 OFFLOAD = "more: try --offload, which moves ensembles that are refused to the host"
 
 
@@ -74,7 +76,7 @@ def test_problems_that_no_pass_can_mend_are_not_tried() -> None:
         nengo.Ensemble(5, 1, neuron_type=nengo.Tanh())
     error = refusal(network)
     for passes in (None, COMPACT, AS_WRITTEN):
-        assert advice(network, error, pytest.fail, passes) == OFFLOAD
+        assert advice(network, error, LOIHI, pytest.fail, passes) == OFFLOAD
     assert error.advice == refusal(network, "compact").advice == OFFLOAD
     with nengo.Network(seed=1) as network:
         nengo.Ensemble(5, 1, gain=np.full(5, np.nan), bias=np.ones(5))
@@ -117,7 +119,7 @@ def test_learning_across_several_cores_is_not_tried_with_other_passes() -> None:
     error = refusal(network)
     assert "SP012" in str(error)
     for passes in (None, COMPACT, AS_WRITTEN):
-        assert advice(network, error, pytest.fail, passes) == OFFLOAD
+        assert advice(network, error, LOIHI, pytest.fail, passes) == OFFLOAD
     assert error.advice == OFFLOAD
 
 
@@ -138,21 +140,21 @@ def test_a_network_too_large_for_the_chip_gets_no_advice_and_is_not_offloaded(
 
 @pytest.mark.parametrize(("in_axons", "tried"), [(5, True), (4, False)])
 def test_passes_that_would_cut_ensembles_into_many_pieces_are_not_tried(
-    in_axons: int, tried: bool
+    in_axons: int, tried: bool, tmp_path: Path
 ) -> None:
     network, calls = sparse(), []
     with network:
         nengo.Ensemble(160, 1)
     error = refusal(network)
-    found = advice(network, error, lambda p: calls.append(p) or 1, in_axons=in_axons)
+    chip = chips.load(chip_file(tmp_path / "small.toml", in_axons=in_axons))
+    found = advice(network, error, chip, lambda p: calls.append(p) or 1, COMPACT)
     assert (calls == [COMPACT]) == tried
     assert ("compiles with" in found) == tried
 
 
-@pytest.mark.parametrize("in_axons", [1, 0.5])
-def test_passes_that_cut_nothing_are_tried_whatever_the_pieces(in_axons: float) -> None:
-    network = sparse()
-    found = advice(network, refusal(network), lambda _: 1, AS_WRITTEN, in_axons=in_axons)
+def test_passes_that_cut_nothing_are_tried_whatever_the_pieces(tmp_path: Path) -> None:
+    network, chip = sparse(), chips.load(chip_file(tmp_path / "small.toml", in_axons=1))
+    found = advice(network, refusal(network), chip, lambda _: 1, AS_WRITTEN)
     assert found == "more: it compiles with -p as_written, on 1 core"
 
 
