@@ -45,12 +45,8 @@ from spikeport.compile.check.violation import (
     Violation,
 )
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import (
-    ArgumentError,
-    RefusedError,
-    collected_warnings,
-    ignored_warnings,
-)
+from spikeport.compile.ground.notices import collected_warnings, ignored_warnings
+from spikeport.compile.ground.refusal import ArgumentError, RefusedError
 from spikeport.compile.ground.rewrite import Built, Rewrite
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage

@@ -1,4 +1,4 @@
-"""Names, settings and refusals of a network, which all folders of compile use.
+"""Names, settings, refusals and warnings of a network, which all folders of compile use.
 
 This package imports nengo-loihi without its warnings; modules that use nengo-loihi import it first.
 """

@@ -11,8 +11,8 @@ import numpy as np
 from nengo_loihi.builder import Model
 from nengo_loihi.neurons import loihi_rates, nengo_rates
 
+from spikeport.compile.ground.notices import TURN
 from spikeport.compile.ground.quantisation import relative_rms
-from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.loihi.blocks import FloatBlocks, first_of
 from spikeport.compile.loihi.quick_builder import quick_builder
 

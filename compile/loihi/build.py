@@ -26,7 +26,8 @@ from nengo_loihi.probe import LoihiProbe
 from spikeport.compile.check.finite import refused_or_not_finite
 from spikeport.compile.ground.filters import Passage, sends_spikes, time_constant_s
 from spikeport.compile.ground.names import Names, base
-from spikeport.compile.ground.refusal import RefusedError, concerning, warnings_about
+from spikeport.compile.ground.notices import warnings_about
+from spikeport.compile.ground.refusal import RefusedError, concerning
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import neurons_read
 from spikeport.compile.ground.settings import NetworkSettings

@@ -21,8 +21,9 @@ from nengo_loihi.builder.discretize import discretize_probe, discretize_synapse
 
 from spikeport.compile.check.cures import cure_of
 from spikeport.compile.check.finite import not_finite
+from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.quantisation import block_error, block_values
-from spikeport.compile.ground.refusal import refused, warnings_about
+from spikeport.compile.ground.refusal import refused
 from spikeport.compile.image.tables import flat, offsets, parts
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, copied, copied_probe
 from spikeport.compile.loihi.numpy1 import numpy1_semantics

@@ -12,7 +12,6 @@ from nengo_loihi.builder import connection as builder
 from nengo_loihi.builder.inputs import HostSendNode
 
 from spikeport.compile.ground.names import base
-from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.loihi.replaced import replaced
 
 WHOLE = slice(None)
@@ -31,7 +30,7 @@ def error_parts_placed() -> Iterator[None]:
         else:
             _build_part(model, connection)
 
-    with TURN, replaced(builder, "build_host_to_learning_rule", build):
+    with replaced(builder, "build_host_to_learning_rule", build):
         yield
 
 

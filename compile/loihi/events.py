@@ -17,7 +17,6 @@ from typing import NamedTuple
 import numpy as np
 from nengo_loihi.dvs import DVSFileChipProcess
 
-from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.loihi.replaced import replaced
 from spikeport.errors import UsageError, printable
 from spikeport.reading.archive import read_bytes
@@ -108,7 +107,7 @@ def read_sources(process: DVSFileChipProcess) -> tuple[np.ndarray, np.ndarray]:
 @contextlib.contextmanager
 def own_event_reader() -> Iterator[None]:
     """Let float Nengo read the files of nengo-loihi's processes with `read_sources`."""
-    with TURN, replaced(DVSFileChipProcess, "_read_events", read_sources):
+    with replaced(DVSFileChipProcess, "_read_events", read_sources):
         yield
 
 

@@ -11,7 +11,6 @@ import nengo
 from nengo_loihi.splitter import HostChipSplit
 
 from spikeport.compile.ground.names import base
-from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.loihi.replaced import replaced
 
 
@@ -30,5 +29,5 @@ def connections_probed_on_host() -> Iterator[None]:
         others = [probe for probe in network.all_probes if probe not in of_connections]
         usual(split, SimpleNamespace(all_probes=others))
 
-    with TURN, replaced(HostChipSplit, "_place_probes", place):
+    with replaced(HostChipSplit, "_place_probes", place):
         yield

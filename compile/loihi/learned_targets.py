@@ -13,7 +13,6 @@ from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 from nengo_loihi.passthrough import Cluster, PassthroughSplit
 
-from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.loihi.replaced import replaced
 
 
@@ -28,7 +27,7 @@ def learned_targets_stay() -> Iterator[None]:
         if not (learned or teaches or any(map(_sends_rates, cluster.conns_in))):
             usual(passthrough, cluster)
 
-    with TURN, replaced(PassthroughSplit, "_split_cluster", split):
+    with replaced(PassthroughSplit, "_split_cluster", split):
         yield
 
 

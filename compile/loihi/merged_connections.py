@@ -23,7 +23,6 @@ from nengo.exceptions import BuildError
 from nengo_loihi import passthrough
 
 from spikeport.compile.ground.matrices import full, placed
-from spikeport.compile.ground.refusal import TURN
 from spikeport.compile.ground.scope import source_rows, target_rows
 from spikeport.compile.loihi.replaced import replaced
 
@@ -38,7 +37,7 @@ def merged_in_full(failed_at: FailedAt) -> Iterator[None]:
     nengo-loihi's refusals to merge connections do not name a node. So before one is raised,
     ``failed_at`` is called with the nodes whose connections it may be about.
     """
-    with TURN, replaced(passthrough, "Cluster", functools.partial(MergedCluster, failed_at)):
+    with replaced(passthrough, "Cluster", functools.partial(MergedCluster, failed_at)):
         yield
 
 

@@ -189,7 +189,7 @@ _RATES = {
 
 @contextlib.contextmanager
 def quick_builder() -> Iterator[None]:
-    """Let nengo-loihi's builder use these parts in the context; the caller holds `refusal.TURN`."""
+    """Let nengo-loihi's builder use these parts in the context; the caller holds `notices.TURN`."""
     solve = functools.partial(quick_solve, connection.solve_for_decoders)
     encoding = functools.partialmethod(quick_ensemble, OnOffDecodeNeurons.get_ensemble)
     with (

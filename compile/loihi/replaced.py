@@ -4,19 +4,24 @@ import contextlib
 from collections.abc import Iterator
 from types import ModuleType
 
+from spikeport.compile.ground.notices import TURN
+
 
 @contextlib.contextmanager
-def replaced(owner: object, name: str, new: object) -> Iterator[None]:
+def replaced(
+    owner: object, name: str, new: object, turn: contextlib.AbstractContextManager[object] = TURN
+) -> Iterator[None]:
     """Replace an attribute of a class or a module within the context.
 
-    Every thread sees the replacement: hold `refusal.TURN` to replace a part that others use.
+    Every thread sees the replacement, so threads take turns.
     """
-    usual = getattr(owner, name)
-    setattr(owner, name, new)
-    try:
-        yield
-    finally:
-        setattr(owner, name, usual)
+    with turn:
+        usual = getattr(owner, name)
+        setattr(owner, name, new)
+        try:
+            yield
+        finally:
+            setattr(owner, name, usual)
 
 
 class StandIn:

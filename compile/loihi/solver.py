@@ -23,7 +23,7 @@ from nengo_loihi.compat import sample_transform
 
 from spikeport.compile.check.finite import not_finite, refused_or_not_finite
 from spikeport.compile.ground.matrices import Matrix, full, placed, transformed
-from spikeport.compile.ground.refusal import warnings_about
+from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
 from spikeport.compile.ground.scope import source_rows
 from spikeport.compile.loihi.numpy1 import numpy1_semantics

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, NamedTuple, TypeAlias
 from pydantic import Field
 
 from spikeport.compile.ground.names import Names
-from spikeport.compile.ground.refusal import ignored_warnings
+from spikeport.compile.ground.notices import ignored_warnings
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.expected import Rates, expected_activity

@@ -8,7 +8,7 @@ import scipy.sparse as sparse
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import End
-from spikeport.compile.ground.refusal import warnings_about
+from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.readout import readout_scale
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform

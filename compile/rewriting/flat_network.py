@@ -9,7 +9,7 @@ from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import End, Named
-from spikeport.compile.ground.refusal import warnings_about
+from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.rewrite import Seeds
 from spikeport.compile.ground.scope import reads_twice, same, source_rows
 from spikeport.compile.ground.settings import NetworkSettings, add_params

@@ -12,7 +12,7 @@ import nengo_loihi.builder.discretize
 import numpy as np
 import pytest
 
-from spikeport.compile.ground.refusal import collected_warnings
+from spikeport.compile.ground.notices import collected_warnings
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.pipeline import compile_network
 
