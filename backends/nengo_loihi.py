@@ -172,14 +172,9 @@ def _synapse(image: ChipImage, group: int) -> Synapse:
     weight, index = image.synapses.weight, image.synapses.index
     synapse.weights = [weight[mine].reshape(n, -1).astype(np.int32) for mine, n in shapes]
     synapse.indices = [index[mine].reshape(n, -1).astype(np.int32) for mine, n in shapes]
-    form = zip(image.manifest.synapse_format, image.groups.format[group], strict=True)
-    synapse.synapse_cfg = SynapseConfig(**{name: int(value) for name, value in form})
-    _set_learning(synapse, _learning(image, group))
+    synapse.synapse_cfg = SynapseConfig(**image.format_of(group))
+    _set_learning(synapse, image.learning_of(group))
     return synapse
-
-
-def _learning(image: ChipImage, group: int) -> dict[str, float]:
-    return dict(zip(image.manifest.learning, image.groups.learning[group], strict=True))
 
 
 def _set_learning(synapse: Synapse, learning: dict[str, float]) -> None:

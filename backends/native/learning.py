@@ -25,7 +25,7 @@ from spikeport.backends.native.rows import kept_synapses
 from spikeport.backends.native.wiring import Wiring
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
-from spikeport.compile.image.validation import FORMAT, WEIGHT_BITS
+from spikeport.compile.image.validation import WEIGHT_BITS
 from spikeport.compiled import make_ready
 from spikeport.errors import ImageError
 
@@ -163,8 +163,7 @@ def _scaled(error: np.ndarray, scale: float) -> np.ndarray:
 def _group(
     image: ChipImage, wiring: Wiring, group: int, traces: np.ndarray, raised: np.ndarray
 ) -> Group:
-    names = image.manifest.learning
-    learning = dict(zip(names, image.groups.learning[group].tolist(), strict=True))
+    learning = image.learning_of(group)
     train_epoch = int(learning["train_epoch"])
     place, number = _places(image, group)
     rows = part(image.groups.row_start, group)
@@ -192,7 +191,7 @@ def _group(
 
 
 def _rule(image: ChipImage, group: int, learning: Mapping[str, float]) -> Rule:
-    form = dict(zip(FORMAT, image.groups.format[group].tolist(), strict=True))
+    form = image.format_of(group)
     exponent = LEAST_EXPONENT + form["weight_exp"]
     # A mixed-sign weight spends one bit on its sign, so it is coarser by a factor of 2.
     dropped = 8 - WEIGHT_BITS[form["weight_bits"]] + (form["fanout_type"] == 1)

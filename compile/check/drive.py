@@ -59,9 +59,7 @@ def _unbounded(image: ChipImage) -> np.ndarray:
 
     Inputs of kind ``spikes`` count: events of a file, and spikes of an ensemble on the host.
     """
-    spikes = [entry.encoding.kind == "spikes" for entry in image.manifest.inputs]
-    of_inputs = np.repeat(np.array(spikes, dtype=bool), image.inputs.size)
-    return np.concatenate([np.zeros(image.n_compartments, dtype=bool), of_inputs])
+    return np.concatenate([np.zeros(image.n_compartments, dtype=bool), image.sends_spikes])
 
 
 def _ordinary(image: ChipImage) -> np.ndarray:

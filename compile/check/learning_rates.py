@@ -36,7 +36,6 @@ def learning_rate_hints(scope: Scope) -> Iterator[Violation]:
 def unlearnt_hints(image: ChipImage) -> Iterator[Violation]:
     """Yield a hint on each connection whose traces stay at 0, so that it learns nothing."""
     for group in np.flatnonzero(image.learns):
-        values = image.groups.learning[group].tolist()
-        if dict(zip(image.manifest.learning, values, strict=True))["tracing_mag"] == 0:
+        if image.learning_of(group)["tracing_mag"] == 0:
             label = image.manifest.blocks[int(image.groups.block[group])].label
             yield rules.get("SP422").broken(label, "a spike adds 0 to its trace")

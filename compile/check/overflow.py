@@ -70,6 +70,4 @@ def _blocks_with(image: ChipImage, compartments: np.ndarray) -> np.ndarray:
 def _neurons(image: ChipImage) -> np.ndarray:
     """Return the sources that are neurons of an ensemble, or events of a file, (n_sources,)."""
     ensembles = np.array([entry.kind == "ensemble" for entry in image.manifest.blocks])
-    spikes = np.array([entry.encoding.kind == "spikes" for entry in image.manifest.inputs], bool)
-    of_inputs = np.repeat(spikes, image.inputs.size)
-    return np.concatenate([ensembles[image.compartment_block], of_inputs])
+    return np.concatenate([ensembles[image.compartment_block], image.sends_spikes])

@@ -137,6 +137,22 @@ class ChipImage:
         result: np.ndarray = self.groups.learning[:, 0] != 0
         return result
 
+    @property
+    def sends_spikes(self) -> np.ndarray:
+        """Mask of the host's sources that send spikes and encode no values, (n_inputs,)."""
+        spikes = [entry.encoding.kind == "spikes" for entry in self.manifest.inputs]
+        return np.repeat(np.array(spikes, dtype=bool), self.inputs.size)
+
+    def format_of(self, group: int | np.integer) -> dict[str, int]:
+        """Return the fields of nengo-loihi's SynapseConfig for a group of synapses."""
+        fields = self.groups.format[group].tolist()
+        return dict(zip(self.manifest.synapse_format, fields, strict=True))
+
+    def learning_of(self, group: int | np.integer) -> dict[str, float]:
+        """Return the settings by which a group of synapses learns."""
+        settings = self.groups.learning[group].tolist()
+        return dict(zip(self.manifest.learning, settings, strict=True))
+
     @functools.cached_property
     def cores(self) -> tuple[str, ...]:
         """Names of the cores: the labels of a core's first blocks, and the number of its others."""

@@ -32,7 +32,7 @@ def host_traffic(image: ChipImage, chip: ChipModel) -> HostTraffic:
         dt_s=dt_s,
         sources=image.n_inputs,
         spikes=sum(e.size * mean_rate_hz(e.encoding, dt_s) for e in entries) * dt_s,
-        unknown_sources=sum(e.size for e in entries if e.encoding.kind == "spikes"),
+        unknown_sources=int(image.sends_spikes.sum()),
         values_back=sum(len(segment) for key, segment in read if key != SPIKED),
         spikes_back=sum(len(segment) for key, segment in read if key == SPIKED),
         words_back=_words_back(image, chip, read),

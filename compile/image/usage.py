@@ -141,11 +141,10 @@ def layout(chip: ChipModel) -> SynapseLayout:
 
 def list_formats(image: ChipImage) -> list[ListFormat]:
     """Return the format of each synapse group."""
-    manifest, consecutive = image.manifest, is_consecutive(image)
-    names = manifest.synapse_format
-    forms = [dict(zip(names, row, strict=True)) for row in image.groups.format.tolist()]
-    pairs = zip(forms, consecutive, strict=True)
-    return [_list_format(manifest, form, near) for form, near in pairs]
+    return [
+        _list_format(image.manifest, image.format_of(group), near)
+        for group, near in enumerate(is_consecutive(image))
+    ]
 
 
 def _list_format(manifest: Manifest, form: dict[str, int], consecutive: bool) -> ListFormat:

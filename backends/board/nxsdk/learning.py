@@ -4,7 +4,7 @@ Learning is compared but not run: nengo-loihi's source does not tell which micro
 from a rule.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 from nengo_loihi.builder.discretize import tracing_mag_int_frac
@@ -14,7 +14,6 @@ from spikeport.backends.board.nxsdk.model import Placement
 from spikeport.backends.board.nxsdk.recording import Core
 from spikeport.backends.board.nxsdk.written import Written
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.validation import LEARNING
 
 RULES = ("dw = u1*x1*y1*(2^-7)", "dw = -u1*x1*y1*(2^-7)")
 """The rules of positive and negative errors; nengo-loihi scales weights to fit their rate."""
@@ -34,7 +33,7 @@ def learning_differs(image: ChipImage, placement: Placement, written: Written) -
         The registers that were written for it.
     """
     core_of_group = placement.core[image.groups.block]
-    learns = {core_of_group[g]: image.groups.learning[g] for g in np.flatnonzero(image.learns)}
+    learns = {core_of_group[g]: image.learning_of(g) for g in np.flatnonzero(image.learns)}
     return [
         f"core {number}: {name}"
         for number, core in enumerate(written.board.cores)
@@ -42,24 +41,23 @@ def learning_differs(image: ChipImage, placement: Placement, written: Written) -
     ]
 
 
-def _differing(core: Core, expected: np.ndarray | None) -> Iterator[str]:
+def _differing(core: Core, expected: Mapping[str, float] | None) -> Iterator[str]:
     """Yield the registers of a core that differ from a group's settings, or have no group."""
     enabled = core.synapses.column("LrnEn")
     if (enabled != (expected is not None)).any():
         yield "LrnEn"
     if expected is None:
         return
-    settings = dict(zip(LEARNING, expected, strict=True))
     trace = core.bank("stdpPreCfg")[0]
-    magnitude = tracing_mag_int_frac(settings["tracing_mag"])
+    magnitude = tracing_mag_int_frac(expected["tracing_mag"])
     if (value(trace, "spikeLevelInt"), value(trace, "spikeLevelFrac")) != magnitude:
         yield "stdpPreCfg.spikeLevel"
-    if value(trace, "tau") != settings["tracing_tau"]:
+    if value(trace, "tau") != expected["tracing_tau"]:
         yield "stdpPreCfg.tau"
     rules: list[object] = [core.bank("stdpUcodeMem")[i].word for i in range(2)]
     if rules != list(RULES):
         yield "stdpUcodeMem"
-    if settings["lr_int"] * 2.0 ** settings["lr_exp"] != RATE:
+    if expected["lr_int"] * 2.0 ** expected["lr_exp"] != RATE:
         yield "learning rate"
     yield from _axons_differing(core)
 

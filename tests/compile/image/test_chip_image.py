@@ -4,11 +4,13 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from nengo_loihi.block import SynapseConfig
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import LAYOUT
+from spikeport.compile.image.validation import LEARNING
 from spikeport.errors import ImageError
-from tests.helpers.images import Block, Parts
+from tests.helpers.images import Block, Group, Parts
 
 
 def altered(array: np.ndarray) -> np.ndarray:
@@ -80,3 +82,18 @@ def test_cores_are_called_after_the_blocks_on_them(image: ChipImage) -> None:
 def test_compartments_are_numbered_core_by_core() -> None:
     image = Parts([Block(2), Block(1, core=1), Block(3), Block(2, core=1)]).image()
     assert image.compartment_place.tolist() == [0, 1, 0, 2, 3, 4, 1, 2]
+
+
+def test_sources_of_spikes_and_sources_that_encode_values_differ(image: ChipImage) -> None:
+    assert image.sends_spikes.tolist() == [False] * image.n_inputs
+    assert Parts(inputs=[2, 0, 1]).image().sends_spikes.tolist() == [True] * 3
+
+
+def test_settings_of_a_group_have_their_names() -> None:
+    learning = (1.0, 3.0, -2.0, 10.0, 0.5, 2.0, 4.0)
+    image = Parts(groups=[Group([[1]]), Group([[1]], learning=learning)]).image()
+    assert image.learning_of(0) == dict.fromkeys(LEARNING, 0.0)
+    assert image.learning_of(1)["tracing_mag"] == 0.5
+    assert tuple(image.learning_of(1).values()) == learning
+    assert SynapseConfig(**image.format_of(1)).n_synapses == image.format_of(1)["n_synapses"]
+    assert list(image.format_of(1).values()) == image.groups.format[1].tolist()
