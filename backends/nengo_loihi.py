@@ -23,7 +23,7 @@ from spikeport.backends.host_checks import HostChecks
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.fanout import fanout
-from spikeport.compile.image.tables import offsets, part
+from spikeport.compile.image.tables import BLOCK_SETTINGS, offsets, part
 from spikeport.errors import BackendError
 from spikeport.hardware_models.activity import Activity
 
@@ -154,7 +154,7 @@ def _block(image: ChipImage, b: int) -> LoihiBlock:
     for name in ("bias", "decay_u", "decay_v", "vth", "refract_delay"):
         setattr(state, name, getattr(image.compartments, name)[mine].astype(np.int32))
     state.enable_noise = image.compartments.enable_noise[mine].astype(bool)
-    for name in ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane"):
+    for name in BLOCK_SETTINGS:
         setattr(state, name, int(getattr(image.blocks, name)[b]))
     # As after nengo-loihi's discretiser: the decay's factor is in the weights and thresholds.
     state.scale_u = state.scale_v = False

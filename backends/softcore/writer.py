@@ -25,7 +25,7 @@ from spikeport.compile.check.verify import verify_learning
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import STATE_BITS
 from spikeport.compile.image.soft_rows import WORD_BITS
-from spikeport.compile.image.tables import offsets, positions
+from spikeport.compile.image.tables import flat, offsets, positions
 from spikeport.errors import BackendError
 from spikeport.hardware_models import chip as chips
 
@@ -121,8 +121,7 @@ class RowTable:
 
     def words(self, core: int) -> np.ndarray:
         """Return the words of a core's rows."""
-        parts = self._words[core]
-        return np.concatenate(parts).astype(np.uint64) if parts else np.zeros(0, dtype=np.uint64)
+        return flat(self._words[core]).astype(np.uint64)
 
 
 def _messages_of_sources(image: ChipImage, table: RowTable) -> list[list[Message]]:

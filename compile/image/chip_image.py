@@ -38,6 +38,7 @@ from spikeport.compile.image.tables import (
     Rows,
     Synapses,
     Table,
+    flat,
     part,
 )
 from spikeport.compile.image.validation import check
@@ -214,7 +215,7 @@ class ChipImage:
             for i, output in enumerate(self.manifest.outputs)
             if output.key == "voltage" and output.weights == "matrix"
         ]
-        return np.unique(np.concatenate(reads)) if reads else np.zeros(0, dtype=int)
+        return np.unique(flat(reads))
 
     @functools.cached_property
     def digest(self) -> str:

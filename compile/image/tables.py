@@ -274,6 +274,9 @@ class Decoders(Table):
     )
 
 
+BLOCK_SETTINGS = tuple(name for name in Blocks.columns() if name not in ("start", "core"))
+"""Columns of ``blocks`` that are settings of a core: the clips of voltages, and noise."""
+
 TABLES: tuple[type[Table], ...] = (
     Blocks,
     Compartments,

@@ -11,6 +11,7 @@ from nengo_loihi.probe import LoihiProbe
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import GroupEntry, Manifest, OutputEntry
 from spikeport.compile.image.tables import (
+    BLOCK_SETTINGS,
     Blocks,
     Compartments,
     Decoders,
@@ -77,13 +78,12 @@ def _manifest(blocks: IntegerBlocks, groups: list[Synapse], chip: str) -> Manife
 
 
 def _blocks(blocks: Sequence[LoihiBlock]) -> Blocks:
-    names = [name for name in Blocks.columns() if name not in ("start", "core")]
     return Blocks(
         start=offsets(block.n_neurons for block in blocks),
         core=np.arange(len(blocks)),
         **{
             name: np.array([int(getattr(block.compartment, name)) for block in blocks])
-            for name in names
+            for name in BLOCK_SETTINGS
         },
     )
 

@@ -9,6 +9,7 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import BlockEntry
 from spikeport.compile.image.tables import (
+    BLOCK_SETTINGS,
     Blocks,
     Groups,
     InAxons,
@@ -167,11 +168,7 @@ def _rows_of(image: ChipImage, mine: slice) -> SpikeRows:
 
 def _blocks(image: ChipImage, division: Division) -> Blocks:
     """Return the table of blocks: each has the settings of the block it is like."""
-    settings = {
-        name: getattr(image.blocks, name)[division.like]
-        for name in Blocks.columns()
-        if name not in ("start", "core")
-    }
+    settings = {name: getattr(image.blocks, name)[division.like] for name in BLOCK_SETTINGS}
     return Blocks(start=division.start, core=division.core, **settings)
 
 

@@ -17,11 +17,10 @@ from spikeport.compile.image.manifest import (
     Manifest,
     OutputEntry,
 )
-from spikeport.compile.image.tables import flat, offsets
+from spikeport.compile.image.tables import BLOCK_SETTINGS, flat, offsets
 from spikeport.compile.image.validation import LEARNING
 
 KEYS = ("voltage", "current", "spiked")
-PER_BLOCK = ("vmin", "vmax", "noise_offset", "noise_exp", "noise_at_membrane")
 PER_COMPARTMENT = ("bias", "decay_u", "decay_v", "vth", "refract_delay", "enable_noise")
 INT32_MAX = 2**31 - 1
 
@@ -138,7 +137,9 @@ class Parts:
         return {
             "block_start": offsets(sizes),
             "block_core": np.array([b.core for b in self.blocks]),
-            **{f"block_{k}": np.array([getattr(b, k) for b in self.blocks]) for k in PER_BLOCK},
+            **{
+                f"block_{k}": np.array([getattr(b, k) for b in self.blocks]) for k in BLOCK_SETTINGS
+            },
             **{
                 k: flat([np.broadcast_to(np.asarray(getattr(b, k)), b.n) for b in self.blocks])
                 for k in PER_COMPARTMENT
