@@ -20,8 +20,8 @@ int64. Each loop goes over at most 1,024 compartments and few arrays, so that LL
 vector instructions. An intrinsic adds weights in vectors of 32, with the vector instructions that
 the machine has.
 
-Compiled functions that call each other are all in this one file: numba's cache on disk would not
-notice changes of functions in other files.
+Compiled functions that call each other are all in one file: numba's cache on disk would not notice
+changes of functions in other files.
 
 Source: nengo-loihi 1.1.0, emulator/interface.py and builder/discretize.py.
 """
@@ -34,7 +34,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from spikeport.backends.native.loaded import Host, Loaded, Neurons, Rule, State
+from spikeport.backends.native.loaded import Host, Loaded, Neurons, State
 from spikeport.backends.native.wiring import LANES, Wiring
 from spikeport.compile.image.manifest import STATE_BITS, SUM_BITS
 from spikeport.compiled import compiled, inlined, without_gil
@@ -42,8 +42,6 @@ from spikeport.compiled import compiled, inlined, without_gil
 Q_SIZE, U_SIZE = SUM_BITS, STATE_BITS
 """Bits of q, and of u."""
 I32 = np.int32
-MOST_TRACE = 127
-"""Largest value of a trace."""
 SPIKES, OPERATIONS, ACTIVE, INACTIVE, MESSAGES_IN, LEARNING = range(6)
 """Rows of the counts of a step, in the order of `activity.PER_STEP`."""
 
@@ -425,73 +423,3 @@ def _count_active(neurons: Neurons, state: State, begin: int, end: int) -> int:
         moving = state.q[i] | state.u[i] | state.v[i] | state.spiked[i] | neurons.bias[i]
         active += moving != 0
     return active
-
-
-@compiled
-def mark_arrivals(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray) -> bool:
-    """Mark the axons that spikes arrived at; return whether one was marked before.
-
-    ``trace_of`` has the index of each delivery's trace, or -1.
-    """
-    lost = False
-    for number in touched:
-        i = trace_of[number]
-        if i >= 0:
-            lost |= raised[i]
-            # A trace holds one spike between its updates; the emulator loses a second one as well.
-            raised[i] = True
-    return lost
-
-
-@compiled
-def update_traces(
-    traces: np.ndarray, raised: np.ndarray, decay: float, magnitude: float, uniform: np.ndarray
-) -> bool:
-    """Update the traces of a group, and clear its marks; return whether a trace was clipped."""
-    clipped = False
-    for i in range(len(traces)):
-        trace = decay * traces[i]
-        if raised[i]:
-            trace += magnitude
-        traces[i], beyond = _round(trace, uniform[i], MOST_TRACE)
-        clipped |= beyond
-        raised[i] = False
-    return clipped
-
-
-@compiled
-def update_weights(
-    weights: np.ndarray, traces: np.ndarray, errors: np.ndarray, rule: Rule, uniform: np.ndarray
-) -> bool:
-    """Update the weights (n_axons, n_targets) of a group; return whether one was clipped."""
-    clipped = False
-    n = len(errors)
-    for i in range(len(traces)):
-        for j in range(n):
-            change = I32(I32(traces[i] * errors[j]) * I32(rule.rate))
-            # Weight and change are added with `LEARN_FRAC` fractional bits, and rounded last.
-            exact = _shift(weights[i, j], rule.weight_shift)
-            exact = I32(exact + _shift(change, rule.product_shift))
-            weight, beyond = _round(exact * rule.scale, uniform[i * n + j], rule.most)
-            weights[i, j] = _shift(weight, rule.unit_shift)
-            clipped |= beyond
-    return clipped
-
-
-@inlined
-def _round(x: float, uniform: float, most: int) -> tuple[np.int32, bool]:
-    """Round away from zero with the probability of the fraction; return whether it is clipped."""
-    size = abs(x)
-    whole = np.floor(size)
-    rounded = I32(whole) + I32(size - whole > uniform)
-    beyond = bool(rounded > most)
-    rounded = I32(most) if beyond else I32(rounded)
-    return I32(-rounded if x < 0 else rounded), beyond
-
-
-@inlined
-def _shift(x: np.int32, bits: int) -> np.int32:
-    """Shift left, or right if ``bits`` is negative; beyond 31 bits the result is NumPy's, too."""
-    if bits < 0:
-        return I32(x >> min(-bits, 31))
-    return I32(x << bits) if bits < 32 else I32(0)

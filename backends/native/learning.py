@@ -19,21 +19,36 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.backends.native.contacts import first_contacts
-from spikeport.backends.native.kernel import mark_arrivals, update_traces, update_weights
-from spikeport.backends.native.loaded import Rule
 from spikeport.backends.native.rows import kept_synapses
 from spikeport.backends.native.wiring import Wiring
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.compile.image.validation import WEIGHT_BITS
-from spikeport.compiled import make_ready
+from spikeport.compiled import compiled, inlined, make_ready
 from spikeport.errors import ImageError
 
 LEARN_FRAC, OVERFLOW_BITS = 7, 2
 """Fractional bits of a weight while it learns, and bits by which a product overflows."""
 LEAST_EXPONENT = 6
 """Exponent of weights whose ``weight_exp`` is 0."""
-LARGEST_ERROR = 127
+LARGEST_ERROR = MOST_TRACE = 127
+I32 = np.int32
+
+
+class Rule(NamedTuple):
+    """Constants by which the weights of a group learn."""
+
+    rate: int
+    product_shift: int
+    """Bits by which rate times trace times error is shifted to the left."""
+    weight_shift: int
+    """Bits by which a weight is shifted to the left before this product is added."""
+    scale: float
+    """Factor from the sum to units of the weights."""
+    most: int
+    """Largest size of a weight, in its units."""
+    unit_shift: int
+    """Bits by which a weight in its units is shifted to the left."""
 
 
 class Group(NamedTuple):
@@ -225,3 +240,73 @@ def _places(image: ChipImage, group: int) -> tuple[np.ndarray, np.ndarray]:
     first, end = image.rows.start[[rows.start, rows.stop]]
     place = np.flatnonzero((number >= first) & (number < end))
     return place, number[place] - first
+
+
+@compiled
+def mark_arrivals(touched: np.ndarray, trace_of: np.ndarray, raised: np.ndarray) -> bool:
+    """Mark the axons that spikes arrived at; return whether one was marked before.
+
+    ``trace_of`` has the index of each delivery's trace, or -1.
+    """
+    lost = False
+    for number in touched:
+        i = trace_of[number]
+        if i >= 0:
+            lost |= raised[i]
+            # A trace holds one spike between its updates; the emulator loses a second one as well.
+            raised[i] = True
+    return lost
+
+
+@compiled
+def update_traces(
+    traces: np.ndarray, raised: np.ndarray, decay: float, magnitude: float, uniform: np.ndarray
+) -> bool:
+    """Update the traces of a group, and clear its marks; return whether a trace was clipped."""
+    clipped = False
+    for i in range(len(traces)):
+        trace = decay * traces[i]
+        if raised[i]:
+            trace += magnitude
+        traces[i], beyond = _round(trace, uniform[i], MOST_TRACE)
+        clipped |= beyond
+        raised[i] = False
+    return clipped
+
+
+@compiled
+def update_weights(
+    weights: np.ndarray, traces: np.ndarray, errors: np.ndarray, rule: Rule, uniform: np.ndarray
+) -> bool:
+    """Update the weights (n_axons, n_targets) of a group; return whether one was clipped."""
+    clipped = False
+    n = len(errors)
+    for i in range(len(traces)):
+        for j in range(n):
+            change = I32(I32(traces[i] * errors[j]) * I32(rule.rate))
+            # Weight and change are added with `LEARN_FRAC` fractional bits, and rounded last.
+            exact = _shift(weights[i, j], rule.weight_shift)
+            exact = I32(exact + _shift(change, rule.product_shift))
+            weight, beyond = _round(exact * rule.scale, uniform[i * n + j], rule.most)
+            weights[i, j] = _shift(weight, rule.unit_shift)
+            clipped |= beyond
+    return clipped
+
+
+@inlined
+def _round(x: float, uniform: float, most: int) -> tuple[np.int32, bool]:
+    """Round away from zero with the probability of the fraction; return whether it is clipped."""
+    size = abs(x)
+    whole = np.floor(size)
+    rounded = I32(whole) + I32(size - whole > uniform)
+    beyond = bool(rounded > most)
+    rounded = I32(most) if beyond else I32(rounded)
+    return I32(-rounded if x < 0 else rounded), beyond
+
+
+@inlined
+def _shift(x: np.int32, bits: int) -> np.int32:
+    """Shift left, or right if ``bits`` is negative; beyond 31 bits the result is NumPy's, too."""
+    if bits < 0:
+        return I32(x >> min(-bits, 31))
+    return I32(x << bits) if bits < 32 else I32(0)

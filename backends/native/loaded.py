@@ -33,22 +33,6 @@ class Neurons(NamedTuple):
     """Compartments that outputs read, and the index in `KEYS` of the value to read, (.., 2)."""
 
 
-class Rule(NamedTuple):
-    """Constants by which the weights of a group learn."""
-
-    rate: int
-    product_shift: int
-    """Bits by which rate times trace times error is shifted to the left."""
-    weight_shift: int
-    """Bits by which a weight is shifted to the left before this product is added."""
-    scale: float
-    """Factor from the sum to units of the weights."""
-    most: int
-    """Largest size of a weight, in its units."""
-    unit_shift: int
-    """Bits by which a weight in its units is shifted to the left."""
-
-
 class State(NamedTuple):
     """State of the chip: per compartment, unless the field states another shape."""
 

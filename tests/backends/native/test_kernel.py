@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from spikeport.backends.native.chip import NativeChip
-from spikeport.backends.native.kernel import decode, mark_arrivals, update_traces, update_weights
-from spikeport.backends.native.loaded import Rule
+from spikeport.backends.native.kernel import decode
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile.image.chip_image import ChipImage
 from tests.helpers.images import INT32_MAX, Block, Group, Output, Parts, Route
@@ -376,32 +375,3 @@ def test_tables_without_values_decode_nothing() -> None:
     none = np.zeros(0, dtype=int)
     assert not decode(np.zeros(3, dtype=np.int32), np.zeros(1, dtype=int), none, np.zeros(0), found)
     assert found.tolist() == [1, 1]
-
-
-def test_a_second_spike_of_a_trace_before_its_update_is_lost() -> None:
-    trace_of, raised = np.array([-1, 0, 1], np.int32), np.zeros(2, dtype=bool)
-    arrivals = [0, 1], [0, 2], [1]
-    lost = [mark_arrivals(np.array(one, np.int32), trace_of, raised) for one in arrivals]
-    assert lost == [False, False, True]
-    assert raised.all()
-
-
-@pytest.mark.parametrize(("before", "clipped"), [(117, False), (118, True)])
-def test_a_trace_is_clipped_beyond_127(before: int, clipped: bool) -> None:
-    traces, raised = np.array([before, 50], np.int32), np.array([True, False])
-    assert update_traces(traces, raised, 1.0, 10.0, np.zeros(2)) == clipped
-    assert traces.tolist() == [127, 50]
-    assert not raised.any()
-
-
-@pytest.mark.parametrize(
-    ("error", "after", "clipped"),
-    [(2, 10, False), (3, 10, True), (-18, -10, False), (-19, -10, True)],
-)
-def test_a_learned_weight_is_clipped_at_its_largest_size(
-    error: int, after: int, clipped: bool
-) -> None:
-    rule = Rule(rate=1, product_shift=0, weight_shift=0, scale=1.0, most=10, unit_shift=0)
-    weights, trace = np.array([[8]], np.int32), np.array([1], np.int32)
-    assert update_weights(weights, trace, np.array([error], np.int32), rule, np.zeros(1)) == clipped
-    assert weights.tolist() == [[after]]

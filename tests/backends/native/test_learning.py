@@ -10,6 +10,7 @@ import pytest
 
 from spikeport import compile_network
 from spikeport.backends.native.chip import NativeChip
+from spikeport.backends.native.learning import Rule, mark_arrivals, update_traces, update_weights
 from spikeport.backends.nengo_loihi import NengoLoihiChip
 from spikeport.compile.image.chip_image import ChipImage
 from tests.helpers.images import Block, Group, Parts, Route
@@ -147,3 +148,32 @@ def test_an_error_beyond_the_chips_integers_is_warned_of_and_learned_as_on_nengo
     assert (native._learning.groups[0].weights != 64).any()
     _assert_equal_learning(image, native, theirs)
     theirs.close()
+
+
+def test_a_second_spike_of_a_trace_before_its_update_is_lost() -> None:
+    trace_of, raised = np.array([-1, 0, 1], np.int32), np.zeros(2, dtype=bool)
+    arrivals = [0, 1], [0, 2], [1]
+    lost = [mark_arrivals(np.array(one, np.int32), trace_of, raised) for one in arrivals]
+    assert lost == [False, False, True]
+    assert raised.all()
+
+
+@pytest.mark.parametrize(("before", "clipped"), [(117, False), (118, True)])
+def test_a_trace_is_clipped_beyond_127(before: int, clipped: bool) -> None:
+    traces, raised = np.array([before, 50], np.int32), np.array([True, False])
+    assert update_traces(traces, raised, 1.0, 10.0, np.zeros(2)) == clipped
+    assert traces.tolist() == [127, 50]
+    assert not raised.any()
+
+
+@pytest.mark.parametrize(
+    ("error", "after", "clipped"),
+    [(2, 10, False), (3, 10, True), (-18, -10, False), (-19, -10, True)],
+)
+def test_a_learned_weight_is_clipped_at_its_largest_size(
+    error: int, after: int, clipped: bool
+) -> None:
+    rule = Rule(rate=1, product_shift=0, weight_shift=0, scale=1.0, most=10, unit_shift=0)
+    weights, trace = np.array([[8]], np.int32), np.array([1], np.int32)
+    assert update_weights(weights, trace, np.array([error], np.int32), rule, np.zeros(1)) == clipped
+    assert weights.tolist() == [[after]]
