@@ -121,7 +121,6 @@ def test_only_one_folder_builds_with_nengo_loihi(root: Path) -> None:
 
 def test_the_image_and_its_kernels_need_no_nengo(root: Path) -> None:
     files = [*files_of(root, "image"), *(root / "backends" / "native").glob("*.py")]
-    files.remove(root / "backends" / "native" / "learning.py")  # uses nengo-loihi's own code
     names = {name.split(".")[0] for path in files for name in imported(path)}
     assert names & {"nengo", "nengo_loihi", "nengo_spa"} == set()
     native = reached(files, "spikeport.compile")
