@@ -7,7 +7,7 @@ import nengo
 
 from spikeport.compile.ground.names import Named, base
 from spikeport.compile.ground.scope import is_passthrough
-from spikeport.compile.loihi.build import OrderedModel
+from spikeport.compile.loihi.ordered_model import OrderedModel
 
 
 def host_spikes(model: OrderedModel) -> Counter[nengo.Ensemble]:

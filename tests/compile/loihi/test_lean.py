@@ -7,7 +7,7 @@ import pytest
 import spikeport
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.loihi import build
+from spikeport.compile.loihi import ordered_model
 from spikeport.compile.pipeline import compile_network
 
 
@@ -104,7 +104,7 @@ def test_a_probe_of_a_fused_ensemble_reads_the_neurons_of_that_ensemble_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     image, found = read_one_by_one("fuse")
-    monkeypatch.setattr(build, "lean_read_out", lambda model, connection: None)
+    monkeypatch.setattr(ordered_model, "lean_read_out", lambda model, connection: None)
     whole, wanted = read_one_by_one("fuse")
     inputs = 6 * 2  # a pair of neurons on the host for each ensemble
     assert len(whole.in_axons.row) == 6 * 120 + inputs
