@@ -24,7 +24,7 @@ from spikeport.backends.kept_values import NotKeptError, Reader
 from spikeport.cache import Arrays, Cache, Nothing
 from spikeport.compile.ground.identity import identity
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.manifest import Header, read_header
+from spikeport.compile.image.manifest import read_header
 from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation
@@ -160,8 +160,10 @@ def arrays_of(compilation: Compilation, network: nengo.Network) -> Arrays:
         "host": host.program(compilation.stand_ins),
         "report": host.values.write(report),
     }
-    image = {IMAGE + name: array for name, array in compilation.image.arrays.items()}
-    found = {**host.values.arrays(tree), HEADER: _header(compilation.image), **image}
+    image = compilation.image
+    arrays = {IMAGE + name: array for name, array in image.arrays.items()}
+    header = np.frombuffer(image.header, np.uint8)
+    found = {**host.values.arrays(tree), HEADER: header, **arrays}
     if (size := sum(array.nbytes for array in found.values())) > MOST_BYTES:
         raise NotKeptError(
             f"the compiled network takes {size >> 20:,} MB, limit {MOST_BYTES >> 20:,} MB"
@@ -185,12 +187,8 @@ def read(arrays: Arrays, request: CompileRequest, compile_it: Compile) -> KeptCo
 
 def _read(arrays: Arrays, request: CompileRequest, compile_it: Compile) -> KeptCompilation:
     header = read_header(arrays[HEADER].tobytes())
-    names = [name for name in arrays if name.startswith(IMAGE)]
-    image = ChipImage.from_arrays(
-        header.manifest, {name.removeprefix(IMAGE): arrays[name] for name in names}
-    )
-    if image.digest != header.digest:
-        raise MismatchError("an image with the digest of its header", "another image")
+    tables = {n.removeprefix(IMAGE): a for n, a in arrays.items() if n.startswith(IMAGE)}
+    image = ChipImage.from_header(header, tables)
     users = UsersObjects(request.network)
     reader = Reader(arrays)
     host = HostReader(reader, reader.tree["host"], users)
@@ -198,13 +196,9 @@ def _read(arrays: Arrays, request: CompileRequest, compile_it: Compile) -> KeptC
     # One compile gives both the blocks and Nengo's parameters, whichever is used first.
     again = functools.cache(compile_it)
     return KeptCompilation(
-        image.checked,
+        image,
         replace(report, chip=request.chip),
         lambda: again().blocks,
         program=host.program(),
         again=again,
     )
-
-
-def _header(image: ChipImage) -> np.ndarray:
-    return np.frombuffer(Header(image.digest, image.manifest).to_json(), np.uint8)

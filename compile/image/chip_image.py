@@ -259,22 +259,23 @@ class ChipImage:
 
     def save(self, path: str | Path) -> None:
         """Write the image, whole or not at all."""
-        files.write(Path(path), self._header, self.arrays)
+        files.write(Path(path), self.header, self.arrays)
 
     @property
-    def _header(self) -> bytes:
+    def header(self) -> bytes:
+        """The header of the image's file, as JSON."""
         return Header(self.digest, self.manifest).to_json()
 
     def to_bytes(self) -> bytes:
         """Return the content of the image's file."""
         file = io.BytesIO()
-        files.pack(file, self._header, self.arrays)
+        files.pack(file, self.header, self.arrays)
         return file.getvalue()
 
     @classmethod
     def from_bytes(cls, content: bytes) -> "ChipImage":
         """Return the image in the content of a file; raises ImageError as `load` does."""
-        return cls._of(*files.parse(content))
+        return cls.from_header(*files.parse(content))
 
     @classmethod
     def load(cls, path: str | Path) -> "ChipImage":
@@ -287,12 +288,13 @@ class ChipImage:
             if its numbers point outside its tables.
         """
         try:
-            return cls._of(*files.read(Path(path)))
+            return cls.from_header(*files.read(Path(path)))
         except ImageError as error:
             raise ImageError(f"{path}: {error}") from None
 
     @classmethod
-    def _of(cls, header: Header, arrays: Mapping[str, np.ndarray]) -> "ChipImage":
+    def from_header(cls, header: Header, arrays: Mapping[str, np.ndarray]) -> "ChipImage":
+        """Return the image of a header and of arrays; raises ImageError as `load` does."""
         image = cls.from_arrays(header.manifest, arrays)
         if image.digest != header.digest:
             raise ImageError(
