@@ -43,17 +43,10 @@ class HostChecks:
             )
         return np.ascontiguousarray(sources, dtype=np.int64).ravel()
 
-    def out_of_range(self, sources: np.ndarray) -> BackendError:
-        """Return the error for sources of which at least one is not in the image."""
-        return BackendError(
-            f"the host sent {len(sources)} spikes of sources {sources.min()} to {sources.max()}, "
-            f"but the image has only {self._n_inputs} sources, numbered from 0"
-        )
-
     def check_range(self, sources: np.ndarray) -> None:
         """Refuse sources that are not in the image, by BackendError."""
         if ((sources < 0) | (sources >= self._n_inputs)).any():
-            raise self.out_of_range(sources)
+            raise out_of_range(sources, self._n_inputs)
 
     def check_errors(self, errors: Mapping[int, np.ndarray]) -> None:
         """Refuse errors of a group that does not learn, or of another shape, by BackendError."""
@@ -66,3 +59,11 @@ class HostChecks:
                 raise BackendError(
                     f"synapse group {group}: its error has shape {np.shape(error)}, not {expected}"
                 )
+
+
+def out_of_range(sources: np.ndarray, n_inputs: int) -> BackendError:
+    """Return the error for sources of which at least one is not in the image."""
+    return BackendError(
+        f"the host sent {len(sources)} spikes of sources {sources.min()} to {sources.max()}, but "
+        f"the image has only {n_inputs} sources, numbered from 0"
+    )

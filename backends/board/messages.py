@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.backends.board.frame import MOST_BODY
+from spikeport.backends.host_checks import out_of_range
 from spikeport.backends.step_log import MessageCounts, Totals
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
@@ -107,10 +108,7 @@ class Codec:
             return bits, BITMAP
         listed = np.sort(spikes)
         if listed.size and not 0 <= listed[0] <= listed[-1] < self._n_inputs:
-            raise BackendError(
-                f"the host sent {listed.size} spikes of sources {listed[0]} to {listed[-1]}, but "
-                f"the image has only {self._n_inputs} sources, numbered from 0"
-            )
+            raise out_of_range(listed, self._n_inputs)
         return listed.astype(U32).tobytes(), 0
 
     def _as_bits(self, spikes: np.ndarray) -> bytes | None:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from spikeport.backends.chip import CLOSED, Decoding, Joined
-from spikeport.backends.host_checks import HostChecks
+from spikeport.backends.host_checks import HostChecks, out_of_range
 from spikeport.backends.native.kernel import LEARNING, accept, deliver, exchange, step, update
 from spikeport.backends.native.learning import Learning
 from spikeport.backends.native.loaded import Host, Loaded, State, neurons_of, resting_state
@@ -91,7 +91,7 @@ class NativeChip:
         else:
             n_arriving = self._step_learning(self._learning, sources, counts, errors)
         if n_arriving < 0:
-            raise self._checks.out_of_range(sources)
+            raise out_of_range(sources, self._image.n_inputs)
         self._n_arriving = n_arriving
         self.log.append(counts, len(sources))
         return self._views
