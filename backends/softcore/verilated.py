@@ -14,7 +14,8 @@ import numpy as np
 from spikeport import cache, hardware_models
 from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, ROW_BITS, core_bits
 from spikeport.compile.image.manifest import SUM_BITS
-from spikeport.errors import BackendError, MissingExtraError
+from spikeport.errors import BackendError
+from spikeport.extras import require_programs
 
 FOLDER = Path(hardware_models.__file__).parent / "softcore"
 PROGRAMS = ("verilator", "g++", "make")
@@ -133,12 +134,7 @@ def require_verilator() -> str:
     BackendError
         If Verilator does not start.
     """
-    for program in PROGRAMS:
-        if shutil.which(program) is None:
-            raise MissingExtraError(
-                f"no {program} is installed here, which builds the soft core; "
-                "install it with: apt-get install verilator g++ make"
-            )
+    require_programs(PROGRAMS, "builds the soft core", "verilator g++ make")
     return _said(["verilator", "--version"])
 
 

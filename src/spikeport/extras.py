@@ -1,7 +1,9 @@
-"""Extras of this package that are absent, and the command that installs them."""
+"""Extras of this package and programs that are absent, and the command that installs them."""
 
 import json
 import shlex
+import shutil
+from collections.abc import Sequence
 from importlib import metadata
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -17,6 +19,31 @@ def missing(
         f"{user} needs the package {package}, which {reason}; "
         f"install it with: {install_command(extra)}"
     )
+
+
+def require_programs(names: Sequence[str], use: str, packages: str) -> None:
+    """Look for programs of a system's packages.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The programs.
+    use : str
+        The task that they are for, for the error.
+    packages : str
+        The packages of Debian that have them.
+
+    Raises
+    ------
+    MissingExtraError
+        If a program is not installed.
+    """
+    for name in names:
+        if shutil.which(name) is None:
+            raise MissingExtraError(
+                f"no {name} is installed here, which {use}; "
+                f"install it with: apt-get install {packages}"
+            )
 
 
 def install_command(extra: str = "") -> str:

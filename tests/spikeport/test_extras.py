@@ -6,6 +6,7 @@ from importlib import metadata
 import pytest
 
 from spikeport import extras
+from spikeport.errors import MissingExtraError
 
 ORIGIN = extras.origin
 """The function itself, which the tests' conftest replaces by one that names an index."""
@@ -76,4 +77,14 @@ def test_the_error_names_feature_package_reason_and_command(command):
     assert str(error) == (
         "a dance needs the package shoes, which is too small; "
         "install it with: pip install 'spikeport[ballet]'"
+    )
+
+
+def test_the_first_program_that_is_absent_is_named_with_its_packages() -> None:
+    extras.require_programs(("sh",), "runs scripts", "dash")
+    with pytest.raises(MissingExtraError) as raised:
+        extras.require_programs(("sh", "no-such-program", "neither"), "runs scripts", "dash")
+    assert str(raised.value) == (
+        "no no-such-program is installed here, which runs scripts; "
+        "install it with: apt-get install dash"
     )

@@ -1,14 +1,14 @@
 """nengo-loihi's snips, compiled against spikeport's headers."""
 
 import ctypes
-import shutil
 import subprocess
 import tempfile
 from pathlib import Path
 
 from spikeport.backends.board.nxsdk.package import Phase
 from spikeport.backends.board.nxsdk.recording import Board
-from spikeport.errors import BackendError, MissingExtraError
+from spikeport.errors import BackendError
+from spikeport.extras import require_programs
 
 SNIPS = Path(__file__).with_name("snips")
 
@@ -38,12 +38,7 @@ def compiled(board: Board) -> ctypes.CDLL:
 
 def require_gcc() -> None:
     """Look for the compilers of snips; MissingExtraError if one is not installed."""
-    for program in ("gcc", "g++"):
-        if shutil.which(program) is None:
-            raise MissingExtraError(
-                f"no {program} is installed here, which compiles nengo-loihi's snips; "
-                "install it with: apt-get install g++"
-            )
+    require_programs(("gcc", "g++"), "compiles nengo-loihi's snips", "g++")
 
 
 def _gcc(*command: str) -> None:
