@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from types import MappingProxyType
+from typing import Any, TypeAlias
 
 import nengo
 from nengo.base import NengoObject
@@ -17,6 +18,7 @@ Built: TypeAlias = BuiltEnsemble | BuiltConnection
 """Gains, encoders and weights, as Nengo's builder keeps them."""
 Seeds: TypeAlias = Mapping[Named, int]
 """The seeds of objects and of their network."""
+NOTHING: Mapping[Any, Any] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -91,13 +93,14 @@ class Rewrite:
     def then(
         self,
         network: nengo.Network,
-        stand_ins: Mapping[nengo.Probe, nengo.Probe],
-        built: Mapping[NengoObject, Built],
         seeds: Seeds,
-        pieces: Mapping[nengo.Ensemble, Piece] | None = None,
-        members: Mapping[nengo.Ensemble, tuple[str, ...]] | None = None,
+        *,
+        built: Mapping[NengoObject, Built] = NOTHING,
+        stand_ins: Mapping[nengo.Probe, nengo.Probe] = NOTHING,
+        pieces: Mapping[nengo.Ensemble, Piece] = NOTHING,
+        members: Mapping[nengo.Ensemble, tuple[str, ...]] = NOTHING,
     ) -> "Rewrite":
-        """Return the rewrite that follows this one.
+        """Return the rewrite that follows this one, with another network and its seeds.
 
         A stand-in of a stand-in stands in for the user's own probe. ``pieces`` are the pieces among
         the new ensembles; ensembles that stay in the network remain the pieces they were.
@@ -117,9 +120,9 @@ class Rewrite:
             {**first, **users},
             {**self.built, **built},
             seeds,
-            {**kept, **(pieces or {})},
+            {**kept, **pieces},
             self.input_weight,
-            {**self.members, **{named[one]: found for one, found in (members or {}).items()}},
+            {**self.members, **{named[one]: found for one, found in members.items()}},
         )
 
     def users_names(self, ensemble: nengo.Ensemble) -> tuple[str, ...]:

@@ -50,7 +50,7 @@ def called_once(rewrite: Rewrite, dt_s: float) -> Rewrite:
         flat.inherit(passed, connection)
 
     flat = FlatNetwork.rewired(rewrite.network, solver.seeds, connect)
-    return rewrite.then(flat.network, {}, {c: solver.built(c) for c in found}, flat.seeds)
+    return rewrite.then(flat.network, flat.seeds, built={c: solver.built(c) for c in found})
 
 
 def _multiplied(scope: Scope) -> Iterator[nengo.Connection]:

@@ -16,7 +16,7 @@ def each_once(rewrite: Rewrite) -> Rewrite:
     if len(set(network.all_objects)) == len(network.all_objects):
         return rewrite
     flat = FlatNetwork.rewired(network, rewrite.all_seeds(), _keep)
-    return rewrite.then(flat.network, {}, {}, flat.seeds)
+    return rewrite.then(flat.network, flat.seeds)
 
 
 def _keep(connection: nengo.Connection, flat: FlatNetwork) -> None:

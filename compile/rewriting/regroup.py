@@ -69,10 +69,15 @@ def regroup(
             assembly.flat.keep(obj)
     assembly.connect()
     built = _built(matrices, partition, solver)
-    pieces = _pieces(rewrite, partition, assembly.ensembles)
-    members = _members(rewrite, partition, assembly.ensembles)
-    flat, stand_ins = assembly.flat, probes.replacements(assembly)
-    return rewrite.then(flat.network, stand_ins, built, flat.seeds, pieces, members)
+    stand_ins = probes.replacements(assembly)
+    return rewrite.then(
+        assembly.flat.network,
+        assembly.flat.seeds,
+        built=built,
+        stand_ins=stand_ins,
+        pieces=_pieces(rewrite, partition, assembly.ensembles),
+        members=_members(rewrite, partition, assembly.ensembles),
+    )
 
 
 def _built(

@@ -54,7 +54,7 @@ def rewire(
     flat = FlatNetwork.rewired(rewrite.network, solver.seeds, connect)
     kept = set(flat.network.connections)
     gone = [c for c in chosen if c not in kept]
-    return rewrite.then(flat.network, {}, {c: solver.built(c) for c in gone}, flat.seeds)
+    return rewrite.then(flat.network, flat.seeds, built={c: solver.built(c) for c in gone})
 
 
 def _connect_directly(connection: nengo.Connection, flat: FlatNetwork, link: Link) -> None:

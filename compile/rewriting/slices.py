@@ -52,7 +52,7 @@ def whole_targets(rewrite: Rewrite, dt_s: float) -> Rewrite:
     flat = FlatNetwork.rewired(network, solver.seeds, connect)
     # The decoders of an ensemble on the host are solved later, by Nengo's own builder.
     known = [c for c in parts if not isinstance(c.pre_obj, nengo.Ensemble) or scope.on_chip(c.pre)]
-    return rewrite.then(flat.network, {}, {c: solver.built(c) for c in known}, flat.seeds)
+    return rewrite.then(flat.network, flat.seeds, built={c: solver.built(c) for c in known})
 
 
 def _connect_whole(

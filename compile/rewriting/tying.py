@@ -111,7 +111,7 @@ def tied(rewrite: Rewrite, chosen: Iterable[Shared], solver: ParameterSolver) ->
 
     flat = FlatNetwork.rewired(rewrite.network, solver.seeds, connect)
     built = {old: solver.built(twin) for old, twin in new.items()}
-    return rewrite.then(flat.network, {}, built, flat.seeds)
+    return rewrite.then(flat.network, flat.seeds, built=built)
 
 
 def pooled(errors: Iterable[DecodingError]) -> DecodingError:

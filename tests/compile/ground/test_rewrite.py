@@ -54,10 +54,10 @@ def test_stand_ins_of_stand_ins_stand_in_for_the_users_probes() -> None:
     with nengo.Network() as other:
         a = nengo.Ensemble(3, 1)
         second, third = nengo.Probe(a), nengo.Probe(a)
-    first = Rewrite(network, Names(network)).then(other, {users: second}, {}, {})
+    first = Rewrite(network, Names(network)).then(other, {}, stand_ins={users: second})
     assert first.stand_ins == {users: second}
-    assert first.then(other, {second: third}, {}, {}).stand_ins == {users: third}
-    assert first.then(other, {}, {}, {}).stand_ins == {users: second}
+    assert first.then(other, {}, stand_ins={second: third}).stand_ins == {users: third}
+    assert first.then(other, {}).stand_ins == {users: second}
 
 
 def test_objects_keep_their_names_and_stand_ins_take_the_names_of_probes() -> None:
@@ -67,7 +67,7 @@ def test_objects_keep_their_names_and_stand_ins_take_the_names_of_probes() -> No
     with (other := later(b)):
         stand_in = nengo.Probe(b, label="anything")
         nengo.Ensemble(3, 1, label="b")
-    names = Rewrite(network, Names(network)).then(other, {users: stand_in}, {}, {}).names
+    names = Rewrite(network, Names(network)).then(other, {}, stand_ins={users: stand_in}).names
     assert names[other] == "net"
     assert names[b] == "b"
     assert names[stand_in] == "probe"
@@ -78,8 +78,8 @@ def test_objects_keep_their_names_and_stand_ins_take_the_names_of_probes() -> No
 def test_built_objects_accumulate_over_rewrites_and_seeds_do_not() -> None:
     network = make()
     a, b = network.ensembles
-    first = Rewrite(network, Names(network)).then(later(b), {}, {a: "gains"}, {b: 1})
-    second = first.then(later(), {}, {b: "more"}, {})
+    first = Rewrite(network, Names(network)).then(later(b), {b: 1}, built={a: "gains"})
+    second = first.then(later(), {}, built={b: "more"})
     assert (first.built, second.built) == ({a: "gains"}, {a: "gains", b: "more"})
     assert (first.seeds, second.seeds) == ({b: 1}, {})
 
@@ -88,18 +88,19 @@ def test_pieces_are_kept_while_their_ensembles_are_in_the_network() -> None:
     network = make()
     a, b = network.ensembles
     pieces = {a: Piece("large", 0, 2), b: Piece("large", 1, 2)}
-    first = Rewrite(network, Names(network)).then(later(a, b), {}, {}, {}, pieces)
+    first = Rewrite(network, Names(network)).then(later(a, b), {}, pieces=pieces)
     assert first.pieces == pieces
-    assert first.then(later(a), {}, {}, {}).pieces == {a: Piece("large", 0, 2)}
-    assert first.then(later(a), {}, {}, {}, {a: Piece("a", 0, 3)}).pieces == {a: Piece("a", 0, 3)}
+    assert first.then(later(a), {}).pieces == {a: Piece("large", 0, 2)}
+    cut_again = {a: Piece("a", 0, 3)}
+    assert first.then(later(a), {}, pieces=cut_again).pieces == cut_again
 
 
 def test_members_of_a_fused_ensemble_are_named_as_the_users_ensembles() -> None:
     network = make()
     a, b = network.ensembles
     first = Rewrite(network, Names(network)).then(
-        later(a, b), {}, {}, {}, {a: Piece("cut", 0, 2)}, {b: ("one", "other")}
+        later(a, b), {}, pieces={a: Piece("cut", 0, 2)}, members={b: ("one", "other")}
     )
     assert first.unfused(["a", "b"]) == ("a", "one", "other")
     assert [first.users_names(one) for one in (a, b)] == [("cut",), ("one", "other")]
-    assert first.then(later(a), {}, {}, {}).members == {"b": ("one", "other")}
+    assert first.then(later(a), {}).members == {"b": ("one", "other")}

@@ -47,7 +47,7 @@ def test_the_pass_changes_only_the_weight_of_inputs():
     rewrite = Rewrite(net, Names(net))
     after = SparseInputs(weight=3).apply(rewrite, context())
     assert after == dataclasses.replace(rewrite, input_weight=3)
-    assert after.then(net, {}, {}, {}).input_weight == 3  # also when passes follow
+    assert after.then(net, {}).input_weight == 3  # also when passes follow
 
 
 @pytest.mark.parametrize("to_neurons", [False, True])
