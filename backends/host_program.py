@@ -33,11 +33,18 @@ class HostPort(NamedTuple):
 class HostProgram:
     """The part of a compiled network that stays on the host.
 
-    ``model`` is Nengo's built model. ``senders`` collect the spikes of each input,
-    ``error_senders`` the errors of groups that learn; ``receivers`` pairs outputs, by number,
-    with the processes that take their values; ``probes`` maps probes of on-chip objects to the
-    output they record; ``events`` maps the numbers of inputs that are read from files to their
-    spikes.
+    Attributes
+    ----------
+    model : nengo.builder.Model
+        Nengo's built model.
+    senders, error_senders : tuple of HostPort
+        The processes that collect the spikes of each input, and the errors of groups that learn.
+    receivers : tuple of (int, nengo.Process)
+        The number of an output, and the process that takes its values.
+    probes : dict of nengo.Probe to int
+        The output that each probe of an object on the chip records.
+    events : mapping of int to EventSteps
+        The spikes of inputs that are read from files, by the input's number.
     """
 
     model: nengo.builder.Model

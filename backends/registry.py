@@ -27,10 +27,18 @@ from spikeport.progress import Progress, silent
 
 
 class Source(NamedTuple):
-    """A network, with the arguments of its compile (`compile_network`) and of its run.
+    """A network, with the arguments of its compile and of its run.
 
-    ``counts`` is a folder for the counts of every step, see `spikeport.backends.step_log.StepLog`;
-    ``link`` is the way to a board; compiles are kept in ``cache``.
+    Attributes
+    ----------
+    network, chip, dt_s, pipeline, offload, settings, progress
+        The arguments of `compile_network`; ``dt_s`` is its ``dt``.
+    counts : Path, optional
+        A folder for the counts of every step, see `spikeport.backends.step_log.StepLog`.
+    link : LinkOptions
+        The way to a board.
+    cache : Cache
+        The cache of compiles.
     """
 
     network: nengo.Network

@@ -158,7 +158,12 @@ class Flattener:
         return Operation(Code(kernel.CALL), stop=lambda _: function)
 
     def _operation(
-        self, what: int, target: Signal, source: Signal | np.ndarray, a: float = 0.0, b: float = 0.0
+        self,
+        what: int,
+        target: Signal | np.ndarray,
+        source: Signal | np.ndarray,
+        a: float = 0.0,
+        b: float = 0.0,
     ) -> Operation | None:
         """Return an element-wise operation; None if sizes differ or an array is not in the pool."""
         y_array = target if isinstance(target, np.ndarray) else self._signals[target]

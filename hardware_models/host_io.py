@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
+from spikeport.constants import BITS_PER_BYTE
 from spikeport.counted import counted
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.chip import ChipModel
@@ -16,7 +17,6 @@ from spikeport.hardware_models.estimate import Estimate
 Verdict = Literal["shown", "not shown", "excluded"]
 Basis = Literal["run", "all rates", "rates on the chip"]
 """The origin of counts: a run, or stated rates, of the host's sources too or of neurons alone."""
-BITS_PER_BYTE = 8
 
 
 @dataclass(frozen=True)

@@ -183,10 +183,14 @@ def core_times(activity: Activity, times: Times, bound: Bound) -> np.ndarray:
     """
     total = np.zeros(activity.spikes.shape)
     for event in core_events(activity):
-        figure = getattr(times, event.name)
-        time = at_least_zero("s") if figure is None else figure.estimate
-        total += event.per_step(activity) * _number(getattr(time, bound))
+        total += event.per_step(activity) * _number(getattr(_time(event, times), bound))
     return total
+
+
+def _time(event: events.OnCore, times: Times) -> Estimate:
+    """Return the time of an event; without a public figure it is at least zero."""
+    figure = getattr(times, event.name)
+    return at_least_zero("s") if figure is None else figure.estimate
 
 
 def bus_times(activity: Activity, chip: ChipModel, times: Times, bound: Bound) -> np.ndarray:
@@ -221,9 +225,8 @@ def mean_core_time(activity: Activity, calibration: EnergyCalibration, core: int
     time = zero("s")
     for event in core_events(activity):
         count = float(activity.over_steps(event.counts)[core])
-        figure = getattr(calibration.times, event.name)
         if count:
-            time += at_least_zero("s") if figure is None else figure.estimate.scaled(count)
+            time += _time(event, calibration.times).scaled(count)
     return time.scaled(1 / activity.n_steps)
 
 
@@ -261,7 +264,7 @@ def barrier(tiles: int, calibration: EnergyCalibration) -> Estimate | None:
     at = [point.tiles for point in points]
     value, low, high = (
         float(np.interp(tiles, at, [_number(getattr(point, bound)) for point in points]))
-        for bound in ("value", "low", "high")
+        for bound in get_args(Bound)
     )
     source = merge_sources(point.estimate.source for point in points)
     return Estimate(value, known(low), known(high), "s", source)

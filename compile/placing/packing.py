@@ -65,24 +65,24 @@ Where ranks of the first kind are equal, ranks of the second kind decide.
 """
 
 
-def first(cores: Cores, block: int, some: np.ndarray) -> Ranks:
+def first(cores: Cores, block: int, candidates: np.ndarray) -> Ranks:
     """Rank all cores equally."""
     return ()
 
 
-def fullest(cores: Cores, block: int, some: np.ndarray) -> Ranks:
+def fullest(cores: Cores, block: int, candidates: np.ndarray) -> Ranks:
     """Rank cores by how full they are with the block."""
-    return (-cores.fills(block, some),)
+    return (-cores.fills(block, candidates),)
 
 
-def most_alike(cores: Cores, block: int, some: np.ndarray) -> Ranks:
+def most_alike(cores: Cores, block: int, candidates: np.ndarray) -> Ranks:
     """Rank cores by the profiles that the block would add."""
-    return cores.added(block, some), -cores.fills(block, some)
+    return cores.added(block, candidates), -cores.fills(block, candidates)
 
 
-def most_traffic(cores: Cores, block: int, some: np.ndarray) -> Ranks:
+def most_traffic(cores: Cores, block: int, candidates: np.ndarray) -> Ranks:
     """Rank cores by the spikes between the block and the cores' blocks."""
-    return -cores.spikes(block, some), -cores.fills(block, some)
+    return -cores.spikes(block, candidates), -cores.fills(block, candidates)
 
 
 CHOICES: tuple[CoreChoice, ...] = (first, fullest, most_alike, most_traffic)

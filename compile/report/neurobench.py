@@ -12,10 +12,9 @@ import numpy as np
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.fanout import all_operations
 from spikeport.compile.image.manifest import STATE_BITS
+from spikeport.constants import BITS_PER_BYTE
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.limits import CoreUse
-
-BITS_PER_BYTE = 8
 
 
 @dataclass(frozen=True)

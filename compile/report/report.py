@@ -54,14 +54,39 @@ class Modules:
 class Report:
     """The resources, placement, errors and hints of a compiled network.
 
-    ``cores`` holds the use of every core, ``errors`` the quantisation error of every block,
-    ``warnings`` the warnings of nengo-loihi's builder. ``placed`` names the blocks on each
-    core. ``passes`` holds name, options and findings of every pass, ``lower_bound`` lower bounds of
-    the number of cores, by reason, ``neurobench`` NeuroBench's static metrics, ``hints`` the hints
-    on parts that are lost or left out. ``offloaded`` holds the ensembles that were moved to the
-    host, ``on_host`` the ensembles that were not meant for the chip, ``host`` the traffic with the
-    host. The report on a network with nothing on the chip has no cores, no traffic and an empty
-    digest. So does the report on a network that does not fit, whose ``violations`` say why.
+    The report on a network with nothing on the chip has no cores, no traffic and an empty digest.
+    So has the report on a network that does not fit.
+
+    Attributes
+    ----------
+    chip : ChipModel
+        The chip.
+    digest : str
+        The digest of the image.
+    cores : tuple of CoreUse
+        The use of every core.
+    errors : tuple of BlockError
+        The rounding error of every block.
+    warnings : tuple of str
+        The warnings of nengo-loihi's builder.
+    placed : tuple of tuples of str
+        The names of the blocks on each core.
+    passes : tuple of dict
+        The name, the options and the findings of every pass.
+    lower_bound : mapping of str to int
+        Lower bounds of the number of cores, by reason.
+    neurobench : NeuroBench or None
+        NeuroBench's static metrics; None without an image.
+    hints : tuple of Violation
+        The hints on parts that are lost or left out.
+    offloaded : tuple of Offloaded
+        The ensembles that were moved to the host.
+    on_host : tuple of OnHost
+        The ensembles that were not meant for the chip.
+    host : HostTraffic or None
+        The traffic with the host; None without an image.
+    violations : tuple of Violation
+        The reasons why the network does not fit.
     """
 
     chip: ChipModel

@@ -102,9 +102,9 @@ def _direct(link: Link, error: float, limits: Limits, rate_hz: float) -> PathCos
 
 def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
     neurons = RELAYS[path](dt=dt_s)
-    pairs = neurons.pairs_per_dim  # of decode neurons: one for positive, one for negative values
+    pairs = neurons.pairs_per_dim
     axons, d = link.axons, link.decoders.shape[0]
-    # Twice, since every pair has a neuron for positive values and one for negative ones.
+    # A pair of decode neurons has one for positive and one for negative values.
     bits = 2 * (pairs * axons.nnz + link.encoders.nnz) * WEIGHT_BITS
     ops = 2 * pairs * rate_hz * link.decoders.nnz + _relay_rate(path, dt_s) * link.encoders.nnz
     return PathCost(

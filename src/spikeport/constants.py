@@ -15,5 +15,7 @@ LARGEST_SEED = 2**32 - 1
 DECAY_UNITS = 4096
 """A chip's decays of currents and voltages are multiples of 1 / 4096."""
 
-BITS_PER_KIB = 8 * 1024
+BITS_PER_BYTE = 8
+
+BITS_PER_KIB = BITS_PER_BYTE * 1024
 """Bits of a KiB: memories of chips are counted in bits, and shown in KiB."""
