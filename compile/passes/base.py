@@ -26,6 +26,10 @@ class Context:
     note: Callable[[str, object], None]
     following: "tuple[AnyPass, ...]" = ()
 
+    def note_change(self, key: str, before: object, after: object) -> None:
+        """Note a figure before and after the pass."""
+        self.note(key, {"before": before, "after": after})
+
 
 @dataclass(frozen=True)
 class Pass(ABC, Generic[Value]):

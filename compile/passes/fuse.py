@@ -55,5 +55,5 @@ class Fuse(NetworkPass):
         fused = regroup(rewrite, Partition(groups), folded, context.dt_s, builder)
         for kind in ("ensembles", "connections"):
             before, after = (getattr(one.network, f"all_{kind}") for one in (rewrite, fused))
-            context.note(kind, {"before": len(before), "after": len(after)})
+            context.note_change(kind, len(before), len(after))
         return fused

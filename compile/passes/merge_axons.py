@@ -43,7 +43,7 @@ class MergeAxons(ImagePass):
         merged = _merged(image)
         for name in ("in_axons", "out_axons", "synapse_bits"):
             before, after = (_amount(one, name, context.chip) for one in (image, merged))
-            context.note(name, {"before": before, "after": after})
+            context.note_change(name, before, after)
         return merged
 
 

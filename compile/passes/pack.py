@@ -59,8 +59,8 @@ class Pack(ImagePass):
                 if bounds not in tried:
                     tried.append(bounds)
                     packing = self._cut_and_pack(image, chip, bounds, packing.n_cores) or packing
-        context.note("cores", {"before": image.n_cores, "after": packing.n_cores})
-        context.note("blocks", {"before": image.n_blocks, "after": packing.n_blocks})
+        context.note_change("cores", image.n_cores, packing.n_cores)
+        context.note_change("blocks", image.n_blocks, packing.n_blocks)
         return packing
 
     def _cut_and_pack(

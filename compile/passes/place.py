@@ -34,8 +34,8 @@ class Place(ImagePass):
         # that save hops may fill a link, and swaps that relieve it again may not be found.
         found = [*map(board.improved, (as_packed, board.clustered())), as_packed]
         before, after = board.cost(as_packed), min(map(board.cost, found))
-        for name in Cost._fields:
-            context.note(name, {"before": getattr(before, name), "after": getattr(after, name)})
+        for name, *change in zip(Cost._fields, before, after, strict=True):
+            context.note_change(name, *change)
         place = np.argsort(min(found, key=board.cost))
         return image.on_cores(place[image.blocks.core])
 

@@ -203,10 +203,10 @@ def _relay_rates_hz(image: ChipImage) -> dict[str, float]:
 
 
 def _compare(before: _Outcome, after: _Outcome, context: Context) -> None:
-    context.note("cores", {"before": before.cores, "after": after.cores})
+    context.note_change("cores", before.cores, after.cores)
     for name in dict.fromkeys([*before.energy_j, *after.energy_j]):
-        change = {"before": before.energy_j.get(name), "after": after.energy_j.get(name)}
-        context.note(f"energy_step_j ({name})", change)
+        change = (one.energy_j.get(name) for one in (before, after))
+        context.note_change(f"energy_step_j ({name})", *change)
 
 
 def _error(groups: Sequence[Group], chosen: Sequence[Group]) -> dict[str, float]:
