@@ -54,23 +54,22 @@ class Pack(ImagePass):
         # Try smaller pieces until the packing is known to be the smallest.
         for parts in range(2, self.effort + 1):
             if packing.n_cores > fewest:
-                bounds = search.bounds(problem.room.shared(parts))
+                cuts = search.cuts(problem.room.shared(parts))
                 # The same pieces would take the same number of cores.
-                if bounds not in tried:
-                    tried.append(bounds)
-                    packing = self._cut_and_pack(image, chip, bounds, packing.n_cores) or packing
+                if cuts not in tried:
+                    tried.append(cuts)
+                    packing = self._cut_and_pack(image, chip, cuts, packing.n_cores) or packing
         context.note_change("cores", image.n_cores, packing.n_cores)
         context.note_change("blocks", image.n_blocks, packing.n_blocks)
         return packing
 
     def _cut_and_pack(
-        self, image: ChipImage, chip: ChipModel, bounds: Mapping[int, list[int]], most: int
+        self, image: ChipImage, chip: ChipModel, cuts: Mapping[int, list[int]], most: int
     ) -> ChipImage | None:
         """Cut blocks, pack the pieces, and join neighbours that share a core again.
 
         Return None if that does not take fewer cores than ``most``.
         """
-        cuts = {block: ends[1:-1] for block, ends in bounds.items()}
         counts = [len(cuts.get(block, ())) + 1 for block in range(image.n_blocks)]
         pieces = cut(image, cuts)
         problem = _problem(pieces, chip)

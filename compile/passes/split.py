@@ -23,8 +23,7 @@ class Split(ImagePass):
 
     def apply(self, image: ChipImage, context: Context) -> ChipImage:
         """Cut the blocks that no core can hold."""
-        bounds = Search(image, context.chip).bounds(capacity(context.chip))
-        cuts = {block: ends[1:-1] for block, ends in bounds.items()}
+        cuts = Search(image, context.chip).cuts(capacity(context.chip))
         labels = [entry.label for entry in image.manifest.blocks]
         context.note("pieces", {labels[block]: len(c) + 1 for block, c in cuts.items()})
         return cut(image, cuts) if cuts else image

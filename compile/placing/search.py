@@ -29,8 +29,8 @@ class Search:
         # core.
         self._paths = paths.of(paths.source < image.n_compartments)
 
-    def bounds(self, room: Capacity) -> dict[int, list[int]]:
-        """Return the cuts of blocks that are too large: the ends of their pieces, 0 to the last.
+    def cuts(self, room: Capacity) -> dict[int, list[int]]:
+        """Return the cuts of blocks that are too large, as `cut` takes them.
 
         Each piece is as long as there is room for. A target in pieces takes more output axons of
         its sources, so the search repeats until nothing changes.
@@ -41,10 +41,10 @@ class Search:
         while (found := self._bounds(room, slots)) != bounds:
             bounds = found
             slots = np.maximum(slots, self._slots(bounds))
-        return bounds
+        return {block: ends[1:-1] for block, ends in bounds.items()}
 
     def _bounds(self, room: Capacity, slots: np.ndarray) -> dict[int, list[int]]:
-        """Return the cuts if output axons take these slots, (n_compartments,)."""
+        """Return the ends of pieces, 0 to the last, if axons take (n_compartments,) slots."""
         large = [
             block
             for block in np.flatnonzero(self._cuttable).tolist()

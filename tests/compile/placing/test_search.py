@@ -19,35 +19,35 @@ def room(compartments: float = INF, in_axons: float = INF, out_axons: float = IN
 
 
 @pytest.mark.parametrize(
-    ("capacity", "bounds"),
+    ("capacity", "cuts"),
     [
         (room(), {}),
         (room(compartments=3), {}),
-        (room(compartments=2), {1: [0, 2, 3]}),
-        (room(compartments=1), {0: [0, 1, 2], 1: [0, 1, 2, 3]}),
+        (room(compartments=2), {1: [2]}),
+        (room(compartments=1), {0: [1], 1: [1, 2]}),
         # the last compartment alone needs both axons
         (room(in_axons=1), {}),
         # Compartment 0 has two output axons if its target is in two pieces: it fills a core.
-        (room(compartments=2, out_axons=2), {0: [0, 1, 2], 1: [0, 2, 3]}),
+        (room(compartments=2, out_axons=2), {0: [1], 1: [2]}),
     ],
 )
 def test_pieces_are_as_long_as_there_is_room_for(
-    capacity: Capacity, bounds: dict[int, list[int]]
+    capacity: Capacity, cuts: dict[int, list[int]]
 ) -> None:
-    assert Search(two_blocks(), LOIHI).bounds(capacity) == bounds
+    assert Search(two_blocks(), LOIHI).cuts(capacity) == cuts
 
 
 def test_a_block_that_cannot_be_cut_is_left_out() -> None:
     group = Group([[64] * 8], pop_type=32)
     image = Parts([Block(8), Block(8)], [group]).image()
-    assert Search(image, LOIHI).bounds(room(compartments=4)) == {1: [0, 4, 8]}
+    assert Search(image, LOIHI).cuts(room(compartments=4)) == {1: [4]}
 
 
 def test_axons_of_the_host_take_no_room() -> None:
     group = Group([[64] * 6])
     image = Parts([Block(6)], [group], inputs=[9], routes=[Route([0] * 9, input=0)]).image()
     capacity = room(compartments=4, out_axons=1)
-    assert Search(image, LOIHI).bounds(capacity) == {0: [0, 4, 6]}
+    assert Search(image, LOIHI).cuts(capacity) == {0: [4]}
 
 
 def test_room_once_taken_is_not_given_back_so_that_the_search_ends() -> None:
@@ -55,7 +55,7 @@ def test_room_once_taken_is_not_given_back_so_that_the_search_ends() -> None:
     group = Group([[64, 64], *[[64]] * 5], axon_base=[3, 1, 2, 3, 4, 5])
     image = Parts([Block(6)], [group], routes=[Route(range(6), block=0)]).image()
     capacity = room(compartments=4, out_axons=4)
-    assert Search(image, LOIHI).bounds(capacity) == {0: [0, 3, 6]}
+    assert Search(image, LOIHI).cuts(capacity) == {0: [3]}
 
 
 def test_a_block_whose_rows_exceed_the_memory_of_a_soft_core_is_cut() -> None:
@@ -65,5 +65,5 @@ def test_a_block_whose_rows_exceed_the_memory_of_a_soft_core_is_cut() -> None:
     assert 16 * (2 + targets // 2) * sources > limit > 8 * targets * sources
     block, group = Block(targets), Group([[64] * targets] * sources)
     image = Parts([block], [group], inputs=[sources], routes=[Route(range(sources), input=0)])
-    bounds = Search(image.image(), chip).bounds(Capacity((INF, INF, INF, limit), (INF,) * 6))
-    assert bounds == {0: [0, 60, 62]}
+    cuts = Search(image.image(), chip).cuts(Capacity((INF, INF, INF, limit), (INF,) * 6))
+    assert cuts == {0: [60]}
