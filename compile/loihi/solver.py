@@ -69,6 +69,8 @@ class ParameterSolver:
 
     Attributes
     ----------
+    dt_s : float
+        The time step, in seconds.
     seeds : dict of Nengo objects to int
         The seeds; an object that is not part of the network needs an entry before it is built.
     """
@@ -80,7 +82,7 @@ class ParameterSolver:
         builder: Builder | None = None,
         built: Mapping[nengo.Ensemble, BuiltEnsemble] | None = None,
     ) -> None:
-        self._names = rewrite.names
+        self.dt_s, self._names = dt_s, rewrite.names
         self._builder = builder or CHIP
         self.seeds = rewrite.all_seeds()
         self._model = self._builder.new_model(dt_s, self.seeds)

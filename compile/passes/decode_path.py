@@ -84,12 +84,12 @@ class DecodePath(NetworkPass):
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
         found = {c: link(c, solver) for c in links}
         most = context.chip.limits.most("in_axons")
-        errors = DirectErrors(found, scope, solver, context.dt_s, _profiles(context), most)
+        errors = DirectErrors(found, scope, solver, _profiles(context), most)
         costs = self._costs(found, errors, wanted, context)
         relay_s = DECODE_TAU_S + context.dt_s + EPSILON_S
 
         def filters_of(free: Sequence[nengo.Connection]) -> Filters:
-            return target_filters(rewrite.network.all_connections, scope, wanted, free, relay_s)
+            return _target_filters(scope, wanted, free, relay_s)
 
         reasons, filters = self._settled(costs, wanted, errors, filters_of, relay_s)
         for c in links:
@@ -185,8 +185,7 @@ def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
     )
 
 
-def target_filters(
-    connections: Sequence[nengo.Connection],
+def _target_filters(
     scope: Scope,
     wanted: Mapping[nengo.Connection, str],
     free: Sequence[nengo.Connection],
@@ -196,8 +195,6 @@ def target_filters(
 
     Parameters
     ----------
-    connections : sequence of nengo.Connection
-        The connections of the network.
     scope : Scope
         The network.
     wanted : mapping of nengo.Connection to str
@@ -208,7 +205,7 @@ def target_filters(
         The delay that a relay adds to inputs which keep their own filter, in seconds.
     """
     asked, offered, own = defaultdict(set), defaultdict(set), defaultdict(set)
-    for c in connections:
+    for c in scope.network.all_connections:
         if not scope.on_chip(c.post_obj):
             continue
         if wanted.get(c) in (*RELAYS, "auto"):

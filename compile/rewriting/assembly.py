@@ -33,8 +33,6 @@ class Assembly:
         The groups.
     edges : Edges
         The connections.
-    dt_s : float
-        The time step, in seconds.
     filtered_constants : bool
         Constants behind a synapse become biases too; else only constants without a synapse.
 
@@ -52,11 +50,10 @@ class Assembly:
         solver: ParameterSolver,
         partition: Partition,
         edges: Edges,
-        dt_s: float,
         filtered_constants: bool = False,
     ) -> None:
         self._scope = rewrite.scope
-        self._dt_s = dt_s
+        self._dt_s = solver.dt_s
         self.flat = FlatNetwork(rewrite.network, solver.seeds)
         edges = without_zeros(edges)
         constant: dict[int, Edges] = defaultdict(dict)

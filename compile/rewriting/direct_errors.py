@@ -38,8 +38,6 @@ class DirectErrors:
         The network.
     solver : ParameterSolver
         Solves the network's ensembles.
-    dt_s : float
-        The time step, in seconds.
     profiles : int
         The most thresholds in one block.
     in_axons : float
@@ -51,12 +49,11 @@ class DirectErrors:
         links: Mapping[nengo.Connection, Link],
         scope: Scope,
         solver: ParameterSolver,
-        dt_s: float,
         profiles: int,
         in_axons: float,
     ) -> None:
-        self._links, self._solver, self._dt_s, self._profiles = links, solver, dt_s, profiles
-        self._in_axons = in_axons
+        self._links, self._solver, self._dt_s = links, solver, solver.dt_s
+        self._profiles, self._in_axons = profiles, in_axons
         self._largest = {c: _largest(self._weights(c)) for c in links}
         self._others = defaultdict(list)
         for c in scope.network.all_connections:

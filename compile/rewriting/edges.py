@@ -127,8 +127,6 @@ class EdgeMatrices:
         The groups of the ensembles that do not stay.
     folded : sequence of nengo.Node
         The passthrough nodes that are multiplied out, sources first.
-    dt_s : float
-        The time step, in seconds.
 
     Attributes
     ----------
@@ -152,10 +150,9 @@ class EdgeMatrices:
         solver: ParameterSolver,
         partition: Partition,
         folded: Sequence[nengo.Node],
-        dt_s: float,
     ) -> None:
         network = rewrite.network
-        self._rewrite, self._dt_s = rewrite, dt_s
+        self._rewrite = rewrite
         self._scope = rewrite.scope
         self._solver = solver
         self._partition = partition
@@ -209,7 +206,7 @@ class EdgeMatrices:
     @cached_property
     def _host_solver(self) -> ParameterSolver:
         """The solver for ensembles on the host, whose neurons fire as in float Nengo."""
-        return ParameterSolver(self._rewrite, self._dt_s, FLOAT)
+        return ParameterSolver(self._rewrite, self._solver.dt_s, FLOAT)
 
     def _pass_on(self, connection: nengo.Connection) -> None:
         """Multiply the edges into a passthrough node by a connection from it."""

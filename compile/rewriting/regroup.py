@@ -54,13 +54,13 @@ def regroup(
     network, solver = rewrite.network, ParameterSolver(rewrite, dt_s, builder)
     probes = ProbeMap(network, partition, solver)
     reads = probes.across_groups()
-    matrices = EdgeMatrices(rewrite, reads, solver, partition, folded, dt_s)
+    matrices = EdgeMatrices(rewrite, reads, solver, partition, folded)
     # A probed passthrough node stays as a target, without connections from it.
     probed = [node for node in folded if any(probe.obj is node for probe in network.all_probes)]
     edges = dict(matrices.edges)
     for node in probed:
         edges.update(matrices.into_nodes[node])
-    assembly = Assembly(rewrite, solver, partition, edges, dt_s, filtered_constants)
+    assembly = Assembly(rewrite, solver, partition, edges, filtered_constants)
     gone = {*folded, *partition.places, *matrices.replaced, *probes.replaced}.difference(probed)
     sums = [read.post_obj for read in reads]
     nodes, ensembles = [*network.all_nodes, *sums], network.all_ensembles

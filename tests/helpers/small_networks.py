@@ -65,4 +65,4 @@ def matrices_of(network: nengo.Network, partition: Partition) -> EdgeMatrices:
     folded = foldable(scope_of(network))
     rewrite = rewrite_of(network)
     solver = ParameterSolver(rewrite, DT_S)
-    return EdgeMatrices(rewrite, [], solver, partition, folded, DT_S)
+    return EdgeMatrices(rewrite, [], solver, partition, folded)

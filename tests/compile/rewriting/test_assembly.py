@@ -29,7 +29,7 @@ def assembled(network: nengo.Network, partition: Partition) -> Assembly:
     rewrite = rewrite_of(network)
     solver = ParameterSolver(rewrite, DT_S)
     edges = matrices_of(network, partition).edges
-    assembly = Assembly(rewrite, solver, partition, edges, DT_S)
+    assembly = Assembly(rewrite, solver, partition, edges)
     for obj in (*network.all_ensembles, *network.all_nodes):
         if obj not in partition and getattr(obj, "output", True) is not None:
             assembly.flat.keep(obj)

@@ -60,7 +60,7 @@ def estimated(network: nengo.Network, profiles: int = 3) -> float:
     (wired,) = [c for c in network.connections if c.pre_obj is network.ensembles[0]]
     solver = ParameterSolver(rewrite_of(network), DT_S)
     links = {wired: link(wired, solver)}
-    errors = DirectErrors(links, scope_of(network), solver, DT_S, profiles, in_axons=4096)
+    errors = DirectErrors(links, scope_of(network), solver, profiles, in_axons=4096)
     return errors.of(wired, links, wired.synapse.tau)
 
 
