@@ -13,6 +13,7 @@ import numpy as np
 
 from spikeport.backends.native.kernel import advance, copy_outputs
 from spikeport.backends.native.loaded import Loaded, Neurons, State, neurons_of, resting_state
+from spikeport.backends.native.noise import NONE
 from spikeport.backends.native.wiring import line_up, wire
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compiled import make_ready
@@ -58,8 +59,7 @@ class Shard:
         kept = ("q", "u", "v", "refractory", "spiked", "spike_count")
         shared = {name: getattr(whole, name) for name in kept}
         self._hold_state(own._replace(**shared, held=np.zeros(0, dtype=np.int32)))
-        no_noise, no_counts = np.zeros((2, 0), np.int32), np.zeros((0, 0), dtype=np.int64)
-        make_ready(advance, self._loaded, 0, no_noise, no_counts)
+        make_ready(advance, self._loaded, 0, NONE, np.zeros((0, 0), dtype=np.int64))
 
     def _hold_state(self, state: State) -> None:
         self.state = state

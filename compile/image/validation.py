@@ -67,7 +67,7 @@ def check(image: "ChipImage") -> None:
     _check_learning(image)
 
 
-def _refuse(place: str, value: object, bound: str) -> ImageError:
+def _error(place: str, value: object, bound: str) -> ImageError:
     return ImageError(f"{place} is {value}, {bound}; compile it again")
 
 
@@ -79,7 +79,7 @@ def _require(
         row = int(holds.argmin())
         if limits is not None:
             bound = f"{bound} {limits[row]}"
-        raise _refuse(f"{place}[{row}]", values[row], bound)
+        raise _error(f"{place}[{row}]", values[row], bound)
 
 
 def _check_lengths(image: "ChipImage", table: Table) -> None:
@@ -89,7 +89,7 @@ def _check_lengths(image: "ChipImage", table: Table) -> None:
             wanted += (len(getattr(image.manifest, column.width)),)
         shape = getattr(table, name).shape
         if shape != wanted:
-            raise _refuse(f"the shape of {table.NAME}.{name}", shape, f"not {wanted}")
+            raise _error(f"the shape of {table.NAME}.{name}", shape, f"not {wanted}")
 
 
 def _check_values(image: "ChipImage", table: Table, name: str, column: Column) -> None:
@@ -108,12 +108,12 @@ def _check_values(image: "ChipImage", table: Table, name: str, column: Column) -
 
 def _check_start(start: np.ndarray, place: str, divided: str, length: int) -> None:
     if start.size == 0 or start[0] != 0:
-        raise _refuse(f"{place}[0]", start[0] if start.size else "missing", "not 0")
+        raise _error(f"{place}[0]", start[0] if start.size else "missing", "not 0")
     # Each start is at least the one before, so that no part has a negative length.
     before = np.append(0, start[:-1])
     _require(start >= before, place, start, "at least", before)
     if start[-1] != length:
-        raise _refuse(f"{place}[{len(start) - 1}]", start[-1], f"not {length}, all of {divided}")
+        raise _error(f"{place}[{len(start) - 1}]", start[-1], f"not {length}, all of {divided}")
 
 
 def _check_manifest(image: "ChipImage") -> None:
@@ -121,11 +121,11 @@ def _check_manifest(image: "ChipImage") -> None:
     for name in ("blocks", "groups", "inputs", "outputs"):
         entries, rows = len(getattr(manifest, name)), len(getattr(image, name))
         if entries != rows:
-            raise _refuse(f"the number of manifest.{name}", entries, f"not {rows}, as in the table")
+            raise _error(f"the number of manifest.{name}", entries, f"not {rows}, as in the table")
     if not (math.isfinite(manifest.dt_s) and manifest.dt_s > 0):
-        raise _refuse("manifest.dt_s", manifest.dt_s, "not a positive number")
+        raise _error("manifest.dt_s", manifest.dt_s, "not a positive number")
     if not math.isfinite(manifest.pes_error_scale):
-        raise _refuse("manifest.pes_error_scale", manifest.pes_error_scale, "not a finite number")
+        raise _error("manifest.pes_error_scale", manifest.pes_error_scale, "not a finite number")
     for name, wanted in (
         ("learning", LEARNING),
         ("synapse_format", FORMAT),
@@ -133,13 +133,13 @@ def _check_manifest(image: "ChipImage") -> None:
         ("index_bits", INDEX_BITS),
     ):
         if (found := getattr(manifest, name)) != wanted:
-            raise _refuse(f"manifest.{name}", found, f"not {wanted}")
+            raise _error(f"manifest.{name}", found, f"not {wanted}")
 
 
 def _check_blocks(image: "ChipImage") -> None:
     """Refuse images without a block, and blocks without a compartment: no compile makes them."""
     if image.n_blocks == 0:
-        raise _refuse("the number of blocks", 0, "at least 1")
+        raise _error("the number of blocks", 0, "at least 1")
     sizes = np.diff(image.blocks.start)
     _require(sizes >= 1, "the size of blocks", sizes, "at least 1")
 
@@ -152,7 +152,7 @@ def _check_cores(image: "ChipImage") -> None:
     used = np.zeros(int(core.max(initial=-1)) + 1, dtype=bool)
     used[core] = True
     if not used.all():
-        raise _refuse("the first core without a block", int(used.argmin()), f"of {len(used)} cores")
+        raise _error("the first core without a block", int(used.argmin()), f"of {len(used)} cores")
 
 
 def _check_rows(image: "ChipImage") -> None:
@@ -215,7 +215,7 @@ def _check_inputs(image: "ChipImage") -> None:
     stated = np.array([entry.size for entry in image.manifest.inputs], dtype=object)
     _require(size == stated, "manifest.inputs.size", stated, "not", size)
     if image.n_inputs > MOST_INPUTS:
-        raise _refuse("the sum of inputs.size", image.n_inputs, f"at most {MOST_INPUTS}")
+        raise _error("the sum of inputs.size", image.n_inputs, f"at most {MOST_INPUTS}")
 
 
 def _check_outputs(image: "ChipImage") -> None:
@@ -225,13 +225,13 @@ def _check_outputs(image: "ChipImage") -> None:
         shapes = {"matrix": entry.shape[1:] and (int(reads[i]), entry.shape[1]), "scale": (1,)}
         shape = shapes.get(entry.weights, (0,))
         if entry.shape != shape or math.prod(shape) != weights[i]:
-            raise _refuse(f"{place}.shape", entry.shape, f"of {weights[i]} weights, not {shape}")
+            raise _error(f"{place}.shape", entry.shape, f"of {weights[i]} weights, not {shape}")
         # Without a segment there would be no sum to decode, and no block to read.
         if min(entry.segments, default=0) < 1 or sum(entry.segments) != reads[i]:
             bound = f"not {reads[i]} in sum, of one or more that are at least 1"
-            raise _refuse(f"{place}.segments", entry.segments, bound)
+            raise _error(f"{place}.segments", entry.segments, bound)
         if entry.order is not None and sorted(entry.order) != list(range(entry.size)):
-            raise _refuse(f"{place}.order", entry.order, f"no order of {entry.size} values")
+            raise _error(f"{place}.order", entry.order, f"no order of {entry.size} values")
 
 
 def _check_formats(image: "ChipImage") -> None:
