@@ -83,6 +83,15 @@ def time_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibratio
     before = activity.folded
     if before is None:
         return _kept_sums(activity, chip, calibration)
+    _check_folded(before, chip, calibration)
+    past = before.times[calibration.name]
+    if not len(activity.spikes):
+        return past
+    return past.then(_kept_sums(activity.kept, chip, calibration), before.n_steps)
+
+
+def _check_folded(before: Folded, chip: ChipModel, calibration: EnergyCalibration) -> None:
+    """Raise an error if steps were folded without the times of a chip and a calibration."""
     if before.chip != chip:
         other = before.chip
         held = "without times" if other is None else f"with times for chip '{other.name}' but not"
@@ -96,10 +105,6 @@ def time_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibratio
             f"calibration '{calibration.name}', which chip '{chip.name}' does not have; run fewer "
             "steps, or add the calibration to the chip's file"
         )
-    past = before.times[calibration.name]
-    if not len(activity.spikes):
-        return past
-    return past.then(_kept_sums(activity.kept, chip, calibration), before.n_steps)
 
 
 def _kept_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> TimeSums:
