@@ -163,13 +163,11 @@ def causes(image: ChipImage) -> Iterator[Cause]:
     labels = [block.label for block in image.manifest.blocks]
     taken = Counter[tuple[str, str]]()
     for group, block in enumerate(image.groups.block):
-        rows = part(image.groups.row_start, group)
-        weights = image.rows.start[[rows.start, rows.stop]]
         what = f"weights from {_senders(image, group, labels)}"
         taken[labels[block], what] += 1
         if (number := taken[labels[block], what]) > 1:
             what += f" ({number})"  # causes of one name would be one to a reader of the report
-        yield Cause(labels[block], what, "weights", slice(*weights))
+        yield Cause(labels[block], what, "weights", part(image.synapse_start, group))
     for block, label in enumerate(labels):
         mine = part(image.blocks.start, block)
         for what, array in NEURONS.items():

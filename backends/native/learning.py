@@ -181,9 +181,7 @@ def _group(
     learning = image.learning_of(group)
     train_epoch = int(learning["train_epoch"])
     place, number = _places(image, group)
-    rows = part(image.groups.row_start, group)
-    first, end = image.rows.start[[rows.start, rows.stop]]
-    weights = image.synapses.weight[first:end].astype(np.int32)
+    weights = image.synapses.weight[part(image.synapse_start, group)].astype(np.int32)
     in_order = len(weights) > 0 and np.array_equal(number, np.arange(len(weights)))
     if in_order:
         # A view: learning writes to the weights that spikes read, without a copy.
@@ -236,10 +234,9 @@ def _places(image: ChipImage, group: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the places of a group's weights in the wiring, and the numbers of those weights."""
     _, kept = kept_synapses(image)
     number = np.arange(len(image.synapses.weight))[kept]
-    rows = part(image.groups.row_start, group)
-    first, end = image.rows.start[[rows.start, rows.stop]]
-    place = np.flatnonzero((number >= first) & (number < end))
-    return place, number[place] - first
+    mine = part(image.synapse_start, group)
+    place = np.flatnonzero((number >= mine.start) & (number < mine.stop))
+    return place, number[place] - mine.start
 
 
 @compiled

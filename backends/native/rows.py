@@ -1,12 +1,11 @@
 """The weight rows of an image, one for each atom, as spikes add them."""
 
-import itertools
 from typing import NamedTuple
 
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import offsets
+from spikeport.compile.image.tables import offsets, parts
 
 MOST_SHIFT = 31
 """Largest shift of 32 bits, for groups whose weights are all zero: they lose nothing."""
@@ -52,9 +51,9 @@ def _shifts(image: ChipImage) -> np.ndarray:
     # Learning can set any bit of a weight later on.
     if image.learns.any():
         return np.zeros(len(image.groups.block), dtype=np.uint8)
-    bounds = itertools.pairwise(image.rows.start[image.groups.row_start])
     # A bit is zero in every weight of a group if it is zero in the bitwise or of the weights.
-    bits = [int(np.bitwise_or.reduce(image.synapses.weight[a:b])) for a, b in bounds]
+    weights = parts(image.synapse_start, image.synapses.weight)
+    bits = [int(np.bitwise_or.reduce(of_group)) for of_group in weights]
     # b & -b keeps the lowest bit that is set.
     shifts = [(b & -b).bit_length() - 1 if b else MOST_SHIFT for b in bits]
     return np.array(shifts, dtype=np.uint8)

@@ -186,6 +186,12 @@ class ChipImage:
         """Group of synapses of each row, (n_rows,)."""
         return np.repeat(np.arange(len(self.groups)), np.diff(self.groups.row_start))
 
+    @property
+    def synapse_start(self) -> np.ndarray:
+        """First synapse of each group of synapses, and their number at the end, (n_groups + 1,)."""
+        result: np.ndarray = self.rows.start[self.groups.row_start]
+        return result
+
     @functools.cached_property
     def axon_group(self) -> np.ndarray:
         """Group of synapses of each input axon, (n_axons,)."""

@@ -142,9 +142,9 @@ def _learning_updates(image: ChipImage) -> np.ndarray:
 
     Without learning, an epoch has one step. If epochs differ, one that is common to all counts.
     """
-    groups, learns = image.groups, np.flatnonzero(image.learns)
-    weights, core = np.diff(image.rows.start[groups.row_start])[learns], image.group_core[learns]
-    epoch = groups.learning[learns, image.manifest.learning.index("learn_epoch")].astype(int)
+    learns = np.flatnonzero(image.learns)
+    weights, core = np.diff(image.synapse_start)[learns], image.group_core[learns]
+    epoch = image.groups.learning[learns, image.manifest.learning.index("learn_epoch")].astype(int)
     n_steps = math.lcm(*epoch.tolist())
     if n_steps > MOST_STEPS:
         return _sums(image, core, weights / epoch)

@@ -84,6 +84,11 @@ def test_compartments_are_numbered_core_by_core() -> None:
     assert image.compartment_place.tolist() == [0, 1, 0, 2, 3, 4, 1, 2]
 
 
+def test_synapses_of_a_group_follow_those_of_the_group_before() -> None:
+    image = Parts([Block(2)], [Group([[1, 2], [3]]), Group([]), Group([[4]])]).image()
+    assert image.synapse_start.tolist() == [0, 3, 3, 4]
+
+
 def test_sources_of_spikes_and_sources_that_encode_values_differ(image: ChipImage) -> None:
     assert image.sends_spikes.tolist() == [False] * image.n_inputs
     assert Parts(inputs=[2, 0, 1]).image().sends_spikes.tolist() == [True] * 3
