@@ -11,9 +11,6 @@ from spikeport.errors import BackendError
 class HostChecks:
     """The sources of an image, the synapse groups that learn, and the sizes of their errors.
 
-    Each value is learned by two weights of an axon, one for either sign, and has one error: a group
-    takes half as many errors as an axon has weights.
-
     Parameters
     ----------
     image : ChipImage
@@ -21,11 +18,7 @@ class HostChecks:
     """
 
     def __init__(self, image: ChipImage) -> None:
-        self._n_inputs = image.n_inputs
-        learning = np.flatnonzero(image.learns)
-        rows = image.groups.row_start[learning]
-        sizes = (image.rows.start[rows + 1] - image.rows.start[rows]) // 2
-        self._sizes = dict(zip(learning.tolist(), sizes.tolist(), strict=True))
+        self._n_inputs, self._sizes = image.n_inputs, image.error_sizes
 
     def sources(self, spikes: np.ndarray) -> np.ndarray:
         """Return the sources that spike as a 64-bit array, which may be out of range.

@@ -186,7 +186,7 @@ def _group(
     if in_order:
         # A view: learning writes to the weights that spikes read, without a copy.
         weights = wiring.weights[place[0] : place[0] + len(place)]
-    n_targets = np.diff(image.blocks.start)[image.groups.block[group]] // 2 * 2
+    n_targets = 2 * image.error_sizes[group]
     return Group(
         core=int(image.group_core[group]),
         train_epoch=train_epoch,

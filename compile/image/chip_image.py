@@ -154,6 +154,15 @@ class ChipImage:
         settings = self.groups.learning[group].tolist()
         return dict(zip(self.manifest.learning, settings, strict=True))
 
+    @property
+    def error_sizes(self) -> dict[int, int]:
+        """Number of errors that each group of synapses that learns takes, by the group's number.
+
+        Two compartments decode a value, one for either sign, and share its error.
+        """
+        sizes = np.diff(self.blocks.start)[self.groups.block] // 2
+        return {group: int(sizes[group]) for group in np.flatnonzero(self.learns).tolist()}
+
     @functools.cached_property
     def cores(self) -> tuple[str, ...]:
         """Names of the cores: the labels of a core's first blocks, and the number of its others."""

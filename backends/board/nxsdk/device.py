@@ -45,7 +45,8 @@ class Device:
                 raise BackendError(str(found))
         self._image, self._at = image, 0
         self._model = model_of(image, placement)
-        self._no_errors = self._zero_errors()
+        # The chip waits for errors of each group that learns in each step.
+        self._no_errors = {group: np.zeros(size) for group, size in image.error_sizes.items()}
         hardware.interface.HostSnip.recv_retries = RETRIES
         hardware.interface.HostSnip.recv_bytes = recv_bytes
         try:
@@ -61,12 +62,6 @@ class Device:
             raise refusal(error) from None
         self._interface.connect()
         self._interface.run_steps(ENDLESS, blocking=False)
-
-    def _zero_errors(self) -> dict[int, np.ndarray]:
-        """Return zero errors for each group that learns: the chip waits for these in each step."""
-        sizes = np.diff(self._image.blocks.start)
-        groups = np.flatnonzero(self._image.learns)
-        return {int(g): np.zeros(sizes[self._image.groups.block[g]] // 2) for g in groups}
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""

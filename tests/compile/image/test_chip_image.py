@@ -84,6 +84,9 @@ def test_compartments_are_numbered_core_by_core() -> None:
     assert image.compartment_place.tolist() == [0, 1, 0, 2, 3, 4, 1, 2]
 
 
+RULE = (1.0, 3.0, -2.0, 10.0, 0.5, 2.0, 4.0)
+
+
 def test_synapses_of_a_group_follow_those_of_the_group_before() -> None:
     image = Parts([Block(2)], [Group([[1, 2], [3]]), Group([]), Group([[4]])]).image()
     assert image.synapse_start.tolist() == [0, 3, 3, 4]
@@ -94,11 +97,15 @@ def test_sources_of_spikes_and_sources_that_encode_values_differ(image: ChipImag
     assert Parts(inputs=[2, 0, 1]).image().sends_spikes.tolist() == [True] * 3
 
 
+def test_two_compartments_share_an_error() -> None:
+    groups = [Group([[1] * 4]), Group([[1] * 4], learning=RULE)]
+    assert Parts([Block(5)], groups).image().error_sizes == {1: 2}
+
+
 def test_settings_of_a_group_have_their_names() -> None:
-    learning = (1.0, 3.0, -2.0, 10.0, 0.5, 2.0, 4.0)
-    image = Parts(groups=[Group([[1]]), Group([[1]], learning=learning)]).image()
+    image = Parts(groups=[Group([[1]]), Group([[1]], learning=RULE)]).image()
     assert image.learning_of(0) == dict.fromkeys(LEARNING, 0.0)
     assert image.learning_of(1)["tracing_mag"] == 0.5
-    assert tuple(image.learning_of(1).values()) == learning
+    assert tuple(image.learning_of(1).values()) == RULE
     assert SynapseConfig(**image.format_of(1)).n_synapses == image.format_of(1)["n_synapses"]
     assert list(image.format_of(1).values()) == image.groups.format[1].tolist()
