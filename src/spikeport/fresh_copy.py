@@ -13,9 +13,14 @@ import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from types import BuiltinFunctionType, ModuleType
+from typing import Any
 
 import cloudpickle
 import nengo
+
+from spikeport.errors import UsageError
+from spikeport.node_functions import Skippable
+from spikeport.parts import OWNERS, STRUCTS, Parts
 
 LIBRARIES = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
 """Folders of installed modules: their functions are shared."""
@@ -35,6 +40,13 @@ def fresh_copy(network: nengo.Network) -> nengo.Network:
             warnings.simplefilter("ignore")  # Nengo warned when the network was made
             return _copied(network)
     except Exception as error:  # whatever copying a user's object raises
+        if any(isinstance(node.output, Skippable) for node in network.all_nodes):
+            raise UsageError(
+                f"the plant or a port of the network cannot be copied ({error}), and float Nengo, "
+                "with which the run is compared, needs a plant of its own; cure: leave out what "
+                "cannot be copied, such as a lock, a viewer or an open file, or do not compare: "
+                "simulate --no-float"
+            ) from error
         warnings.warn(
             f"the network's functions cannot be copied ({error}): in float Nengo their "
             "variables start with the values that the earlier run left; cure: keep a state in a "
@@ -53,7 +65,7 @@ def _calls(network: nengo.Network) -> bool:
 
 def _copied(network: nengo.Network) -> nengo.Network:
     file = io.BytesIO()
-    pickler = _Pickler(file)
+    pickler = _Pickler(file, Parts(_owners(network)))
     pickler.dump(network)
     file.seek(0)
     copy: nengo.Network = _Unpickler(file, pickler.code).load()
@@ -61,11 +73,15 @@ def _copied(network: nengo.Network) -> nengo.Network:
 
 
 class _Pickler(cloudpickle.Pickler):
-    """A pickler that shares code which numba compiled: it cannot be copied, and has no state."""
+    """A pickler that shares code which numba compiled: it cannot be copied, and has no state.
 
-    def __init__(self, file: io.BytesIO) -> None:
+    Parts of copied objects are the parts of their copies.
+    """
+
+    def __init__(self, file: io.BytesIO, parts: Parts) -> None:
         super().__init__(file)
         self.code: list[object] = []
+        self._parts = parts
 
     def persistent_id(self, one: object) -> int | None:
         """Return the number of an object that is shared; None to copy it."""
@@ -73,6 +89,33 @@ class _Pickler(cloudpickle.Pickler):
             return None
         self.code.append(one)
         return len(self.code) - 1
+
+    def reducer_override(self, one: object) -> Any:
+        """Return how an object is made again."""
+        return self._parts.call_for(one) or super().reducer_override(one)
+
+
+class _Owners(_Pickler):
+    """A pickler that lists the models and data of MuJoCo that it meets, and writes none of them."""
+
+    def __init__(self) -> None:
+        super().__init__(io.BytesIO(), Parts([]))
+        self.found: list[object] = []
+
+    def persistent_id(self, one: object) -> int | None:
+        """Return a number for what belongs to MuJoCo; None to go on with another object."""
+        if type(one).__module__ != STRUCTS:
+            return super().persistent_id(one)
+        if type(one).__name__ in OWNERS:
+            self.found.append(one)
+        return 0
+
+
+def _owners(network: nengo.Network) -> list[object]:
+    pickler = _Owners()
+    if STRUCTS in sys.modules:
+        pickler.dump(network)
+    return pickler.found
 
 
 class _Unpickler(pickle.Unpickler):

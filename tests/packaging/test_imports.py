@@ -22,7 +22,17 @@ EVERYONE = {
         "fault_plan",
     ),
     *("files", "freed_memory", "fresh_copy", "function_identity", "interrupts"),
-    *("key_values", "neurons", "node_functions", "pacing", "plots", "progress", "reading", "table"),
+    *(
+        "key_values",
+        "neurons",
+        "node_functions",
+        "pacing",
+        "parts",
+        "plots",
+        "progress",
+        "reading",
+        "table",
+    ),
 }
 FOLDERS: dict[str, set[str]] = {
     "networks": set(),

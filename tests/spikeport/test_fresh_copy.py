@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from spikeport.compiled import compiled, make_ready
+from spikeport.errors import UsageError
 from spikeport.fresh_copy import fresh_copy
+from spikeport.node_functions import Skippable
 
 CALLS = [0]
 
@@ -145,3 +147,32 @@ def test_functions_that_cannot_be_copied_are_shared_with_a_warning() -> None:
         copy = fresh_copy(network_of(function))
     recorded(copy)
     assert counter.calls == 5
+
+
+class Plant(Skippable):
+    """A plant that holds what it needs."""
+
+    def __init__(self, needed: object) -> None:
+        self.needed = needed
+
+    def __call__(self, _t: float, values: np.ndarray) -> np.ndarray:
+        return values
+
+    def skip(self) -> int:
+        return 0
+
+
+def test_a_plant_that_cannot_be_copied_is_refused() -> None:
+    """A plant is never shared: a loop refuses its second simulator, at the end of the run."""
+    with nengo.Network() as network:
+        nengo.Node(Plant(threading.Lock()), size_in=1, size_out=1)
+    with pytest.raises(UsageError) as caught:
+        fresh_copy(network)
+    assert str(caught.value) == (
+        "the plant or a port of the network cannot be copied (cannot pickle '_thread.lock' object),"
+        " and float Nengo, with which the run is compared, needs a plant of its own; cure: leave "
+        "out what cannot be copied, such as a lock, a viewer or an open file, or do not compare: "
+        "simulate --no-float"
+    )
+    network.nodes[0].output.needed = None
+    assert fresh_copy(network) is not network
