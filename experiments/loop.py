@@ -159,11 +159,11 @@ class Loop(Generic[P]):
         """
         self._tick, self._last_s = 0, -math.inf
         self._pace = _Pace(self._dt_s)
-        self._plant_clock.begin()
         # A backend may still be holding an observation of the last run.
         self._stepped.end_skip()
         for port, _ in self._served:
             port.begin()
+        self._plant_clock.begin()
         self._observe()
         self._is_begun = True
 
@@ -185,15 +185,15 @@ class Loop(Generic[P]):
         Raises
         ------
         UsageError, DivergedError
-            As `begin`, or if no run was begun; also if the plant's own time does not advance by its
-            ``dt_s``, or goes back.
+            As `begin`, or if no run was begun; if a step of the plant gets another number of
+            values, or none that are real numbers; also if the plant's own time does not advance by
+            its ``dt_s``, or goes back.
         """
         if not self._is_begun:
             raise UsageError(NOT_BEGUN)
         self._tick += 1
         if self._tick % self._ticks == 0:
-            # Copied: the array belongs to the simulator, and ports keep parts of it.
-            self._advance(values.copy())
+            self._advance(_commands(values, self.size_in))
         return self._observation
 
     def step_at(self, time_s: float, values: np.ndarray) -> np.ndarray:
@@ -341,6 +341,7 @@ class _PlantClock:
 
     def __init__(self, plant: SteppedPlant) -> None:
         self._plant = plant
+        self._dt_s = plant.dt_s
         self._is_known = False
         self._last_s = -math.inf
 
@@ -370,14 +371,15 @@ class _PlantClock:
                 "weaker commands, or begin() after a reset() of yours"
             )
         if not self._is_known:
-            self._check_length(found_s, self._plant.dt_s)
+            self._check_length(found_s)
             self._is_known = True
 
-    def _check_length(self, found_s: float, dt_s: float) -> None:
-        if abs(found_s - dt_s) > ROUNDING * dt_s:
+    def _check_length(self, found_s: float) -> None:
+        if abs(found_s - self._dt_s) > ROUNDING * self._dt_s:
             raise UsageError(
-                f"a step of the plant took {1000 * found_s:g} ms by its time_s, but its dt_s is "
-                f"{1000 * dt_s:g} ms; cure: let both agree, with all of MuJoCo's steps in a step"
+                f"a step of the plant took {1000 * found_s:g} ms by its time_s, but its dt_s was "
+                f"{1000 * self._dt_s:g} ms when the loop was made; cure: let both agree, with all "
+                "of MuJoCo's steps in a step"
             )
 
 
@@ -387,6 +389,17 @@ def _check_plant(plant: object) -> None:
         raise UsageError(
             f"Loop(plant, ports): {type(plant).__name__} has no {' and no '.join(missing)}; cure: "
             "a plant as SteppedPlant describes it"
+        )
+    for name in ("dt_s", "time_s"):
+        _check_no_method(plant, name, "a number, in s")
+
+
+def _check_no_method(owner: object, name: str, expected: str) -> None:
+    """Refuse a method in place of a value: it would count as true, and as no number."""
+    if callable(getattr(type(owner), name, None)):
+        raise UsageError(
+            f"Loop(plant, ports): {type(owner).__name__}.{name} is a method, expected {expected}; "
+            "cure: write @property above it"
         )
 
 
@@ -414,6 +427,7 @@ def _check_ports(ports: Sequence[Port]) -> None:
                 f"Loop(plant, ports): a {type(port).__name__} is listed twice; cure: an object for "
                 "each place"
             )
+        _check_no_method(port, "over", "True or False")
         for name, use in (("size_in", "drive() takes"), ("size_out", "observe() returns")):
             size = getattr(port, name)
             if not isinstance(size, Integral) or size < 0:
@@ -421,6 +435,17 @@ def _check_ports(ports: Sequence[Port]) -> None:
                     f"{type(port).__name__}.{name} is {shown(size)}, limit whole numbers from 0 "
                     f"on; cure: the number of values that {use}"
                 )
+
+
+def _commands(values: Any, size: int) -> np.ndarray:
+    """Return a copy of a controller's values (size,), of which ports may keep parts."""
+    found = _array(values)
+    if found is None or found.dtype.kind not in NUMBERS or found.shape != (size,):
+        raise UsageError(
+            f"Loop.step() got {_named(values)} where an array of shape ({size},) is expected, the "
+            "sum of all size_in; cure: pass the values of all ports, one after the other"
+        )
+    return found.astype(float)
 
 
 def _joined(observed: Sequence[np.ndarray], size: int) -> np.ndarray | None:
@@ -498,7 +523,8 @@ def _ratio(plant_s: float, controller_s: float) -> int:
     if round(ratio) < 1 or abs(ratio - round(ratio)) > ROUNDING * ratio:
         raise UsageError(
             f"the plant steps every {1000 * plant_s:g} ms, which is no multiple of the "
-            f"controller's {1000 * controller_s:g} ms; cure: another time step of either"
+            f"controller's {1000 * controller_s:g} ms; cure: another time step of either, or "
+            "several of MuJoCo's steps in a step of the plant"
         )
     return round(ratio)
 

@@ -324,7 +324,7 @@ def test_a_port_without_commands_is_observed():
 def test_plant_steps_that_are_no_multiple_of_the_controllers_are_refused(dt_s):
     assert refusal(Loop, Counter(), [], dt_s) == (
         f"the plant steps every 4 ms, which is no multiple of the controller's {1000 * dt_s:g} ms; "
-        "cure: another time step of either"
+        "cure: another time step of either, or several of MuJoCo's steps in a step of the plant"
     )
 
 
@@ -380,6 +380,53 @@ def test_a_plant_without_time_or_steps_is_refused():
     assert "object has no dt_s and no time_s and no step; cure: a plant as" in message
 
 
+@pytest.mark.parametrize("name", ["dt_s", "time_s"])
+def test_a_plant_with_a_method_in_place_of_a_number_is_refused(name):
+    plant = type("Timed", (), {"dt_s": 0.001, "time_s": 0.0, "step": None} | {name: lambda _: 1.0})
+    assert refusal(Loop, plant(), [unlike()]) == (
+        f"Loop(plant, ports): Timed.{name} is a method, expected a number, in s; "
+        "cure: write @property above it"
+    )
+
+
+def test_a_port_that_is_over_by_a_method_is_refused():
+    """A method counts as true: each run would end before its first step."""
+
+    class Falling(Pusher):
+        def over(self):
+            return False
+
+    assert refusal(Loop, Counter(), [Falling("one", Counter(), [])]) == (
+        "Loop(plant, ports): Falling.over is a method, expected True or False; "
+        "cure: write @property above it"
+    )
+
+
+@pytest.mark.parametrize(
+    ("values", "named"),
+    [
+        (np.zeros(3), "an array of shape (3,)"),
+        (np.zeros(5), "an array of shape (5,)"),
+        (np.zeros((1, 4)), "an array of shape (1, 4)"),
+        (0.5, "an array of shape ()"),
+        (np.array([1j, 0, 0, 0]), "an array of complex128, [0.+1.j 0.+0.j 0.+0.j 0.+0.j],"),
+        (None, "None"),
+    ],
+)
+def test_values_of_another_shape_than_that_of_all_ports_are_refused(odd, values, named):
+    assert refusal(odd.step, values) == (
+        f"Loop.step() got {named} where an array of shape (4,) is expected, the sum of all size_in;"
+        " cure: pass the values of all ports, one after the other"
+    )
+
+
+def test_values_may_be_a_list():
+    loop = Loop(plant := Counter(), [port := Pusher("one", plant, [])], 0.004)
+    loop.begin()
+    loop.step([1, 2])
+    assert port.driven == [[1.0, 2.0]]
+
+
 def test_ports_may_come_from_a_generator():
     loop = Loop(plant := Counter(), (Pusher(name, plant, []) for name in "ab"), 0.004)
     loop.begin()
@@ -414,8 +461,30 @@ def test_a_plant_whose_steps_take_another_time_is_refused_in_the_first_one():
     advance = loop.plant.step
     loop.plant.step = lambda: [advance() for _ in range(4)]
     assert refusal(loop.step, np.zeros(2)).startswith(
-        "a step of the plant took 16 ms by its time_s, but its dt_s is 4 ms; cure: let both agree"
+        "a step of the plant took 16 ms by its time_s, but its dt_s was 4 ms when the loop was made"
     )
+
+
+def test_a_plant_whose_time_step_changes_after_the_loop_was_made_is_refused():
+    loop = counting(0.004)
+    loop.plant.dt_s = 0.002
+    loop.begin()
+    assert refusal(loop.step, np.zeros(2)).startswith(
+        "a step of the plant took 2 ms by its time_s, but its dt_s was 4 ms when the loop was made"
+    )
+
+
+def test_a_port_may_reset_the_plant_when_a_run_begins():
+    class Resetting(Pusher):
+        def begin(self):
+            self.plant.time_s = 0.0
+
+    loop = Loop(plant := Counter(), [Resetting("one", plant, [])], 0.004)
+    for _ in range(2):
+        loop.begin()
+        for _ in range(3):
+            loop.step(np.zeros(2))
+    assert plant.time_s == pytest.approx(0.012)
 
 
 def test_a_plant_whose_time_goes_back_within_a_run_has_diverged():
