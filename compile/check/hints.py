@@ -20,6 +20,7 @@ from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
+from spikeport.counted import percent
 
 LOST = 0.1
 """Share of a block's weights above which their loss is worth a hint."""
@@ -140,7 +141,7 @@ def relay_hints(passes: Sequence[Mapping[str, Any]]) -> Iterator[Violation]:
         errors = {path["path"]: path["error"] for path in note["paths"]}
         error, usual = errors[note["chosen"]], errors["preset10"]
         if error > usual:
-            used = f"{note['chosen']}, {100 * error:.2g} % off, as written {100 * usual:.2g} %"
+            used = f"{note['chosen']}, {percent(error)} off, as written {percent(usual)}"
             yield rules.get("SP419").broken(name, used)
 
 

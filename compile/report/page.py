@@ -16,7 +16,7 @@ from spikeport.atomic import write_text
 from spikeport.compile.image.expected import AT_STATED_RATES
 from spikeport.compile.report.drawing import SIDE, Chip, chips, estimate
 from spikeport.compile.report.report import Json
-from spikeport.counted import counted, in_kib
+from spikeport.counted import counted, in_kib, percent
 from spikeport.hardware_models.estimate import merge_sources
 from spikeport.hardware_models.host_io import HostIoReport
 
@@ -108,7 +108,7 @@ def _template() -> Template:
         lstrip_blocks=True,
     )
     environment.filters["estimate"] = estimate
-    environment.filters.update(count=_count, counted=counted)
+    environment.filters.update(count=_count, counted=counted, in_percent=percent)
     environment.globals.update(core_side=SIDE, at_stated_rates=AT_STATED_RATES, most_rows=MOST_ROWS)
     environment.filters["words"] = lambda name: name.replace("_", " ")
     return environment.get_template("page.html.jinja")
@@ -189,7 +189,7 @@ class View:
     def roundings(self) -> list[Row]:
         """The rounding errors of weights by block, the largest first."""
         return _largest(
-            (row["label"], f"{100 * row['weights']:.2g} %", row["weights"])
+            (row["label"], percent(row["weights"]), row["weights"])
             for row in self.report["quantisation"]
         )
 
@@ -199,7 +199,7 @@ class View:
         return _largest(
             (
                 f"{part['object']}: {part['what']}",
-                f"{100 * part['output_error']:.2g} %",
+                percent(part["output_error"]),
                 part["share"],
             )
             for part in (self.report["loss"] or {}).get("parts", ())

@@ -1,4 +1,4 @@
-"""Counts of things, in words."""
+"""Counts, sizes and shares, in words."""
 
 from spikeport.constants import BITS_PER_KIB
 
@@ -18,3 +18,10 @@ def in_kib(n_bits: int) -> str:
     """
     rounded = f"{n_bits / BITS_PER_KIB:,.0f}"
     return "<1" if rounded == "0" and n_bits else rounded
+
+
+def percent(share: float) -> str:
+    """Return a share or a relative error in percent, with two digits: "0.53 %", "12 %", "246 %"."""
+    value = 100 * share
+    # From 100 on, two digits would have an exponent.
+    return f"{value:,.0f} %" if value >= 99.5 else f"{value:.2g} %"

@@ -13,6 +13,7 @@ from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.passes.registry import PIPELINES
 from spikeport.compile.pipeline import Compilation, compile_network
+from spikeport.counted import percent
 from spikeport.errors import CompileError
 
 MORE = 0.05
@@ -47,5 +48,5 @@ def more_cores(found: Compilation, written: Compilation) -> Iterator[Violation]:
 def more_loss(error: float | None, written: float | None) -> Iterator[Violation]:
     """Yield a hint if probes are clearly further off than those of the network as written."""
     if error is not None and written is not None and error > (1 + MORE) * written:
-        used = f"{100 * error:.2g} % off, as written {100 * written:.2g} %"
+        used = f"{percent(error)} off, as written {percent(written)}"
         yield rules.get("SP412").broken("probes", used)

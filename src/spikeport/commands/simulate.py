@@ -23,6 +23,7 @@ from spikeport.compile.check.lost_values import lost_values
 from spikeport.compile.report.report import in_result
 from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S
+from spikeport.counted import percent
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
 from spikeport.experiments.digests import check_unchanged, digests_of_present
@@ -232,4 +233,4 @@ def _probe_table(ran: Ran) -> Table:
 
 
 def _percent(error: float | None) -> str:
-    return "-" if error is None else f"{100 * error:.2g} %"
+    return "-" if error is None else percent(error)

@@ -7,7 +7,7 @@ from spikeport.compile.image.expected import AT_STATED_RATES, Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.report import Report
 from spikeport.compile.report.summary import resources
-from spikeport.counted import counted
+from spikeport.counted import counted, percent
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
@@ -144,16 +144,15 @@ def against_float(loss: Loss) -> str:
             "not compared with float Nengo: no value is probed, or sampled in this time, or all "
             "are 0, or input is random"
         )
-    return (
-        f"probes against the network as written, in float Nengo: {100 * loss.network_error:.2g} %"
-    )
+    error = percent(loss.network_error)
+    return f"probes against the network as written, in float Nengo: {error}"
 
 
 def loss_table(loss: Loss) -> Table:
     """Return the table of the output errors that rounding causes, largest share first."""
     steps = counted(loss.n_steps, "step")
-    title = f"loss to rounding: outputs {100 * loss.output_error:.2g} % off, {steps}"
-    floor = f"a change in the last bit alone: {100 * loss.floor:.2g} %"
+    title = f"loss to rounding: outputs {percent(loss.output_error)} off, {steps}"
+    floor = f"a change in the last bit alone: {percent(loss.floor)}"
     n_parts = len(loss.parts)
     largest = f"the {MOST_PARTS} largest of {n_parts:,} causes; " if n_parts > MOST_PARTS else ""
     caption = f"{largest}{floor}; {against_float(loss)}"
@@ -162,5 +161,5 @@ def loss_table(loss: Loss) -> Table:
         table.add_column(name, justify="right")
     for part in loss.parts[:MOST_PARTS]:
         numbers = (part.rounding, part.output_error, part.share)
-        table.add_row(f"{part.object}: {part.what}", *(f"{100 * n:.2g} %" for n in numbers))
+        table.add_row(f"{part.object}: {part.what}", *map(percent, numbers))
     return table

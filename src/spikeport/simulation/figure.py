@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from spikeport.counted import percent
 from spikeport.plots import plain
 from spikeport.simulation.recorded import Recorded
 
@@ -43,9 +44,9 @@ def _in_words(one: Recorded) -> str:
     error = one.error()
     size = one.values.shape[1]
     hidden = f", {LINES} of {size} dimensions" if size > LINES and not one.spikes else ""
-    text = hidden + ("" if error is None else f": {100 * error:.2g} % off")
+    text = hidden + ("" if error is None else f": {percent(error)} off")
     if (late := one.best_delay()) is not None:
-        text += f", {100 * late[1]:.2g} % with its delay of {1000 * late[0]:.0f} ms removed"
+        text += f", {percent(late[1])} with its delay of {1000 * late[0]:.0f} ms removed"
     return text
 
 

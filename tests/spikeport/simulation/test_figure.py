@@ -5,6 +5,7 @@ import io
 import numpy as np
 import pytest
 
+from spikeport.counted import percent
 from spikeport.plots import plain
 from spikeport.simulation import figure as drawing
 from spikeport.simulation.figure import figure
@@ -22,7 +23,7 @@ def test_every_probe_has_a_panel_with_both_runs_and_the_error(ran):
     assert drawn.get_suptitle() == title
     for axes, (name, one) in zip(panels(drawn), ran.recorded.items(), strict=True):
         shown = axes.get_title(loc="left")
-        assert shown.startswith(f"{plain(name)}: {100 * one.error():.2g} % off")
+        assert shown.startswith(f"{plain(name)}: {percent(one.error())} off")
         assert ("with its delay of" in shown) == (one.best_delay() is not None)
         grey, *_, ours = axes.lines
         assert grey.get_color() == drawing.EXACT
