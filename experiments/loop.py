@@ -35,7 +35,11 @@ NOT_BEGUN = (
 
 
 class SteppedPlant(Protocol):
-    """A robot that advances in steps of ``dt_s`` and holds its commands between them."""
+    """A robot that advances in steps of ``dt_s`` and holds its commands between them.
+
+    A step has to advance ``time_s`` by ``dt_s``, except if the plant has an attribute
+    ``has_own_clock`` that is true, as a robot whose time goes on by itself.
+    """
 
     @property
     def dt_s(self) -> float:
@@ -348,9 +352,8 @@ class _PlantClock:
     def begin(self) -> None:
         """Begin a run at the plant's present time."""
         self._last_s = self._plant.time_s
-        # A robot at the end of a link, which it has from now on, has a clock of its own: it may be
-        # held, or miss a step.
-        self._is_known = getattr(self._plant, "link", None) is not None
+        # A robot at the end of a link may be held, or miss a step.
+        self._is_known = getattr(self._plant, "has_own_clock", False)
 
     def check(self) -> None:
         """Check the time after a step; its length is compared in the first step of a run alone.

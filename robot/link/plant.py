@@ -111,6 +111,11 @@ class LinkedPlant(Plant):
             self._link = self._figures(robot)
 
     @property
+    def has_own_clock(self) -> bool:
+        """True while the robot is connected: it may be held, or miss a step."""
+        return self._robot is not None
+
+    @property
     def link(self) -> dict[str, object] | None:
         """The figures of the link, and of the estimator."""
         return self._link if self._robot is None else self._figures(self._robot)

@@ -465,6 +465,14 @@ def test_a_plant_whose_steps_take_another_time_is_refused_in_the_first_one():
     )
 
 
+def test_the_steps_of_a_plant_with_links_are_checked():
+    loop = counting(0.004)
+    loop.plant.link = "forearm"  # as a user may call a part of an arm
+    loop.begin()
+    loop.plant.step = lambda: None
+    assert refusal(loop.step, np.zeros(2)).startswith("a step of the plant took 0 ms")
+
+
 def test_a_plant_whose_time_step_changes_after_the_loop_was_made_is_refused():
     loop = counting(0.004)
     loop.plant.dt_s = 0.002
@@ -502,10 +510,10 @@ def test_a_plant_whose_time_goes_back_within_a_run_has_diverged():
 @pytest.mark.parametrize("time_s", [[0.0, 0.0, 0.02], [0.02, 0.02, 0.06]])
 def test_a_robot_at_the_end_of_a_link_may_be_held_or_miss_steps(time_s):
     plant, times = Counter(), iter(time_s)
-    plant.link = None
+    plant.has_own_clock = False
     plant.step = lambda: setattr(plant, "time_s", next(times))
     loop = Loop(plant, [port := Pusher("one", plant, [])], 0.004)
-    plant.link = {"states": 0}  # connected when a run begins, as a `LinkedPlant`
+    plant.has_own_clock = True  # connected when a run begins, as a `LinkedPlant`
     loop.begin()
     for _ in time_s:
         loop.step(np.zeros(2))

@@ -169,6 +169,7 @@ def test_a_linked_plant_moves_nearly_as_a_plant_without_messages() -> None:
 def test_a_reset_connects_a_robot_of_the_seed_and_posture() -> None:
     plant, made = linked()
     assert made == []
+    assert not plant.has_own_clock
     plant.reset(7, posture_rad={"right_elbow": 1.0})
     assert made[0].settings.seed == 7
     assert made[0].settings.hoist
@@ -177,8 +178,10 @@ def test_a_reset_connects_a_robot_of_the_seed_and_posture() -> None:
     plant.reset(8)
     assert made[0].closed
     assert not made[1].closed
+    assert plant.has_own_clock
     plant.close()
     assert made[1].closed
+    assert not plant.has_own_clock
     assert plant.link is not None
 
 
