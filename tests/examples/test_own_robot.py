@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from spikeport import Simulator, compile_network
-from spikeport.experiments.loop import Loop
+from spikeport.experiments.loop import Loop, Port
 from spikeport.networks.policy import Layer, PolicyOptions, policy, record_ranges
+from spikeport.simulation.run import SimulationOptions, run
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "own_robot.py"
@@ -92,3 +93,52 @@ def test_a_perceptron_in_place_of_the_controller_balances_the_pole(own_robot):
             tilts.append(plant.data.joint("hinge").qpos[0])
     assert np.abs(tilts).max() < 1.1 * own_robot.TILT_RAD
     assert np.abs(tilts[-1000:]).max() < 0.5 * own_robot.TILT_RAD
+
+
+@pytest.fixture
+def programs(monkeypatch):
+    """Return the programs of the page, in its order; the first three make plant, port, network."""
+    monkeypatch.chdir(EXAMPLE.parent)
+    page = (ROOT / "docs" / "own-robot.md").read_text(encoding="utf-8")
+    return re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+
+
+def names_of(*programs):
+    names = {}
+    exec("\n".join(programs), names)
+    return names
+
+
+def test_the_pages_network_balances_the_pole_in_a_command(programs):
+    (made,) = (one for one in programs if one.startswith("def make()"))
+    network = names_of(*programs[:3], made)["make"]()
+    ran = run(network, SimulationOptions(steps=500))
+    state = ran.recorded["state"]
+    assert np.abs(state.values[:, 2]).max() < 0.11
+    assert np.abs(state.values_float[:, 2]).max() < 0.11
+    assert state.error() < 0.3
+
+
+def test_the_pages_control_law_balances_the_pole_without_neurons(programs):
+    (by_hand,) = (one for one in programs if "loop.step(" in one)
+    names = names_of(*programs[:3], by_hand)
+    assert names["plant"].time_s == pytest.approx(10.0)
+    assert abs(names["state"][2]) < 0.001
+
+
+def test_the_pages_robot_that_is_no_simulation_keeps_to_its_clock(programs):
+    class Turned(Port):
+        def observe(self):
+            return np.empty(0)
+
+        def drive(self, _values):
+            pass
+
+    (clocked,) = (one for one in programs if "has_own_clock" in one)
+    motor = names_of(clocked)["Motor"]()
+    loop = Loop(motor, [Turned()], motor.dt_s)
+    motor.reset()
+    loop.begin()
+    for _ in range(5):
+        loop.step(np.empty(0))
+    assert motor.time_s >= 5 * motor.dt_s
