@@ -28,7 +28,8 @@ class LinkOptions:
     faults : tuple of str
         A plan of faults for the stub, see `spikeport.backends.board.faults`.
     record : Path, optional
-        A file to record the session in; a text becomes a path.
+        A file to record the session in; a text becomes a path. An earlier record in it is replaced
+        once a session begins, also by the session that `Simulator.reset` begins.
     replay : Path, optional
         A record that the backend ``replay`` plays back; a text becomes a path.
     certificates : Certificates, optional

@@ -309,6 +309,8 @@ class Simulator:
     def reset(self, seed: int | None = None) -> None:
         """Start over: all state at rest, nothing recorded; the compiled network stays as it is.
 
+        Files of ``counts`` and of ``link.record`` begin anew as well.
+
         Parameters
         ----------
         seed : int, optional
