@@ -2,11 +2,13 @@
 
 import importlib.util
 import re
+import shutil
 from pathlib import Path
 
 import nengo
 import numpy as np
 import pytest
+import torch
 
 from spikeport import Simulator, compile_network
 from spikeport.experiments.loop import Loop, Port
@@ -120,10 +122,29 @@ def test_the_pages_network_balances_the_pole_in_a_command(programs):
 
 
 def test_the_pages_control_law_balances_the_pole_without_neurons(programs):
-    (by_hand,) = (one for one in programs if "loop.step(" in one)
+    (by_hand,) = (one for one in programs if "GAINS @ state" in one)
     names = names_of(*programs[:3], by_hand)
     assert names["plant"].time_s == pytest.approx(10.0)
     assert abs(names["state"][2]) < 0.001
+
+
+def test_the_pages_policy_balances_the_pole(programs, own_robot, monkeypatch, tmp_path):
+    shutil.copy(own_robot.MODEL, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    hidden, action = torch.nn.Linear(4, 8), torch.nn.Linear(8, 1)
+    sign = torch.tensor([1.0, -1.0] * 4)
+    with torch.no_grad():
+        hidden.weight[:] = sign[:, None] * torch.tensor(own_robot.GAINS)
+        action.weight[:] = sign / (4 * own_robot.MOST_N)
+        for one in (hidden, action):
+            one.bias.zero_()
+    module = torch.nn.Sequential(hidden, torch.nn.ReLU(), action)
+    torch.jit.trace(module, torch.zeros(1, 4)).save("policy.pt")
+    about_it = [one for one in programs if "observations.npz" in one]
+    names = names_of(*programs[:2], *about_it)
+    assert len(names["rows"]) >= 4 * 400
+    assert names["plant"].time_s == pytest.approx(10.0)
+    assert abs(names["plant"].data.joint("hinge").qpos[0]) < 0.5 * own_robot.TILT_RAD
 
 
 def test_the_pages_robot_that_is_no_simulation_keeps_to_its_clock(programs):
