@@ -9,15 +9,18 @@
 import matplotlib.pyplot as plt
 import nengo
 import numpy as np
-from own_robot import BalancePort, Balancer, CartPole, balance, fall
+from own_robot import TILT_RAD, BalancePort, Balancer, CartPole, balance, fall
 
 import spikeport
 from spikeport.experiments.loop import Loop
 
 plant = CartPole()
+loop = Loop(plant, [BalancePort(plant)])
 with nengo.Network(seed=0, label="pole") as model:
     balancer = Balancer()
-    Loop(plant, [BalancePort(plant)]).connect([balancer.state], [balancer.force])
+    loop.connect([balancer.state], [balancer.force])
+plant.reset(TILT_RAD)
+loop.begin()  # for `spikeport simulate pole.py`
 print(spikeport.compile_network(model))
 
 # %% [markdown]

@@ -213,7 +213,7 @@ class Loop(Generic[P]):
         """
         if not self._is_begun:
             raise UsageError(
-                f"{NOT_BEGUN}, and reset() the simulator, whose step was broken off; a function "
+                f"{NOT_BEGUN}, and reset() the simulator, whose step was broken off; code "
                 "that makes a network for a command calls begin() itself"
             )
         if time_s <= self._last_s:

@@ -75,6 +75,9 @@ def converted_policy(ran):
 def pole(ran):
     assert np.abs(np.degrees(ran.with_chip)).max() < 7
     assert np.degrees(ran.without[-1]) > 89
+    with nengo.Simulator(ran.model, progress_bar=False) as sim:  # its loop has begun
+        sim.run_steps(10)
+    assert ran.plant.time_s == pytest.approx(0.01)
 
 
 CHECKS = {

@@ -544,7 +544,7 @@ def test_a_step_before_begin_is_refused(backend):
     )
     with Simulator(connected(loop), backend=backend) as sim:
         broken_off = (
-            "reset() the simulator, whose step was broken off; a function that makes a network for "
+            "reset() the simulator, whose step was broken off; code that makes a network for "
             "a command calls begin() itself"
         )
         assert refusal(sim.step) == f"{message}, and {broken_off}"
