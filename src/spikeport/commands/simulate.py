@@ -27,6 +27,7 @@ from spikeport.counted import percent
 from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
 from spikeport.experiments.digests import check_unchanged, digests_of_present
+from spikeport.experiments.link_lines import link_line
 from spikeport.find_network import BUILT_IN, find_network
 from spikeport.hardware_models import chip as chips
 from spikeport.plots import rendered
@@ -204,6 +205,8 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
         console.print(resource_table(ran.report))
         print_costs(console, ran.report, ran.activity)
     console.print(_probe_table(ran))
+    if ran.link is not None:
+        console.print(link_line(ran.link), soft_wrap=True)
     if ran.report is not None:
         print_on_host(console, ran.report)
         print_hints(console, ran.report, lost_values(ran.activity))

@@ -69,6 +69,21 @@ def test_a_run_leaves_a_folder_and_prints_the_errors(spikeport, net_py, tmp_path
     assert done.out.splitlines()[-1] == f"written: {out}/ ({', '.join(FILES)})"
 
 
+def test_a_run_prints_a_line_about_its_link(spikeport, net_py, tmp_path):
+    def printed(*options):
+        short = ("--seconds", "0.02", "--no-float", "--out", tmp_path / "run", "--overwrite")
+        done = spikeport("simulate", f"{net_py}:make", *short, *options)
+        assert (done.code, done.err) == (0, "")
+        (line,) = (one for one in done.out.splitlines() if one.startswith(("board", "replayed")))
+        return line
+
+    record = tmp_path / "session.rec"
+    line = printed("--backend", "board", "--record", record)
+    assert line.startswith("board (native, simulated time): round trip ")
+    assert line.endswith("; 0 of 20 steps held, 0 began late")
+    assert printed("--backend", "replay", "--replay", record) == f"replayed: {record}"
+
+
 def test_anyone_can_recompute_energy_and_times_from_the_counts(spikeport, tmp_path):
     (tmp_path / "chain.py").write_text(CHAIN)
     out = tmp_path / "run"
