@@ -42,6 +42,9 @@ NAME, REAL, WHOLE, TEXT, TENSOR, REALS, WHOLES, TYPE, REFERENCE = 1, 2, 3, 4, 5,
 CONSTANTS = ("value", "value_float", "value_int", "value_floats", "value_ints")
 """The attributes of a constant, which has exactly one of them."""
 
+FLOATS = (1, 11)
+"""ONNX's numbers of the types of single and double precision."""
+
 FUNCTION_DOMAIN = 10
 STANDARD = ("", "ai.onnx")
 """Names of the domain of ONNX's standard operations."""
@@ -83,8 +86,15 @@ def _batch_norm(
     return batch_normalised(x, scale, B, mean, var, epsilon)
 
 
+def _cast(x: object, to: int, saturate: int = 1) -> object:
+    if to not in FLOATS:
+        raise TypeError(to)
+    return x
+
+
 OPERATIONS: Operations = {
     "Identity": lambda x: x,
+    "Cast": _cast,
     "Gemm": _gemm,
     "MatMul": operator.matmul,
     "Add": operator.add,

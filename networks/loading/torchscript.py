@@ -33,6 +33,9 @@ from spikeport.reading.mismatch import MismatchError
 TEXT_BYTES = 2**18
 """The most bytes of text that are parsed: a policy has some ten thousand."""
 
+FLOATS = (6, 7)
+"""PyTorch's numbers of the types of single and double precision."""
+
 LISTS = "torch.jit._pickle.build_"
 TAGGED = "torch.jit._pickle.restore_type_tag"
 
@@ -115,6 +118,14 @@ def _ones(sizes: list[int], **_: object) -> np.ndarray:
     return np.ones(sizes)
 
 
+def _to(x: object, *to: object, dtype: object = None, **_: object) -> object:
+    """Return values on another device, or of another type; refuse types that round them."""
+    # Types are the only numbers among the unnamed arguments; a bool asks for a copy.
+    if any(type(one) is int and one not in FLOATS for one in (dtype, *to)):
+        raise TypeError(to, dtype)
+    return x
+
+
 def _array(value: object) -> np.ndarray:
     if not isinstance(value, np.ndarray):
         raise TypeError(type(value).__name__)
@@ -151,6 +162,7 @@ OPERATIONS: Operations = {
     "aten::ne": _comparison(operator.ne),
     # Gradients, copies and devices do not change values.
     "aten::detach": lambda x: x,
+    "aten::to": _to,
     # A new object, which may be used after the original was changed in place.
     "aten::clone": lambda x: replace(x) if isinstance(x, Chain) else x,
     "aten::device": lambda _: None,

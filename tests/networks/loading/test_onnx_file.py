@@ -94,6 +94,18 @@ def test_constants_may_be_nodes_and_first_operands(path):
     np.testing.assert_allclose(mlp.layers[1].weights, -2 * V, rtol=1e-6)
 
 
+@pytest.mark.parametrize("to", [onnx.TensorProto.FLOAT, onnx.TensorProto.DOUBLE])
+def test_observations_may_be_cast_to_other_floats(write, path, to):
+    write(("Cast", ("x",), {"to": to}), HIDDEN, ("Elu", ("x",), {}), LAST)
+    np.testing.assert_allclose(load_mlp(path).layers[0].weights, W, rtol=1e-6)
+
+
+@pytest.mark.parametrize("to", [onnx.TensorProto.FLOAT16, onnx.TensorProto.INT32])
+def test_casts_that_round_are_refused(write, path, refusal, to):
+    write(("Cast", ("x",), {"to": to}), HIDDEN, ("Elu", ("x",), {}), LAST)
+    assert "operation Cast with operands it does not take" in refusal(path)
+
+
 @pytest.mark.parametrize(
     ("option", "wanted"),
     [

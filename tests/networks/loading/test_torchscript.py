@@ -106,6 +106,43 @@ def test_arithmetic_is_folded_into_the_layers(path, agrees):
     agrees(load_mlp(path), module)
 
 
+class Converted(nn.Module):
+    """A policy around which types, devices and a constant tensor are converted."""
+
+    def __init__(self, convert):
+        super().__init__()
+        self.layers = nn.Sequential(nn.Linear(5, 4), nn.ELU(), nn.Linear(4, 3))
+        self.convert = convert
+
+    def forward(self, x):
+        offset = torch.tensor([0.5, -1.0, 2.0])  # a trace converts it at each call
+        return 0.25 * self.layers(self.convert(x)) + offset
+
+
+@pytest.mark.parametrize(
+    "convert",
+    [
+        torch.Tensor.float,
+        lambda x: x.double().float(),
+        lambda x: x.to("cpu"),
+        lambda x: x.to("cpu", torch.float32, copy=True),
+    ],
+    ids=["float", "double", "device", "copy"],
+)
+def test_conversions_to_floats_and_devices_change_nothing(path, agrees, convert):
+    module = Converted(convert)
+    torch.jit.trace(module, torch.zeros(SHAPE)).save(path)
+    agrees(load_mlp(path), module)
+
+
+@pytest.mark.parametrize("convert", [torch.Tensor.half, torch.Tensor.int])
+def test_conversions_that_round_are_refused(path, convert):
+    module = Converted(lambda x: convert(x).float())
+    torch.jit.trace(module, torch.zeros(SHAPE)).save(path)
+    with pytest.raises(UsageError, match="operation aten::to with operands it does not take"):
+        load_mlp(path)
+
+
 class Skip(nn.Module):
     def __init__(self):
         super().__init__()
