@@ -119,8 +119,9 @@ def counting(asked: bool) -> Iterator[Path | None]:
 
 def add_counts(folder: Path, counted: Path | None) -> None:
     """Copy the counts of a run into its folder, if there are any."""
-    if counted is not None and any(counted.iterdir()):
-        shutil.copytree(counted, folder / COUNTS)
+    for file in [] if counted is None else counted.iterdir():
+        with atomic_path(folder / COUNTS / file.name) as temporary:
+            temporary.write_bytes(file.read_bytes())
 
 
 def _tidy(folder: Path, is_ours: bool) -> None:

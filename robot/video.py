@@ -1,21 +1,23 @@
 """A writer of pictures to an mp4 file, which appears complete or not at all."""
 
-import os
+import errno
+import re
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Protocol, Self
+from typing import IO, Self
 
 import numpy as np
 
-from spikeport.errors import UsageError
+from spikeport.atomic import atomic_path
+from spikeport.errors import UsageError, printable
 from spikeport.extras import missing
 
-
-class _Writer(Protocol):
-    """The interface of imageio's writers, as imageio has no types."""
-
-    def append_data(self, im: np.ndarray) -> None: ...
-    def close(self) -> None: ...
+ENCODED = ("-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-f", "mp4")
+"""Options of a video that every player shows: H.264, with 4:2:0 colour, in its own size."""
 
 
 class VideoWriter:
@@ -33,44 +35,65 @@ class VideoWriter:
     Raises
     ------
     MissingExtraError
-        The packages of the extra ``video`` are absent.
+        The package of the extra ``video`` is absent.
+    OSError
+        From `add` or the end of the context, if the video cannot be written, as on a full disk.
     """
 
     def __init__(self, path: str | Path, fps: float) -> None:
-        for package in ("imageio", "imageio_ffmpeg"):
-            if find_spec(package) is None:
-                raise missing("a video", package.replace("_", "-"), "video")
-        self._path = Path(path)
-        self._part = self._path.with_name(f".{self._path.name}.{os.getpid()}.part.mp4")
-        self._fps = fps
-        self._writer: _Writer | None = None
+        if find_spec("imageio_ffmpeg") is None:
+            raise missing("a video", "imageio-ffmpeg", "video")
+        self._path, self._fps = Path(path), fps
+        self._encoding = ExitStack()
+        self._pictures: IO[bytes] | None = None
 
     def add(self, frame: np.ndarray) -> None:
         """Append a picture, uint8 ``(height, width, 3)``; raises `UsageError` for an odd size."""
         height, width = frame.shape[:2]
         if height % 2 or width % 2:
             raise UsageError(f"a video of {width} x {height} pixels; H.264 needs even numbers")
-        if self._writer is None:
-            self._writer = _open(self._part, self._fps)
-        self._writer.append_data(frame)
+        if self._pictures is None:
+            opened = _encoded(self._path, width, height, self._fps)
+            self._pictures = self._encoding.enter_context(opened)
+        self._pictures.write(frame.tobytes())
 
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        if self._writer is None:
-            return
-        self._writer.close()
-        if kind is None:
-            os.replace(self._part, self._path)
-        else:
-            self._part.unlink(missing_ok=True)
+    def __exit__(self, *error: object) -> None:
+        self._encoding.__exit__(*error)  # type: ignore[arg-type]
 
 
-def _open(path: Path, fps: float) -> _Writer:
-    import imageio.v2 as imageio
+@contextmanager
+def _encoded(path: Path, width: int, height: int, fps: float) -> Iterator[IO[bytes]]:
+    """Yield a file for pictures, which are encoded into a video at ``path`` as the block ends."""
+    from imageio_ffmpeg import get_ffmpeg_exe
 
-    # 4:2:0 colour, and a size not rounded to blocks of 16: every player shows this unscaled
-    return imageio.get_writer(
-        path, format="FFMPEG", fps=fps, codec="libx264", pixelformat="yuv420p", macro_block_size=2
-    )
+    pictures = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps))
+    with atomic_path(path) as part, tempfile.TemporaryFile() as words:
+        command = [get_ffmpeg_exe(), "-y", "-v", "error", *pictures, "-i", "-", *ENCODED]
+        encoder = subprocess.Popen(
+            [*command, f"file:{part}"],  # else a folder with a colon would be a protocol
+            stdin=subprocess.PIPE,
+            stdout=subprocess.DEVNULL,
+            stderr=words,
+            start_new_session=True,  # Ctrl-C reaches this process alone, which ends the encoder
+        )
+        assert encoder.stdin is not None
+        try:
+            yield encoder.stdin
+            encoder.communicate()  # closes the pipe, and waits
+        except BrokenPipeError:  # the encoder has ended early
+            pass
+        finally:
+            encoder.kill()
+            encoder.communicate()
+        if encoder.returncode:
+            words.seek(0)
+            raise OSError(errno.EIO, f"no video: {_reason(words.read())}", str(path))
+
+
+def _reason(words: bytes) -> str:
+    """Return the encoder's first line, which has the cause, without the part that speaks."""
+    first = words.decode(errors="replace").strip().partition("\n")[0]
+    return printable(re.sub(r"^\[.*?\] ", "", first)) or "the encoder ended early"

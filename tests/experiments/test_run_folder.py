@@ -185,21 +185,32 @@ FULL = """
 import resource, sys
 import numpy as np, xarray as xr
 from pathlib import Path
-from spikeport.experiments.run_folder import write_probes
+from spikeport.experiments.run_folder import add_counts, write_probes
 
+folder, counted = map(Path, sys.argv[1:])
+(counted / "counts-0.npz").write_bytes(bytes(10_000))
 resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
 try:
-    write_probes(Path(sys.argv[1]), xr.Dataset({"a": ("t", np.arange(10_000.0))}))
+    WRITE
 except OSError as error:
-    print("refused:", error.strerror)
+    print("refused:", error.filename, error.strerror)
 """
 
 
-def test_a_full_disk_raises_an_error_instead_of_ending_the_process(tmp_path):
-    command = [sys.executable, "-c", FULL, str(tmp_path)]
+@pytest.mark.parametrize(
+    ("write", "file"),
+    [
+        ('write_probes(folder, xr.Dataset({"a": ("t", np.arange(10_000.0))}))', "probes.nc"),
+        ("add_counts(folder, counted)", "counts/counts-0.npz"),
+    ],
+)
+def test_a_full_disk_raises_an_error_with_the_name_of_the_file(tmp_path, write, file):
+    folder, counted = tmp_path / "run", tmp_path / "counted"
+    counted.mkdir()
+    command = [sys.executable, "-c", FULL.replace("WRITE", write), str(folder), str(counted)]
     done = subprocess.run(command, capture_output=True, text=True)
-    assert (done.returncode, done.stdout) == (0, "refused: File too large\n")
-    assert names(tmp_path) == []
+    assert (done.returncode, done.stdout) == (0, f"refused: {folder / file} File too large\n")
+    assert not [path for path in folder.rglob("*") if path.is_file()]
 
 
 @pytest.mark.parametrize("name", ["session.record", "result.json", "counts/x"])

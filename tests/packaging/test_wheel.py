@@ -101,7 +101,9 @@ def test_the_wheel_is_imported_from_site_packages_with_numpy_1(numpy_1, tmp_path
     assert numpy_version == "1.26.4"
 
 
-@pytest.mark.parametrize("package", ["mujoco", "matplotlib", "xarray", "h5netcdf", "imageio"])
+@pytest.mark.parametrize(
+    "package", ["mujoco", "matplotlib", "xarray", "h5netcdf", "imageio_ffmpeg"]
+)
 def test_the_core_installation_lacks_the_packages_of_extras(numpy_1, tmp_path, package):
     done = numpy_1("python", "-c", f"import {package}", cwd=tmp_path)
     assert f"No module named '{package}'" in done.stderr

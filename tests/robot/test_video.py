@@ -1,4 +1,6 @@
-import imageio.v2 as imageio
+import resource
+
+import imageio_ffmpeg
 import numpy as np
 import pytest
 
@@ -17,10 +19,11 @@ def test_frames_come_back_in_order(tmp_path):
         for level in (0, 120, 240):
             writer.add(frame(level))
         assert not path.exists()
-    with imageio.get_reader(path) as reader:
-        assert reader.get_meta_data()["fps"] == 20
-        frames = [np.asarray(f) for f in reader]
-    assert [f.shape for f in frames] == [(36, 66, 3)] * 3
+    reader = imageio_ffmpeg.read_frames(path)
+    about = next(reader)
+    assert (about["fps"], about["size"], about["codec"]) == (20, (66, 36), "h264")
+    frames = [np.frombuffer(f, dtype=np.uint8) for f in reader]
+    assert [f.size for f in frames] == [36 * 66 * 3] * 3
     np.testing.assert_allclose([f.mean() for f in frames], [0, 120, 240], atol=6)
     assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]
 
@@ -40,6 +43,36 @@ def test_an_error_leaves_the_older_file_alone(tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]
 
 
+def write_noise(path, n_frames):
+    rng = np.random.default_rng(0)
+    with VideoWriter(path, fps=20) as writer:
+        for _ in range(n_frames):
+            writer.add(rng.integers(256, size=(240, 320, 3), dtype=np.uint8))
+
+
+# The encoder notices a full disk as it ends, or as it still takes pictures.
+@pytest.mark.parametrize("n_frames", [12, 100])
+def test_a_video_that_cannot_be_written_whole_leaves_the_older_file_alone(tmp_path, n_frames):
+    path = tmp_path / "a.mp4"
+    path.write_bytes(b"older")
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (65536, limits[1]))
+    try:
+        with pytest.raises(OSError, match="no video: the encoder ended early") as error:
+            write_noise(path, n_frames)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert error.value.filename == str(path)
+    assert path.read_bytes() == b"older"
+    assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]
+
+
+def test_a_folder_with_a_colon_is_no_protocol(tmp_path):
+    path = tmp_path / "a:b" / "a.mp4"
+    write_noise(path, 1)
+    assert path.stat().st_size > 0
+
+
 def test_an_odd_size_is_refused(tmp_path):
     with VideoWriter(tmp_path / "a.mp4", fps=20) as writer, pytest.raises(UsageError) as error:
         writer.add(np.zeros((35, 64, 3), np.uint8))
@@ -48,7 +81,7 @@ def test_an_odd_size_is_refused(tmp_path):
 
 
 def test_absent_packages_name_the_extra(tmp_path, monkeypatch):
-    monkeypatch.setattr(video, "find_spec", lambda name: None if "ffmpeg" in name else object())
+    monkeypatch.setattr(video, "find_spec", lambda _name: None)
     with pytest.raises(MissingExtraError) as error:
         VideoWriter(tmp_path / "a.mp4", fps=20)
     assert str(error.value) == (

@@ -334,7 +334,7 @@ def test_a_video_that_cannot_be_made_is_refused_before_the_run(tmp_path, spikepo
     code, _, error = spikeport(*ANALYTIC, "--out", out, "--video")
     assert code == 2
     assert error == (
-        "error: a video needs the package imageio, which is absent; "
+        "error: a video needs the package imageio-ffmpeg, which is absent; "
         "install it with: pip install 'spikeport[video]'\n"
     )
     assert not out.exists()
