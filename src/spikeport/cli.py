@@ -4,7 +4,6 @@ Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130
 class of an error decides between 1 and 2: `SpikeportError.exit_code`.
 """
 
-import io
 import os
 import sys
 import warnings
@@ -16,6 +15,7 @@ import typer.core
 
 from spikeport import __version__
 from spikeport.cli_servers import board_app, robot_app
+from spikeport.commands import process
 from spikeport.commands.option_groups import with_options
 from spikeport.commands.options import (
     PASSES_HELP,
@@ -48,8 +48,12 @@ class CommandGroup(typer.core.TyperGroup):
         try:
             return super().invoke(ctx)
         except KeyboardInterrupt as interrupt:
-            left = str(interrupt) or "no result was completed"
-            fail(f"interrupted; {left}", 130)
+            fail_interrupted(str(interrupt))
+        except RuntimeError as error:
+            # Python makes one of an interrupt in the making of a class, as within an import.
+            if isinstance(error.__cause__, KeyboardInterrupt):
+                fail_interrupted()
+            raise
 
 
 app = typer.Typer(
@@ -626,9 +630,9 @@ def main() -> None:
     """Run the command line; a user's mistake gives a message, never a traceback."""
     warnings.filterwarnings("ignore", module="spikeport.compile")  # the report has them
     warnings.showwarning = warn
-    if isinstance(sys.stdout, io.TextIOWrapper):  # labels may hold letters that it cannot encode
-        sys.stdout.reconfigure(errors="backslashreplace")
+    process.prepare()
     try:
+        process.check_folders()
         try:
             app(prog_name="spikeport")
         finally:
@@ -638,12 +642,12 @@ def main() -> None:
     except OSError as error:
         reason = error.strerror or ", ".join(map(str, error.args))
         fail(f"{error.filename or 'system'}: {reason}", 1)
+    except KeyboardInterrupt:  # before a command begins: `CommandGroup` has the others
+        fail_interrupted()
 
 
 def _flush() -> None:
     """Flush standard output, so that a full disk is an error; at exit, Python would only warn."""
-    if sys.stdout is None:  # a shell can close it, with >&-
-        return
     try:
         sys.stdout.flush()
     except OSError:
@@ -661,6 +665,11 @@ def warn(
 ) -> None:
     """Print a warning in one line, without the line of code that it comes from."""
     typer.echo(f"warning: {printable(str(message))}", err=True)
+
+
+def fail_interrupted(left: str = "") -> NoReturn:
+    """Print that Ctrl-C ended a command, and the results that are ``left`` by it, and exit."""
+    fail(f"interrupted; {left or 'no result was completed'}", 130)
 
 
 def fail(message: str, code: int) -> NoReturn:

@@ -12,6 +12,8 @@ COMPILE_OPTIONS = ["--chip", "--set", "--out", "--json", "--rate-hz", "--loss", 
 COMPILE_OPTIONS += ["--max-power", "--max-step-us", "--cores", "--explain"]
 RUN_OPTIONS = ["--backend", "--chip", "--seed", "--seconds", "--set", "--out", "--overwrite"]
 RUN_OPTIONS.append("--video")
+COMMAND = "typer.core.TyperGroup.invoke"
+"""The method that runs a command."""
 
 
 def test_the_version_is_printed(spikeport):
@@ -93,3 +95,23 @@ def test_output_to_a_full_disk_gives_an_error_of_one_line():
             env={**os.environ, "PYTHONUNBUFFERED": ""},  # the last flush fails, and not the first
         )
     assert (done.returncode, done.stderr) == (1, "error: system: No space left on device\n")
+
+
+@pytest.mark.parametrize(
+    ("where", "error", "said"),
+    [
+        ("cli.app", "KeyboardInterrupt", "no result was completed"),
+        (COMMAND, "KeyboardInterrupt", "no result was completed"),
+        (COMMAND, "KeyboardInterrupt('points are kept')", "points are kept"),
+        # Python's own error of an interrupt in the making of a class, before 3.12.
+        (COMMAND, "RuntimeError('class') from KeyboardInterrupt()", "no result was completed"),
+    ],
+)
+def test_an_interrupt_gives_an_error_of_one_line(where, error, said):
+    code = (
+        "import typer.core; from spikeport import cli\n"
+        f"def interrupted(*_, **__): raise {error}\n"
+        f"{where} = interrupted; cli.main()"
+    )
+    done = subprocess.run([sys.executable, "-c", code, "chips"], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (130, f"error: interrupted; {said}\n")

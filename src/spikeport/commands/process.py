@@ -1,0 +1,80 @@
+"""The process of a command: its standard streams, its folders and the width of its texts."""
+
+import contextlib
+import io
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from spikeport.errors import UsageError
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+ERRORS = "backslashreplace"
+"""The treatment of letters that a stream cannot encode: labels and names of files may hold any."""
+
+
+class _Unfailing(io.FileIO):
+    """Standard error, which drops a text that cannot be written."""
+
+    def write(self, data: "ReadableBuffer") -> int:
+        """Write bytes, and return how many were written or dropped."""
+        with contextlib.suppress(OSError):
+            return super().write(data)
+        return memoryview(data).nbytes
+
+
+def prepare() -> None:
+    """Make ready the standard streams, and the width that texts are broken at.
+
+    Progress and warnings must not end the work that they are about: on a full disk, on a terminal
+    that is closed or in a pipe that nobody reads, they are lost.
+    """
+    _open_closed()
+    # An embedding program's or a test's stream stays: only those of Python itself are replaced.
+    if sys.stderr is sys.__stderr__:
+        raw = io.BufferedWriter(_Unfailing(2, "w", closefd=False))
+        sys.stderr = io.TextIOWrapper(raw, _encoding(), ERRORS, line_buffering=True)
+    if sys.stdout is None:
+        sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper):
+        sys.stdout.reconfigure(errors=ERRORS)
+    # A terminal without a size has 0 columns, in which rich would print nothing.
+    if os.environ.get("COLUMNS") == "0":
+        del os.environ["COLUMNS"]
+
+
+def _encoding() -> str | None:
+    return None if sys.__stderr__ is None else sys.__stderr__.encoding
+
+
+def _open_closed() -> None:
+    """Open standard streams that a shell has closed, as ``>&-`` does, on the null device.
+
+    Otherwise the next files that are opened would take their numbers, and libraries and other
+    processes would write into them.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            # The system takes the lowest number that is free: this one.
+            os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
+
+
+def check_folders() -> None:
+    """Raise UsageError without a current folder or a home, which Nengo needs to be imported."""
+    try:
+        os.getcwd()
+    except FileNotFoundError:
+        raise UsageError(
+            "the current folder has been removed; cure: cd into one that exists"
+        ) from None
+    try:
+        Path.home()
+    except RuntimeError:
+        raise UsageError(
+            f"user {os.getuid()} has no home folder; cure: set HOME to a folder, as HOME=/tmp"
+        ) from None
