@@ -10,6 +10,7 @@ node of CubaLI neurons. Each edge takes one step. A run has the chip's spikes if
 bits and round towards zero, and if it keeps the voltage limits and rest steps of the metadata.
 """
 
+import io
 import json
 from collections.abc import Iterator
 from importlib import import_module
@@ -49,8 +50,11 @@ def export(image: ChipImage, path: str | Path) -> None:
     nir, path = _nir(), Path(path)
     _check(image.checked)
     graph = _Exporter(image, nir).graph()
+    # In memory first: on a full disk HDF5's library ends the process instead of raising an error.
+    content = io.BytesIO()
+    nir.write(content, graph)
     with atomic_path(path) as temporary:
-        nir.write(temporary, graph)
+        temporary.write_bytes(content.getbuffer())
 
 
 def _nir() -> ModuleType:

@@ -1,5 +1,3 @@
-import resource
-
 import imageio_ffmpeg
 import numpy as np
 import pytest
@@ -7,6 +5,7 @@ import pytest
 from spikeport.errors import MissingExtraError, UsageError
 from spikeport.robot import video
 from spikeport.robot.video import VideoWriter
+from tests.helpers.full_disk import largest_file
 
 
 def frame(level):
@@ -55,13 +54,8 @@ def write_noise(path, n_frames):
 def test_a_video_that_cannot_be_written_whole_leaves_the_older_file_alone(tmp_path, n_frames):
     path = tmp_path / "a.mp4"
     path.write_bytes(b"older")
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (65536, limits[1]))
-    try:
-        with pytest.raises(OSError, match="no video: the encoder ended early") as error:
-            write_noise(path, n_frames)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    with largest_file(65536), pytest.raises(OSError, match="no video: the encoder") as error:
+        write_noise(path, n_frames)
     assert error.value.filename == str(path)
     assert path.read_bytes() == b"older"
     assert [p.name for p in tmp_path.iterdir()] == ["a.mp4"]

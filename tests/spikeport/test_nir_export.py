@@ -17,6 +17,7 @@ from spikeport.networks.loading.nir.equations import run
 from spikeport.networks.policy import Layer, PolicyOptions
 from spikeport.nir_export import export
 from tests.helpers import nir_graphs
+from tests.helpers.full_disk import largest_file
 from tests.helpers.nir_graphs import DT_S
 from tests.helpers.nir_referee import Referee
 
@@ -52,6 +53,17 @@ def assert_spikes_are_native(image: ChipImage, folder, share: float) -> int:
         else:
             np.testing.assert_array_equal(found[f"block{block}"], mine)
     return int(wanted.sum())
+
+
+def test_a_full_disk_leaves_the_earlier_file(tmp_path):
+    path = nir_graphs.written(tmp_path, nir_graphs.recurrent(0.0))
+    image = spikeport.compile_network(spikeport.nir.load(path, DT_S)).image
+    earlier = path.read_bytes()
+    with largest_file(1000), pytest.raises(OSError, match="File too large") as error:
+        export(image, path)
+    assert error.value.filename == str(path)
+    assert path.read_bytes() == earlier
+    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("bias", [0.0, 0.3])
