@@ -14,7 +14,7 @@ import numpy as np
 
 from spikeport.backends.chip import Decoding
 from spikeport.backends.native.kernel import decode
-from spikeport.backends.sampling import sampled
+from spikeport.backends.sampling import is_sampled
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import flat, part
 from spikeport.compiled import make_ready
@@ -121,6 +121,9 @@ class Decoder:
 class OutputRecording:
     """The recording of an output by a probe, decoded and filtered when its data is read.
 
+    With a sampling interval, each step is decoded at once if its value is due or the filter needs
+    it, and only samples are kept: a long run with few of them takes little memory.
+
     Parameters
     ----------
     image : ChipImage
@@ -140,7 +143,7 @@ class OutputRecording:
         self._sample_every = probe.sample_every
         self._filter = self._make_filter(probe.synapse)
         self._filtered = probe.synapse is not None
-        self._cleared = 0
+        self._n_steps = 0
 
     def _make_filter(self, synapse: "nengo.synapses.Synapse | None") -> Filter:
         # Filtered in float32, as nengo-loihi filters its probes. Kept in float64: nengo-loihi
@@ -156,25 +159,27 @@ class OutputRecording:
         """Record a step, from the states of every output of the image."""
         # A copy keeps steps cheap: decoding waits until the data is read.
         self._raw.append(held[self._number].copy())
+        if self._sample_every is not None:
+            self._digest()
 
     def data(self) -> np.ndarray:
         """Return the values of the sampled steps since the last clearing, (n, size)."""
         self._digest()
-        n = self._cleared + len(self._values)
-        steps = sampled(n, self._sample_every, self._dt_s) - 1 - self._cleared
-        values = np.array(self._values).reshape(len(self._values), self._output.size)
-        result: np.ndarray = values[steps[steps >= 0]]
-        return result
+        return np.array(self._values).reshape(len(self._values), self._output.size)
 
     def clear(self) -> None:
         """Forget the recorded values; the filter keeps its state."""
         self._digest()
-        self._cleared += len(self._values)
         self._values.clear()
 
     def _digest(self) -> None:
         for raw in self._raw:
+            self._n_steps += 1
+            due = is_sampled(self._n_steps, self._sample_every, self._dt_s)
+            if not (due or self._filtered):
+                continue
             value = self._output.decode(raw)
             filtered = self._filter(0.0, value)  # in an array that the filter reuses
-            self._values.append(np.array(filtered, dtype=float if self._filtered else None))
+            if due:
+                self._values.append(np.array(filtered, dtype=float if self._filtered else None))
         self._raw.clear()

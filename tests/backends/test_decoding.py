@@ -1,5 +1,6 @@
 """Outputs of an image, decoded from what its compartments hold."""
 
+import tracemalloc
 from dataclasses import replace
 
 import nengo
@@ -81,3 +82,18 @@ def test_a_recording_is_sampled_and_keeps_its_filter_when_it_is_cleared() -> Non
     recording.append([np.array([1], dtype=np.int32)])
     recording.append([np.array([1], dtype=np.int32)])
     np.testing.assert_allclose(recording.data()[:, 0], filtered[[6]], rtol=1e-6)
+
+
+@pytest.mark.parametrize("synapse", [None, 0.01])
+def test_a_recording_keeps_no_more_than_its_samples(synapse: float | None) -> None:
+    with nengo.Network():
+        probe = nengo.Probe(nengo.Node(size_in=1000), synapse=synapse, sample_every=0.1)
+    image = Parts([Block(1000)], outputs=[Read("voltage", list(range(1000)))]).image()
+    recording, held = OutputRecording(image, 0, probe), [np.zeros(1000, dtype=np.int32)]
+    tracemalloc.start()
+    for _ in range(1000):
+        recording.append(held)
+    kept_bytes = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    assert recording.data().shape == (10, 1000)
+    assert kept_bytes < 20 * 1000 * 8

@@ -4,11 +4,12 @@ import nengo
 import numpy as np
 import pytest
 
-from spikeport.backends.sampling import recorded, sampled
+from spikeport.backends.sampling import is_sampled, recorded, sampled
 
 
 def test_every_step_is_recorded_without_sample_every() -> None:
     assert sampled(3, None, 0.001).tolist() == [1, 2, 3]
+    assert is_sampled(3, None, 0.001)
 
 
 @pytest.mark.parametrize("sample_every", [0.001, 0.002, 0.0025, 0.003, 0.0101])
@@ -20,6 +21,7 @@ def test_steps_are_those_that_nengo_samples(sample_every: float) -> None:
         simulator.run_steps(40)
         theirs = simulator.data[probe][:, 0].astype(int).tolist()
     assert sampled(40, sample_every, 0.001).tolist() == theirs
+    assert [n for n in range(1, 41) if is_sampled(n, sample_every, 0.001)] == theirs
 
 
 def test_data_of_a_probe_without_samples_have_the_shape_of_its_values() -> None:
