@@ -45,7 +45,8 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     BackendError
         If the chip cannot hold the image.
     """
-    Destinations(out=out, json=None).check()
+    to = Destinations(out=out, json=None)
+    to.check()
     image = ChipImage.load(path)
     model, pool = _soft_chip(image, chip)
     memory = written(image)
@@ -55,10 +56,10 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
         broken.append(f"outputs: {len(outputs):,}, limit {most:,}; cure: probe fewer neurons")
     refuse(broken)
     loading = port.loading(memory, outputs)
-    out.mkdir(parents=True, exist_ok=True)
-    write_text(out / "parameters.vh", parameters(memory, len(outputs), pool))
-    with atomic_path(out / "load.bin") as new:
-        new.write_bytes(loading)
+    with to.alone():
+        write_text(out / "parameters.vh", parameters(memory, len(outputs), pool))
+        with atomic_path(out / "load.bin") as new:
+            new.write_bytes(loading)
     for name, core in zip(image.cores, memory.cores, strict=True):
         typer.echo(
             f"{name}: {len(core.constants):,} compartments, {len(core.axons):,} output axons, "

@@ -80,8 +80,9 @@ def run(request: CompileRequest) -> None:
             request.to.write_refusal(refused_report(chip, error).to_dict(), request.network)
             raise
         findings = _findings(network, compilation, request, passes, stated, progress)
-    request.to.write_image(compilation.image)
-    request.to.write_report(findings.to_dict(), request.network)
+    with request.to.alone():
+        request.to.write_image(compilation.image)
+        request.to.write_report(findings.to_dict(), request.network)
     show_findings(findings, request.cores)
     nir.show(network, compilation, played)
     request.to.note()
@@ -118,8 +119,9 @@ def _compilation(
 def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: CompileRequest) -> None:
     """Write a report without cores, and say why there is no image."""
     report = Report(chip, "", (), (), (), hints=nothing.violations, offloaded=nothing.offloaded)
-    request.to.remove_image()
-    request.to.write_report(report.to_dict(), request.network)
+    with request.to.alone():
+        request.to.remove_image()
+        request.to.write_report(report.to_dict(), request.network)
     show_nothing(report, nothing.verdict)
     request.to.note()
 

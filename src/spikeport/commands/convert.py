@@ -69,10 +69,11 @@ def run(request: ConvertRequest) -> None:
         with _refusal_reported(request):
             converted = convert(conversion, request.chip, request.passes, progress)
     findings = Findings(converted.compilation.report, converted.activity)
-    request.to.write_image(converted.compilation.image)
-    request.to.write_report(findings.to_dict(), str(request.file))
-    if (out := request.to.out) is not None:
-        _write(out, converted.lint, walker)
+    with request.to.alone():
+        request.to.write_image(converted.compilation.image)
+        request.to.write_report(findings.to_dict(), str(request.file))
+        if (out := request.to.out) is not None:
+            _write(out, converted.lint, walker)
     console = Console(highlight=False)
     console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {_activation(request, mlp)}")
     console.print(f"observations: {observations.origin}")

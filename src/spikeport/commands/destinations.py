@@ -1,10 +1,11 @@
 """The places that a compile writes image and report to."""
 
+import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from spikeport.atomic import check_apart, check_folder, check_output
+from spikeport.atomic import check_apart, check_folder, check_output, locked
 from spikeport.commands.image_file import IMAGE
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.report.report import Json
@@ -54,6 +55,22 @@ class Destinations:
 
     def _holds_report(self, path: Path) -> bool:
         return self.out is not None and path.resolve() == (self.out / REPORT).resolve()
+
+    @contextlib.contextmanager
+    def alone(self) -> Iterator[None]:
+        """Lock the folder while its files are written, which are then all of one command.
+
+        Raises
+        ------
+        UsageError
+            If another process writes into it.
+        """
+        if self.out is None:
+            yield
+            return
+        self.out.mkdir(parents=True, exist_ok=True)
+        with locked(self.out):
+            yield
 
     def write_image(self, image: ChipImage) -> None:
         """Write an image to the folder, if there is one."""

@@ -22,6 +22,19 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
         Destinations(out=tmp_path / "out", json=None).check()
 
 
+def test_a_folder_that_another_command_writes_into_is_left_alone(spikeport, net_py, tmp_path):
+    out = tmp_path / "out"
+    with Destinations(out=out, json=None).alone():
+        done = spikeport("compile", f"{net_py}:make", "--out", out)
+        assert list(out.iterdir()) == []
+    assert (done.code, done.err) == (
+        2,
+        f"error: {out}: another process writes into it; wait until it ends, or choose another "
+        "--out\n",
+    )
+    assert spikeport("compile", f"{net_py}:make", "--out", out).code == 0
+
+
 @pytest.mark.parametrize("option", ["out", "json"])
 def test_a_folder_that_cannot_be_written_into_is_refused_before_the_work(
     tmp_path, monkeypatch, option
