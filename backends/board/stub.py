@@ -6,6 +6,7 @@ from pathlib import Path
 
 from spikeport.backends.board.address import Address
 from spikeport.child import START_S, Child
+from spikeport.errors import UsageError
 
 
 class Stub:
@@ -23,20 +24,28 @@ class Stub:
 
     Raises
     ------
+    UsageError
+        If the path of the temporary folder is too long for a socket.
     BackendError
         If it does not start; the message has its output.
     """
 
     def __init__(self, faults: Sequence[str] = ()) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="spikeport-board-")
-        self.address = Address.parse(f"unix:{Path(self._folder.name) / 'socket'}")
         options = [part for fault in faults for part in ("--fault", fault)]
-        listen = ["--listen", str(self.address), "--once", "--idle", str(START_S)]
         try:
+            self.address = self._address()
+            listen = ["--listen", str(self.address), "--once", "--idle", str(START_S)]
             self._child = Child("board", ["board", "serve", *listen, *options])
         except BaseException:
             self._folder.cleanup()
             raise
+
+    def _address(self) -> Address:
+        try:
+            return Address.parse(f"unix:{Path(self._folder.name) / 'socket'}")
+        except UsageError as error:
+            raise UsageError(f"the board's stub: {error}, as by TMPDIR=/tmp") from None
 
     @property
     def process_id(self) -> int:

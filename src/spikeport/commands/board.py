@@ -18,6 +18,7 @@ from spikeport.backends.board.server import serve as serve_board
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.links import certificates
 from spikeport.commands.options_of_links import BoardService, Tls
+from spikeport.commands.process import say
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.counted import counted
 from spikeport.errors import ImageError, UsageError, unknown
@@ -153,15 +154,11 @@ def serve(request: BoardService, tls: Tls) -> None:
         idle_s=request.idle,
     )
     with ended_in_order(serves=True):
-        serve_board(service, _say)
-
-
-def _say(line: str) -> None:
-    print(line, flush=True)  # the process that starts a board waits for its first line
+        serve_board(service, say)
 
 
 def _say_of_board(line: str) -> None:
-    _say(f"board: {line}")
+    say(f"board: {line}")
 
 
 def inspect(path: Path) -> int:

@@ -64,6 +64,15 @@ def _open_closed() -> None:
             os.set_inheritable(os.open(os.devnull, os.O_RDWR), True)
 
 
+def say(line: str) -> None:
+    """Print a line of a server's at once: the process that started it may wait for the first.
+
+    A log that cannot be written, on a full disk or in a pipe that nobody reads, ends no session.
+    """
+    with contextlib.suppress(OSError):
+        print(line, flush=True)
+
+
 def check_folders() -> None:
     """Raise UsageError without a current folder or a home, which Nengo needs to be imported."""
     try:

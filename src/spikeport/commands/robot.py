@@ -4,6 +4,7 @@ from pydantic import FiniteFloat
 
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options_of_links import RobotService
+from spikeport.commands.process import say
 from spikeport.errors import UsageError
 from spikeport.key_values import converted, parse
 from spikeport.robot.description import JOINTS
@@ -42,7 +43,7 @@ def serve(request: RobotService) -> None:
         priority=request.priority,
     )
     with ended_in_order(serves=True):
-        server.serve(service, lambda line: print(line, flush=True))
+        server.serve(service, say)
 
 
 def listen(interface: str, domain: int, seconds: float) -> None:

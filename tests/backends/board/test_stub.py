@@ -1,16 +1,28 @@
 """The start of a stub, and its end without a process or a file left."""
 
+import tempfile
 from pathlib import Path
 
 import pytest
 
 from spikeport.backends.board.stub import Stub
-from spikeport.errors import BackendError
+from spikeport.errors import BackendError, UsageError
 
 
 def test_a_stub_that_cannot_start_says_why() -> None:
     with pytest.raises(BackendError, match="did not start: error: --fault 'nonsense'"):
         Stub(["nonsense"])
+
+
+def test_a_temporary_folder_with_a_long_path_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / ("long" * 30)
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    with pytest.raises(UsageError, match=r"limit 107; choose a shorter one, as by TMPDIR=/tmp$"):
+        Stub()
+    assert list(folder.iterdir()) == []
 
 
 @pytest.mark.slow

@@ -38,6 +38,16 @@ def test_closed_reader_of_the_error_stream_does_not_end_the_work() -> None:
     assert done(f"exec 3>&1; {command(slow)} 2>&1 >&3 | true").stdout == "done\n"
 
 
+def test_a_log_that_cannot_be_written_does_not_end_a_server(tmp_path: Path) -> None:
+    file = tmp_path / "file"
+    work = (
+        "from pathlib import Path; from spikeport.commands.process import say\n"
+        f"say('serving'); Path({str(file)!r}).touch()"
+    )
+    assert "Traceback" not in done(f"{command(work)} >/dev/full").stderr
+    assert file.exists()
+
+
 def test_numbers_of_closed_streams_are_taken_by_no_file(tmp_path: Path) -> None:
     file = tmp_path / "file"
     work = f"import os; os.write(1, b'x'); f = open({str(file)!r}, 'w'); assert f.fileno() > 2"
