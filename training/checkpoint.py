@@ -45,8 +45,11 @@ def path_of(folder: Path, segment: int) -> Path:
 
 def save(folder: Path, checkpoint: Checkpoint) -> None:
     """Write a checkpoint, whole or not at all."""
+    # In memory first: torch's error of a full disk does not say that the disk is full.
+    content = io.BytesIO()
+    torch.save(checkpoint._asdict(), content)
     with atomic_path(path_of(folder, checkpoint.segment)) as temporary:
-        torch.save(checkpoint._asdict(), temporary)
+        temporary.write_bytes(content.getbuffer())
 
 
 def load(path: Path) -> Checkpoint:

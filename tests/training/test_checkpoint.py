@@ -9,6 +9,7 @@ import torch
 
 from spikeport.errors import UsageError
 from spikeport.training.checkpoint import Checkpoint, latest, load, path_of, save
+from tests.helpers.full_disk import largest_file
 
 ENTRY = {"segment": 1, "step": 32, "stage": "walk", "reward": 0.5}
 
@@ -24,6 +25,14 @@ def test_a_checkpoint_is_read_as_it_was_written(tmp_path):
     found = load(path_of(tmp_path, 7))
     assert (found.options, found.segment, found.log) == ({"seed": 3}, 7, checkpoint(7).log)
     assert torch.equal(found.learner["weights"], torch.arange(3.0))
+
+
+def test_a_full_disk_leaves_the_checkpoints_before(tmp_path):
+    save(tmp_path, checkpoint(1))
+    with largest_file(100), pytest.raises(OSError, match="File too large") as error:
+        save(tmp_path, checkpoint(2))
+    assert error.value.filename == str(path_of(tmp_path, 2))
+    assert [path.name for path in (tmp_path / "checkpoints").iterdir()] == ["00001.pt"]
 
 
 def test_the_latest_checkpoint_is_that_of_the_last_segment(tmp_path):
