@@ -155,7 +155,8 @@ class Cache:
     def _write(self, path: Path, key: str, arrays: dict[str, np.ndarray]) -> None:
         sealed: dict[str, Any] = {**arrays, SEAL: digest_of((key, arrays))}
         try:
-            self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            with contextlib.suppress(FileExistsError):  # a file: the check below refuses it
+                self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             self._check_private()
             with atomic_path(path) as temporary, open(temporary, "wb") as file:
                 _save(file, sealed)
@@ -164,8 +165,13 @@ class Cache:
             _warn(str(error))
 
     def _check_private(self) -> None:
-        """Raise UsageError if others can write into the folder: its numbers decide what runs."""
+        """Raise UsageError if others can write into the folder: its numbers decide what runs.
+
+        Also if it is no folder, as ``/dev/null``.
+        """
         status = self.folder.stat()
+        if not stat.S_ISDIR(status.st_mode):
+            raise UsageError(f"{self.folder}: is no folder; cure: {FOLDER}={OFF}, or a folder")
         if status.st_uid != os.getuid() or stat.S_IMODE(status.st_mode) & 0o022:
             raise UsageError(
                 f"{self.folder}: others can write into it; cure: chmod 700, or another {FOLDER}"

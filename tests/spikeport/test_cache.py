@@ -161,6 +161,17 @@ def test_an_unusable_folder_is_warned_of_once(kept, make):
     ]
 
 
+def test_a_file_in_place_of_the_folder_is_warned_of_once(kept, make):
+    kept.folder.touch()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("default")
+        assert same(kept.kept("policy", 1, make))
+    assert [str(one.message) for one in caught] == [
+        f"cache: {kept.folder}: is no folder; cure: SPIKEPORT_CACHE=off, or a folder; the result "
+        "is made anew"
+    ]
+
+
 def test_a_full_disk_gives_a_warning_and_the_result(kept, make, monkeypatch):
     def full(*_args, **_options):
         raise OSError(28, "No space left on device")
