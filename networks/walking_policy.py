@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spikeport.atomic import atomic_path
-from spikeport.errors import UsageError
 from spikeport.networks.activations import elu
+from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.path_following import FollowerGains
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
@@ -95,91 +95,78 @@ def load(path: Path = SHIPPED) -> WalkingPolicy:
         The file holds something else, layers do not fit each other, a number is not finite, the
         action scale or a gain is not above 0, or a joint is there twice.
     """
-    arrays = _read(path)
+    with refusing(path, cure=CURE):
+        return _policy(npz.read(path))
+
+
+def _policy(arrays: dict[str, np.ndarray]) -> WalkingPolicy:
     layers = sum(name.startswith("weights_") for name in arrays)
     missing = [name for name in _FIELDS if name not in arrays]
     if missing or not layers:
-        raise _refusal(path, "weights, biases and " + ", ".join(_FIELDS), "arrays missing")
+        raise MismatchError("weights, biases and " + ", ".join(_FIELDS), "arrays missing")
     for name, (kinds, axes) in _FIELDS.items():
-        _check_array(path, name, arrays[name], kinds, axes)
-    weights, biases = (_numbered(path, arrays, kind, layers) for kind in ("weights", "biases"))
+        _check_array(name, arrays[name], kinds, axes)
+    weights, biases = (_numbered(arrays, kind, layers) for kind in ("weights", "biases"))
     joints = tuple(str(joint) for joint in arrays["joints"])
     pose, scale = arrays["pose_rad"], float(arrays["action_scale_rad"])
-    policy = WalkingPolicy(weights, biases, joints, pose, scale, _gains(path, arrays))
-    _check(path, policy, str(arrays["activation"]))
+    policy = WalkingPolicy(weights, biases, joints, pose, scale, _gains(arrays))
+    _check(policy, str(arrays["activation"]))
     return policy
 
 
-def _read(path: Path) -> dict[str, np.ndarray]:
-    try:
-        return npz.read(path)
-    except MismatchError as error:
-        raise _refused(path, error) from error
-
-
-def _numbered(
-    path: Path, arrays: dict[str, np.ndarray], kind: str, layers: int
-) -> tuple[np.ndarray, ...]:
+def _numbered(arrays: dict[str, np.ndarray], kind: str, layers: int) -> tuple[np.ndarray, ...]:
     names = [f"{kind}_{i}" for i in range(layers)]
     for name in names:
         if name not in arrays:
-            raise _refusal(path, f"{kind} of {layers} layers", f"no {name}")
-        _check_array(path, name, arrays[name], NUMBERS, _AXES[kind])
+            raise MismatchError(f"{kind} of {layers} layers", f"no {name}")
+        _check_array(name, arrays[name], NUMBERS, _AXES[kind])
     return tuple(arrays[name].astype(float) for name in names)
 
 
-def _check_array(path: Path, name: str, array: np.ndarray, kinds: str, axes: int) -> None:
+def _check_array(name: str, array: np.ndarray, kinds: str, axes: int) -> None:
     if array.dtype.kind not in kinds or array.ndim != axes:
         wanted = f"{'texts' if kinds == TEXTS else 'numbers'} in {axes} axes as {name}"
-        raise _refusal(path, wanted, f"{array.dtype} in {array.ndim}")
+        raise MismatchError(wanted, f"{array.dtype} in {array.ndim}")
 
 
-def _gains(path: Path, arrays: dict[str, np.ndarray]) -> FollowerGains:
+def _gains(arrays: dict[str, np.ndarray]) -> FollowerGains:
     if _GAINS not in arrays:
         return FollowerGains()
-    _check_array(path, _GAINS, arrays[_GAINS], NUMBERS, 1)
+    _check_array(_GAINS, arrays[_GAINS], NUMBERS, 1)
     found = arrays[_GAINS].astype(float).tolist()
     if len(found) != 2 or not all(0 < gain <= LARGEST_GAIN for gain in found):
         wanted = f"two {_GAINS} above 0 and up to {LARGEST_GAIN:g} /s"
-        raise _refusal(path, wanted, ", ".join(f"{gain:g}" for gain in found) or "none")
+        raise MismatchError(wanted, ", ".join(f"{gain:g}" for gain in found) or "none")
     return FollowerGains(kp_speed=found[0], kp_heading=found[1])
 
 
-def _check(path: Path, policy: WalkingPolicy, activation: str) -> None:
+def _check(policy: WalkingPolicy, activation: str) -> None:
     if activation != "elu":
-        raise _refusal(path, "activation elu", f"activation {activation}")
-    _check_joints(path, policy, n_actions=_checked_layers(path, policy))
+        raise MismatchError("activation elu", f"activation {activation}")
+    _check_joints(policy, n_actions=_checked_layers(policy))
     if not 0 < policy.action_scale_rad < np.inf:
-        raise _refusal(path, "a finite action_scale_rad above 0", f"{policy.action_scale_rad:g}")
+        raise MismatchError("a finite action_scale_rad above 0", f"{policy.action_scale_rad:g}")
 
 
-def _checked_layers(path: Path, policy: WalkingPolicy) -> int:
+def _checked_layers(policy: WalkingPolicy) -> int:
     """Return the number of actions of a policy whose layers fit each other."""
     size: int = policy.weights[0].shape[-1]
     for i, (W, b) in enumerate(zip(policy.weights, policy.biases, strict=True)):
         if W.shape != (len(b), size):
-            raise _refusal(path, f"weights_{i} of shape ({len(b)}, {size})", f"{W.shape}")
+            raise MismatchError(f"weights_{i} of shape ({len(b)}, {size})", f"{W.shape}")
         if not (np.isfinite(W).all() and np.isfinite(b).all()):
-            raise _refusal(path, "finite numbers", f"NaN or infinity in layer {i}")
+            raise MismatchError("finite numbers", f"NaN or infinity in layer {i}")
         size = len(b)
     return size
 
 
-def _check_joints(path: Path, policy: WalkingPolicy, n_actions: int) -> None:
+def _check_joints(policy: WalkingPolicy, n_actions: int) -> None:
     """Check that each action has a joint of its own, and an angle of the pose."""
     joints, pose_rad = policy.joints, policy.pose_rad
     if n_actions != len(joints) or pose_rad.shape != (n_actions,):
         found = f"{n_actions} actions, {len(joints)} joints"
-        raise _refusal(path, "one action and one angle of the pose per joint", found)
+        raise MismatchError("one action and one angle of the pose per joint", found)
     if len(set(joints)) < n_actions:
-        raise _refusal(path, "distinct joints", f"{n_actions - len(set(joints))} repeated")
+        raise MismatchError("distinct joints", f"{n_actions - len(set(joints))} repeated")
     if not np.isfinite(pose_rad).all():
-        raise _refusal(path, "finite angles in pose_rad", "NaN or infinity")
-
-
-def _refusal(path: Path, expected: str, found: str) -> UsageError:
-    return _refused(path, MismatchError(expected, found))
-
-
-def _refused(path: Path, error: MismatchError) -> UsageError:
-    return UsageError(f"policy file '{path}': {error}; {CURE}")
+        raise MismatchError("finite angles in pose_rad", "NaN or infinity")

@@ -1,4 +1,4 @@
-"""The error for a policy's file or its description: expected, found, and a cure."""
+"""The error for a file of a policy or a network: expected, found, and a cure."""
 
 import contextlib
 from collections.abc import Iterator

@@ -10,9 +10,7 @@
 Needs the extra ``nir``.
 """
 
-import contextlib
 import math
-from collections.abc import Iterator
 from numbers import Real
 from pathlib import Path
 
@@ -21,8 +19,8 @@ from spikeport.networks.loading.nir.differences import differences
 from spikeport.networks.loading.nir.fold import fold
 from spikeport.networks.loading.nir.graph import flattened
 from spikeport.networks.loading.nir.network import NirNetwork
+from spikeport.networks.loading.refusal import refusing
 from spikeport.reading.hdf5 import read
-from spikeport.reading.mismatch import MismatchError
 
 __all__ = ["differences", "load"]
 
@@ -61,15 +59,6 @@ def load(path: str | Path, dt: float, parts: int = 2, at_once: float = 1.0) -> N
             f"at_once={at_once}: the share of a neuron's sources must be above 0 and at most 1"
         )
     path = Path(path)
-    with refusing(path):
+    with refusing(path, cure=CURE, kind="NIR graph"):
         graph = fold(flattened(read(path)), float(dt))
         return NirNetwork(graph, parts, float(at_once), path.stem)
-
-
-@contextlib.contextmanager
-def refusing(path: Path) -> Iterator[None]:
-    """Raise UsageError for a MismatchError that occurs while the file at ``path`` is read."""
-    try:
-        yield
-    except MismatchError as error:
-        raise UsageError(f"NIR graph '{path}': {error}; {error.cure or CURE}") from error
