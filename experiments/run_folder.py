@@ -11,7 +11,6 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
 from datetime import datetime
-from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +20,7 @@ from spikeport.atomic import atomic_path, is_leftover, locked
 from spikeport.compile.report.page import write_page
 from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError
+from spikeport.extras import version_of
 from spikeport.files import write_json
 
 if TYPE_CHECKING:
@@ -144,14 +144,6 @@ def write_result(folder: Path, result: Mapping[str, object]) -> None:
         "versions": {"python": platform.python_version(), **versions},
     }
     write_json(folder / "result.json", whole)
-
-
-def version_of(package: str) -> str | None:
-    """Return the version of a package; None where it is not installed."""
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:  # a run of a network needs no MuJoCo
-        return None
 
 
 def write_report(folder: Path, report: Json, title: str) -> None:

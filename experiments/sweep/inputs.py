@@ -13,10 +13,10 @@ from spikeport.cache import own_version
 from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.digests import digest, digests
-from spikeport.experiments.run_folder import version_of
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point, Sweep
 from spikeport.experiments.sweep.workers import Run
+from spikeport.extras import version_of
 from spikeport.hardware_models import chip as chips
 
 S = TypeVar("S", bound=Sweep)

@@ -10,7 +10,7 @@ from spikeport.cache import COMPUTING, own_version
 from spikeport.digest import digest_of
 from spikeport.experiments import registry
 from spikeport.experiments.options import Options
-from spikeport.experiments.run_folder import version_of
+from spikeport.extras import version_of
 
 SEED = "seed"
 BACKEND = "backend"

@@ -17,7 +17,6 @@ import warnings
 import zipfile
 from collections.abc import Callable, Mapping
 from functools import cache
-from importlib import metadata
 from pathlib import Path
 from typing import IO, Any, NamedTuple, TypeAlias
 
@@ -27,6 +26,7 @@ from threadpoolctl import threadpool_info  # type: ignore[import-untyped]
 from spikeport.atomic import PART, atomic_path
 from spikeport.digest import digest_of
 from spikeport.errors import UsageError
+from spikeport.extras import version_of
 from spikeport.reading import npz
 from spikeport.reading.archive import FILE_BYTES
 from spikeport.reading.mismatch import MismatchError
@@ -259,7 +259,7 @@ def surroundings() -> str:
     """
     import scipy.linalg  # noqa: F401, loads a BLAS of its own, which has to be covered
 
-    versions = {name: _version(name) for name in COMPUTING}
+    versions = {name: version_of(name) for name in COMPUTING}
     blas = sorted(
         [str(one.get(name)) for name in BLAS]
         for one in threadpool_info()
@@ -281,11 +281,4 @@ def own_version() -> str:
         if name.endswith(OURS) and not name.startswith(".")
     ]
     code = {str(file.relative_to(ours)): file.read_bytes() for file in files}
-    return f"{_version('spikeport')}+{digest_of(code)[:12]}"
-
-
-def _version(package: str) -> str:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return ""
+    return f"{version_of('spikeport')}+{digest_of(code)[:12]}"

@@ -1,4 +1,4 @@
-"""Extras of this package and programs that are absent, and the command that installs them."""
+"""Packages and programs: their versions, the errors for absent ones, and how to install them."""
 
 import json
 import shlex
@@ -9,6 +9,14 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 from spikeport.errors import MissingExtraError
+
+
+def version_of(package: str) -> str | None:
+    """Return the version of a package; None where it is not installed."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
 
 
 def missing(

@@ -73,8 +73,7 @@ def test_other_surroundings_such_as_a_package_version_make_another_result(kept, 
 @pytest.mark.parametrize("name", ["numpy", "nengo-loihi", "mujoco"])
 def test_surroundings_cover_versions_of_packages(monkeypatch, name):
     before = cache.surroundings()
-    version = cache._version
-    monkeypatch.setattr(cache, "_version", lambda n: "0" if n == name else version(n))
+    monkeypatch.setattr(cache, "version_of", lambda n: "0" if n == name else version(n))
     cache.surroundings.cache_clear()
     assert cache.surroundings() != before
     monkeypatch.undo()

@@ -88,3 +88,8 @@ def test_the_first_program_that_is_absent_is_named_with_its_packages() -> None:
         "no no-such-program is installed here, which runs scripts; "
         "install it with: apt-get install dash"
     )
+
+
+def test_a_package_that_is_not_installed_has_no_version():
+    assert extras.version_of("numpy") == metadata.version("numpy")
+    assert extras.version_of("no-such-package") is None

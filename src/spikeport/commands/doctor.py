@@ -4,7 +4,7 @@ import re
 from importlib import metadata
 
 from spikeport.commands.console import Console, Table
-from spikeport.extras import install_command
+from spikeport.extras import install_command, version_of
 
 DEVELOPMENT = ("test", "check", "referee")
 """Extras that a user does not need."""
@@ -31,10 +31,10 @@ def run() -> int:
     """Print installed and missing packages; return 1 if a required one is missing, else 0."""
     table = Table("part", "found", "if missing")
     wanted = packages()
-    missing = [name for name in wanted if not _version(name)]
+    missing = [name for name in wanted if not version_of(name)]
     for name, extra in wanted.items():
         cure = f"extra {extra}" if extra else "required"
-        table.add_row(name, _version(name) or "missing", cure if name in missing else "")
+        table.add_row(name, version_of(name) or "missing", cure if name in missing else "")
     graphics, cure = _graphics() if "mujoco" not in missing else ("needs mujoco", "")
     table.add_row("pictures (OpenGL)", graphics, cure)
     Console().print(table)
@@ -42,13 +42,6 @@ def run() -> int:
         extras = ",".join(sorted({wanted[name] for name in missing} - {""}))
         print(f"to install everything that is missing: {install_command(extras)}")
     return int(any(not wanted[name] for name in missing))
-
-
-def _version(package: str) -> str:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        return ""
 
 
 def _graphics() -> tuple[str, str]:

@@ -11,8 +11,10 @@ def test_doctor_lists_installed_versions(spikeport):
 def test_doctor_names_the_command_that_installs_a_missing_package(spikeport, monkeypatch):
     from spikeport.commands import doctor
 
-    found = doctor._version
-    monkeypatch.setattr(doctor, "_version", lambda name: "" if name == "xarray" else found(name))
+    found = doctor.version_of
+    monkeypatch.setattr(
+        doctor, "version_of", lambda name: None if name == "xarray" else found(name)
+    )
     done = spikeport("doctor")
     assert done.code == 0
     (row,) = (line for line in done.out.splitlines() if "xarray" in line)
@@ -25,7 +27,7 @@ def test_doctor_names_the_command_that_installs_a_missing_package(spikeport, mon
 def test_doctor_fails_if_something_required_is_missing(spikeport, monkeypatch):
     from spikeport.commands import doctor
 
-    monkeypatch.setattr(doctor, "_version", lambda name: "" if name == "numpy" else "1")
+    monkeypatch.setattr(doctor, "version_of", lambda name: None if name == "numpy" else "1")
     done = spikeport("doctor")
     assert done.code == 1
     assert done.out.endswith("to install everything that is missing: pip install spikeport\n")
