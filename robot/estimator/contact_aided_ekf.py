@@ -28,7 +28,7 @@ from spikeport.robot.estimator.group import Pose, hat
 from spikeport.robot.estimator.legs import WAIST, Legs, Soles
 from spikeport.robot.estimator.propagation import ImuNoise, propagated
 from spikeport.robot.estimator.start import start
-from spikeport.robot.estimator.torso import IMU_OFFSET_M, waist_rotation
+from spikeport.robot.estimator.torso import IMU_OFFSET_M
 from spikeport.robot.feet import POINTS
 from spikeport.robot.link.signals import Sensors
 from spikeport.robot.state import RobotState
@@ -142,7 +142,7 @@ class ContactAidedEkf:
 
     def _correct_by_feet(self, sensors: Sensors, dt_s: float) -> None:
         """Correct by points that still stand, forget points that no longer do, and add new ones."""
-        soles, waist = self._legs.soles(sensors.q), waist_rotation(sensors.q.item(WAIST))
+        soles, waist = self._legs.soles(sensors.q), torso.rotation_z(sensors.q.item(WAIST))
         up = waist @ self.belief.pose.rotation[2]
         lowest = soles.points @ up - self._legs.radii_m
         # Both points of a foot share its force.
@@ -196,7 +196,7 @@ class ContactAidedEkf:
         belief, waist_rad = self.belief, sensors.q.item(WAIST)
         rotation, vectors = belief.pose
         omega = sensors.gyroscope - belief.gyroscope_bias
-        pelvis = rotation @ waist_rotation(waist_rad).T
+        pelvis = torso.pelvis_rotation(rotation, waist_rad)
         velocity = vectors[VELOCITY] - rotation @ hat(omega) @ IMU_OFFSET_M
         return RobotState(
             base_position=vectors[PLACE] - rotation @ IMU_OFFSET_M,

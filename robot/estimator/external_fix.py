@@ -15,7 +15,7 @@ from spikeport.robot.estimator.belief import (
     errors_of,
 )
 from spikeport.robot.estimator.group import hat
-from spikeport.robot.estimator.torso import IMU_OFFSET_M, heading_rad, waist_rotation
+from spikeport.robot.estimator.torso import IMU_OFFSET_M, heading_rad, pelvis_rotation
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ def fixed(belief: Belief, fix: Fix, waist_rad: float, noise: FixNoise) -> Observ
     innovation[:3] = fix.position - pelvis
     size = 3
     if fix.yaw_rad is not None:
-        turned = rotation @ waist_rotation(waist_rad).T
+        turned = pelvis_rotation(rotation, waist_rad)
         x, y, _ = ahead = turned[:, 0]
         sensitivity[3, ROTATION] = (np.array([-y, x, 0.0]) @ -hat(ahead)) / (x * x + y * y)
         innovation[3] = wrap(fix.yaw_rad - heading_rad(turned))

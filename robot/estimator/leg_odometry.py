@@ -103,8 +103,8 @@ class LegOdometry:
 
     def _pelvis(self, sensors: Sensors) -> np.ndarray:
         """Return (3, 3) the pelvis' rotation: by the IMU, turned to the heading of fixes."""
-        own = torso.rotation(sensors.quaternion)
-        return torso.turned(own @ torso.waist_rotation(sensors.q[WAIST]).T, self._turn_rad)
+        own = torso.pelvis_rotation(torso.rotation(sensors.quaternion), sensors.q[WAIST])
+        return torso.turned(own, self._turn_rad)
 
     def _state(self, sensors: Sensors, rotation: np.ndarray) -> RobotState:
         return RobotState(

@@ -32,7 +32,7 @@ class Odometer:
     def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
         """Return the motion at an observation, by a fix if there is one."""
         waist_rad, waist_rad_s = sensors.q.item(WAIST), sensors.dq.item(WAIST)
-        own = torso.rotation(sensors.quaternion) @ torso.waist_rotation(waist_rad).T
+        own = torso.pelvis_rotation(torso.rotation(sensors.quaternion), waist_rad)
         if position is not None:
             self._place = np.array(position.position, dtype=float)
             if position.velocity is not None:

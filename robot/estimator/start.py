@@ -43,7 +43,7 @@ def start(sensors: Sensors, soles: np.ndarray, radii_m: np.ndarray, fix: Fix | N
         Place and heading; without one, the floor is at height 0.
     """
     rotation = torso.rotation(sensors.quaternion)
-    pelvis = rotation @ torso.waist_rotation(sensors.q[WAIST]).T
+    pelvis = torso.pelvis_rotation(rotation, sensors.q[WAIST])
     height_m = float(np.max(radii_m - soles @ pelvis[2]))
     if fix is None:
         return Start(rotation, np.array([0.0, 0.0, height_m]), 0.0)

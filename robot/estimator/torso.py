@@ -16,10 +16,15 @@ IMU_OFFSET_M = np.array(load().site("torso_imu").pos)
 """Place r of the IMU in the torso's frame, which has its origin at the pelvis'."""
 
 
-def waist_rotation(waist_rad: float) -> np.ndarray:
-    """Return Rz(waist) (3, 3): from the torso's frame to the pelvis'."""
-    c, s = np.cos(waist_rad), np.sin(waist_rad)
+def rotation_z(angle_rad: float) -> np.ndarray:
+    """Return Rz(angle) (3, 3): the rotation about z."""
+    c, s = np.cos(angle_rad), np.sin(angle_rad)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def pelvis_rotation(torso: np.ndarray, waist_rad: float) -> np.ndarray:
+    """Return (3, 3) the pelvis' rotation R_torso Rz(waist)^T."""
+    return np.asarray(torso @ rotation_z(waist_rad).T)
 
 
 def pelvis_quaternion(torso: np.ndarray, waist_rad: float) -> np.ndarray:
@@ -64,4 +69,4 @@ def heading_rad(rotation: np.ndarray) -> float:
 
 def turned(rotation: np.ndarray, angle_rad: float) -> np.ndarray:
     """Return a rotation (3, 3) turned by an angle about the world's vertical."""
-    return np.asarray(waist_rotation(angle_rad) @ rotation)
+    return np.asarray(rotation_z(angle_rad) @ rotation)

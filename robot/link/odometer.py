@@ -74,7 +74,7 @@ class SimulatedOdometer:
         errors, rng = self._errors, self._rng
         self._drift_m[:2] += errors.drift_m * self._root_s * rng.standard_normal(2)
         self._turn_rad += errors.turn_rad * self._root_s * float(rng.standard_normal())
-        turn = torso.waist_rotation(self._turn_rad)
+        turn = torso.rotation_z(self._turn_rad)
         place = turn @ true.position + self._drift_m + errors.place_m * rng.standard_normal(3)
         velocity = turn @ true.velocity + errors.velocity_m_s * rng.standard_normal(3)
         rotation = torso.turned(torso.rotation(true.quaternion), self._turn_rad)
@@ -130,12 +130,12 @@ class OdometryFixes:
     def _begin(self, first: Base, sensors: Sensors) -> None:
         """Put the robot above the origin, and turn the world of the odometry to its heading."""
         begun = start(sensors, self._legs.soles(sensors.q).points, self._legs.radii_m, None)
-        own = begun.rotation @ torso.waist_rotation(sensors.q.item(WAIST)).T
+        own = torso.pelvis_rotation(begun.rotation, sensors.q.item(WAIST))
         yaw_rad = _yaw_rad(first)
         if yaw_rad is None:
             raise RobotLostError(UNTURNED)
         self._turn_rad = torso.heading_rad(own) - yaw_rad
-        self._turn = torso.waist_rotation(self._turn_rad)
+        self._turn = torso.rotation_z(self._turn_rad)
         self._origin, self._begun = first.position, begun.position
 
 

@@ -7,13 +7,11 @@ which no sensor observes, come from the simulation.
 import numpy as np
 
 from spikeport.errors import RobotLostError
-from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
+from spikeport.robot.estimator.legs import WAIST
 from spikeport.robot.estimator.torso import pelvis_angular_velocity, pelvis_quaternion
 from spikeport.robot.link.client import Observed
 from spikeport.robot.state import RobotState
-
-_WAIST = JOINTS.index("torso")
 
 
 def estimate(observed: Observed) -> RobotState:
@@ -24,7 +22,7 @@ def estimate(observed: Observed) -> RobotState:
             "the robot does not publish place and velocity of its pelvis; give --estimator ekf, or "
             "serve a simulation with --truth"
         )
-    waist_rad, waist_rad_s = float(sensors.q[_WAIST]), float(sensors.dq[_WAIST])
+    waist_rad, waist_rad_s = float(sensors.q[WAIST]), float(sensors.dq[WAIST])
     quaternion = pelvis_quaternion(sensors.quaternion, waist_rad)
     rotation = np.empty(9)
     mujoco.mju_quat2Mat(rotation, quaternion)

@@ -22,7 +22,7 @@ def upright(seed: int) -> Belief:
 def pelvis(belief: Belief) -> tuple[np.ndarray, float]:
     """Return place and heading of the pelvis."""
     rotation, vectors = belief.pose
-    heading = torso.heading_rad(rotation @ torso.waist_rotation(WAIST_RAD).T)
+    heading = torso.heading_rad(torso.pelvis_rotation(rotation, WAIST_RAD))
     return vectors[PLACE] - rotation @ IMU_OFFSET_M, heading
 
 

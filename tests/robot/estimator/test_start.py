@@ -17,8 +17,8 @@ def started(plant: Plant, fix: Fix | None = None) -> Start:
 
 
 def heading(begun: Start, plant: Plant) -> float:
-    waist = torso.waist_rotation(plant.data.qpos[7 + WAIST])
-    return torso.heading_rad(begun.rotation @ waist.T)
+    waist_rad = plant.data.qpos[7 + WAIST]
+    return torso.heading_rad(torso.pelvis_rotation(begun.rotation, waist_rad))
 
 
 def test_a_robot_starts_above_the_origin_with_its_soles_on_the_floor():

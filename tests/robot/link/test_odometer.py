@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from spikeport.errors import RobotLostError, UsageError
-from spikeport.robot.estimator.torso import quaternion, waist_rotation
+from spikeport.robot.estimator.torso import quaternion, rotation_z
 from spikeport.robot.link.codec import Base, decode_base
 from spikeport.robot.link.odometer import OdometerErrors, OdometryFixes, SimulatedOdometer
 from spikeport.robot.link.robot import SimulatedRobot
@@ -17,7 +17,7 @@ EXACT = OdometerErrors(0, 0, 0, 0)
 
 def base(x: float, y: float, yaw_rad: float = 0.0, speed: tuple[float, ...] = (0, 0, 0)) -> Base:
     """Return a motion with this place, heading and velocity."""
-    return Base(5, np.array([x, y, 1.0]), np.array(speed), quaternion(waist_rotation(yaw_rad)))
+    return Base(5, np.array([x, y, 1.0]), np.array(speed), quaternion(rotation_z(yaw_rad)))
 
 
 def drawn(errors: OdometerErrors, steps: int, seed: int = 0) -> list[Base]:
