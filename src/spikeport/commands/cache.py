@@ -22,8 +22,7 @@ def run(clear: bool) -> None:
 
 def _table(kept: cache.Cache) -> Table:
     table = Table("kind", title=str(kept.folder))
-    for name in ("entries", "MiB", "newest, days"):
-        table.add_column(name, justify="right")
+    table.add_numbers("entries", "MiB", "newest, days")
     entries = kept.entries()
     for kind in sorted({entry.kind for entry in entries}):
         mine = [entry for entry in entries if entry.kind == kind]

@@ -26,3 +26,8 @@ class Table(rich.table.Table):
     def add_column(self, *header: Any, **options: Any) -> None:
         """Add a column; options are those of rich."""
         super().add_column(*header, overflow="fold", **options)
+
+    def add_numbers(self, *headers: str) -> None:
+        """Add columns of numbers, aligned at their right end."""
+        for header in headers:
+            self.add_column(header, justify="right")

@@ -171,11 +171,8 @@ def _translated(found: Observations, request: ConvertRequest) -> Observations:
 
 def lint_table(lint: ConversionLint) -> Table:
     """Return the table of the conversion's errors, layer by layer."""
-    table = Table(title="conversion, in float spikes")
-    table.add_column("layer")
-    columns = ("units", "range", "/ rms", "rate Hz", "tau ms", "spikes", "error")
-    for name in columns:
-        table.add_column(name, justify="right")
+    table = Table("layer", title="conversion, in float spikes")
+    table.add_numbers("units", "range", "/ rms", "rate Hz", "tau ms", "spikes", "error")
     for one in lint.layers:
         table.add_row(
             one.name,

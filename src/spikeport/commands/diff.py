@@ -45,8 +45,7 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
     console = Console(highlight=False)
     if rows:
         table = Table("figure")
-        for name in (str(a), str(b), "change"):
-            table.add_column(name, justify="right")
+        table.add_numbers(str(a), str(b), "change")
         for row in rows:
             table.add_row(*row)
         console.print(table)

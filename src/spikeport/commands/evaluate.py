@@ -211,12 +211,9 @@ def screen_table(rows: "list[TableRow]") -> Table:
     """Return the table of falls and of the means in `SHOWN`, for a screen of 80 columns."""
     from spikeport.experiments.evaluate.measures import MEASURES
 
-    shown = Table()
-    shown.add_column("perturbation")
-    shown.add_column("falls")
-    for name in SHOWN:
-        # A word per line: headings are wider than their numbers.
-        shown.add_column(MEASURES[name].heading.replace(" ", "\n"), justify="right")
+    shown = Table("perturbation", "falls")
+    # A word per line: headings are wider than their numbers.
+    shown.add_numbers(*(MEASURES[name].heading.replace(" ", "\n") for name in SHOWN))
     for one in rows:
         means = (one.means[name] for name in SHOWN)
         cells = ("-" if mean is None else f"{mean.estimate:.3f}" for mean in means)

@@ -89,10 +89,8 @@ def _lines(network: NirNetwork, on_host: Collection[str]) -> Iterator[str]:
 
 
 def _table(found: list[Agreement]) -> Table:
-    table = Table(title="equal neuron-steps, chip and NIR's equations")
-    table.add_column("population")
-    for name in ("silent", "chip", "spikes in NIR", "on the chip"):
-        table.add_column(name, justify="right")
+    table = Table("population", title="equal neuron-steps, chip and NIR's equations")
+    table.add_numbers("silent", "chip", "spikes in NIR", "on the chip")
     for one in found:
         shares = map(_percent, (one.silent, one.equal))
         table.add_row(printable(one.name), *shares, f"{one.wanted:,}", f"{one.spikes:,}")

@@ -222,8 +222,7 @@ def _probe_table(ran: Ran) -> Table:
     beside = any(one.values_float is not None for one in ran.recorded.values())
     title = f"probes on {ran.backend}" + ", beside float Nengo" * beside
     table = Table("probe", title=title)
-    for name in ("values", "samples", "rms", "error", "delay", "error, delay removed"):
-        table.add_column(name, justify="right")
+    table.add_numbers("values", "samples", "rms", "error", "delay", "error, delay removed")
     for name, one in ran.recorded.items():
         n_samples, size = one.values.shape
         late = one.best_delay()

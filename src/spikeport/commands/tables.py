@@ -26,11 +26,9 @@ MOST_EVENTS = 3
 def resource_table(report: Report) -> Table:
     """Return the table of resources: the chip's sum, and the core that uses most."""
     found = resources(report)
-    table = Table(title=found.title, pad_edge=False, collapse_padding=True)
     first, *others = found.header
-    table.add_column(first)
-    for name in others:
-        table.add_column(name, justify="right")
+    table = Table(first, title=found.title, pad_edge=False, collapse_padding=True)
+    table.add_numbers(*others)
     for row in found.rows:
         table.add_row(*row)
     return table
@@ -157,8 +155,7 @@ def loss_table(loss: Loss) -> Table:
     largest = f"the {MOST_PARTS} largest of {n_parts:,} causes; " if n_parts > MOST_PARTS else ""
     caption = f"{largest}{floor}; {against_float(loss)}"
     table = Table("cause", title=title, caption=caption)
-    for name in ("rounding", "output error", "share"):
-        table.add_column(name, justify="right")
+    table.add_numbers("rounding", "output error", "share")
     for part in loss.parts[:MOST_PARTS]:
         numbers = (part.rounding, part.output_error, part.share)
         table.add_row(f"{part.object}: {part.what}", *map(percent, numbers))

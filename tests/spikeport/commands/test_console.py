@@ -25,14 +25,23 @@ def test_names_are_printed_as_they_are(printed, capsys):
 
 def test_tables_lose_no_letter_on_a_narrow_screen(capsys):
     wide = Table("name", title="wide")
-    wide.add_column("used / limit", justify="right")
-    wide.add_column("%", justify="right")
+    wide.add_numbers("used / limit", "%")
     wide.add_row("l" * 50 + "end", "1,023 / 131,072", "99.9")
     Console(width=30).print(wide)
     printed = "".join(capsys.readouterr().out.split())
     assert "…" not in printed
     assert printed.count("l") == 50 + 1  # of the name, and of its header
     assert all(text in printed for text in ("1,023/", "131,072", "99.9"))
+
+
+def test_numbers_are_aligned_at_their_right_end(capsys):
+    made = Table("name")
+    made.add_numbers("used", "%")
+    made.add_row("core", "7", "1.5")
+    Console(width=40).print(made)
+    heading, _, row = filter(None, map(str.rstrip, capsys.readouterr().out.splitlines()))
+    assert row.index("7") == heading.index("used") + 3
+    assert row.index("1.5") + 2 == heading.index("%")
 
 
 def test_no_command_uses_another_console_table_or_markup():
