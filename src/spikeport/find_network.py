@@ -19,8 +19,18 @@ BUILT_IN = {"arm": "reach", "humanoid": "switch", "walk": "walk"}
 """The built-in networks, each with the experiment that runs it."""
 USUAL = ("model", "net")
 """Names that Nengo's documentation and GUI give to the network of a script."""
+NIR = ".nir"
+"""How the name of a NIR graph's file ends."""
 FORMS = ("FILE.py", "FILE.ipynb", "FILE.py:NAME", "module:NAME", "graph.nir")
 """Forms of the names of networks that are not built in."""
+
+
+def parts(spec: str) -> tuple[str, str]:
+    """Return the file or the module that ``spec`` names, and the name in it; empty if absent."""
+    if spec.endswith((*user_code.FILES, NIR)):
+        return spec, ""
+    where, _, name = spec.rpartition(":")
+    return where, name
 
 
 def needed_passes(spec: str) -> str | None:
@@ -61,7 +71,7 @@ def find_network(
     with watched(spec, timeout_s):
         if spec in BUILT_IN:
             return built_in(spec, pairs, chip, passes)
-        if spec.endswith(".nir"):
+        if spec.endswith(NIR):
             return _graph(spec, pairs)
         from spikeport.compile.loihi.numpy1 import numpy1_semantics_without_turns
 
@@ -85,10 +95,8 @@ def _graph(spec: str, pairs: list[str]) -> nengo.Network:
 
 
 def _users(spec: str, pairs: list[str]) -> nengo.Network:
-    where, _, name = spec.rpartition(":")
-    if spec.endswith(user_code.FILES):
-        where, name = spec, ""
-    elif not (where and name):
+    where, name = parts(spec)
+    if not where or (where != spec and not name):
         raise unknown("network", spec, [*BUILT_IN, *FORMS])
     with user_code.without_arguments(where):
         module = user_code.imported(where)

@@ -6,7 +6,7 @@ import pytest
 
 from spikeport.errors import NetworkError, UsageError
 from spikeport.experiments.walk.settings import WalkSettings
-from spikeport.find_network import find_network, needed_passes
+from spikeport.find_network import find_network, needed_passes, parts
 
 
 def refusal(spec, *pairs):
@@ -41,6 +41,19 @@ def test_a_function_in_a_file_is_called_with_its_settings(net_py):
     network = find_network(f"{net_py}:make", ["n_neurons=7", "label=seven"])
     (ensemble,) = network.all_ensembles
     assert (ensemble.n_neurons, ensemble.label) == (7, "seven")
+
+
+@pytest.mark.parametrize(
+    ("spec", "where", "name"),
+    [
+        ("net.py", "net.py", ""),
+        ("a:b/net.ipynb:make", "a:b/net.ipynb", "make"),
+        ("a:b/graph.nir", "a:b/graph.nir", ""),
+        ("arm", "", "arm"),
+    ],
+)
+def test_a_spec_has_the_parts_where_and_name(spec, where, name):
+    assert parts(spec) == (where, name)
 
 
 def test_a_path_with_colons_is_split_at_the_last_one(net_py):

@@ -25,7 +25,7 @@ from spikeport.compile.report.refusal import refused_report
 from spikeport.compile.report.report import Modules, Report
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
-from spikeport.find_network import find_network, needed_passes
+from spikeport.find_network import find_network, needed_passes, parts
 from spikeport.fresh_copy import fresh_copy
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
@@ -60,7 +60,8 @@ class CompileRequest:
 def run(request: CompileRequest) -> None:
     """Compile, write the requested files, print the report, and check it against the budget."""
     stated = _checked_rates(request)
-    request.to.check(Path(request.network), Path(request.network.rpartition(":")[0]))
+    where, _ = parts(request.network)
+    request.to.check(Path(where))
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
     passes = _passes(request)
     chip, pipeline = targeted(request.chip, passes)

@@ -10,10 +10,9 @@ from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.report import Report
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError, printable
+from spikeport.find_network import NIR
 from spikeport.networks.loading.nir.differences import differences
 from spikeport.networks.loading.nir.network import NirNetwork
-
-SUFFIX = ".nir"
 
 
 def with_dt(network: str, settings: list[str], dt_s: float | None, spikes: str | None) -> list[str]:
@@ -24,17 +23,17 @@ def with_dt(network: str, settings: list[str], dt_s: float | None, spikes: str |
     UsageError
         If a network that is not a graph has a time step or spikes.
     """
-    if network.endswith(SUFFIX):
+    if network.endswith(NIR):
         return settings if dt_s is None else [*settings, f"dt={dt_s!r}"]
     option = "--dt" if dt_s is not None else "--spikes" if spikes is not None else None
     if option is not None:
-        raise UsageError(f"{option}: for a NIR graph, a file ending in {SUFFIX}, not for {network}")
+        raise UsageError(f"{option}: for a NIR graph, a file ending in {NIR}, not for {network}")
     return settings
 
 
 def check_loss(network: str, loss_s: float | None, spikes: str | None) -> None:
     """Refuse to measure a loss of a graph, which has neither an input of its own nor a probe."""
-    if network.endswith(SUFFIX) and loss_s is not None:
+    if network.endswith(NIR) and loss_s is not None:
         instead = "leave it out: --spikes"
         if spikes is None:
             instead = "give --spikes FILE.npz or --spikes random in its place, which"

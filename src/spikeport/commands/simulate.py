@@ -28,12 +28,12 @@ from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
 from spikeport.experiments.digests import check_unchanged, digests_of_present
 from spikeport.experiments.link_lines import link_line
-from spikeport.find_network import BUILT_IN, find_network
+from spikeport.find_network import BUILT_IN, find_network, parts
 from spikeport.hardware_models import chip as chips
 from spikeport.plots import rendered
 from spikeport.simulation.probes import probing_outputs
 from spikeport.simulation.run import Ran, SimulationOptions, Watch, run, unwatched
-from spikeport.user_code import FILES, contained
+from spikeport.user_code import contained
 
 FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
 """The modules that need the extra `runs`."""
@@ -109,7 +109,7 @@ def _check(request: SimulateRequest) -> None:
 
 def _stem(spec: str) -> str:
     """Return the name of a run's folder: the name of the file or the module."""
-    where = spec if spec.endswith((*FILES, nir.SUFFIX)) else spec.rpartition(":")[0]
+    where, _ = parts(spec)
     return Path(where).stem or "network"
 
 
@@ -118,10 +118,9 @@ def _files(request: SimulateRequest) -> list[Path]:
 
     A module, or spikes drawn at random, are no files.
     """
-    spec = request.network
-    where = Path(spec if spec.endswith((*FILES, nir.SUFFIX)) else spec.rpartition(":")[0])
+    where, _ = parts(request.network)
     spikes = [] if request.spikes is None else [Path(request.spikes)]
-    return [where, *chips.files_of(request.target.chip), *spikes]
+    return [Path(where), *chips.files_of(request.target.chip), *spikes]
 
 
 def _network(request: SimulateRequest) -> nengo.Network:
