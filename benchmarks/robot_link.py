@@ -31,7 +31,7 @@ from spikeport.robot.link.codec import (
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.messages import COMMANDS, STATES
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 
 R = TypeVar("R")
 READINGS = Sensors(0.0, np.array([1.0, 0, 0, 0]), *np.zeros((2, 3)), *np.ones((3, 19)))

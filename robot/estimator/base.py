@@ -4,7 +4,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 from spikeport.robot.state import RobotState
 
 

@@ -30,7 +30,7 @@ from spikeport.robot.estimator.propagation import ImuNoise, propagated
 from spikeport.robot.estimator.start import start
 from spikeport.robot.estimator.torso import IMU_OFFSET_M
 from spikeport.robot.feet import POINTS
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 from spikeport.robot.state import RobotState
 
 

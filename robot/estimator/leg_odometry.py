@@ -13,7 +13,7 @@ from spikeport.robot.estimator import torso
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.legs import LEG_JOINTS, WAIST, Legs, Soles
 from spikeport.robot.estimator.start import start
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 from spikeport.robot.state import RobotState
 
 

@@ -11,7 +11,7 @@ from spikeport.robot.estimator import torso
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.legs import WAIST, Legs
 from spikeport.robot.estimator.start import start
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 from spikeport.robot.state import RobotState
 
 

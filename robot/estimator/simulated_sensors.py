@@ -7,8 +7,8 @@ import numpy as np
 from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.torso import IMU_OFFSET_M
-from spikeport.robot.link.signals import Sensors
 from spikeport.robot.plant import Plant
+from spikeport.robot.signals import Sensors
 
 AT_REST_M_S2 = np.array([0.0, 0.0, 9.81])
 """Specific force at rest, upward, in the world frame: the opposite of free fall."""

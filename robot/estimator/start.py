@@ -7,7 +7,7 @@ import numpy as np
 from spikeport.robot.estimator import torso
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.legs import WAIST
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 
 
 class Start(NamedTuple):

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from spikeport.robot.estimator.base import Fix
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 from spikeport.robot.state import RobotState
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from spikeport.robot import urdf
 from spikeport.robot.description import JOINTS, load
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 
 LATEST_S = 0.04
 """Age of the last valid observation after which a moving robot is damped. Source: the exact policy

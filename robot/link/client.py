@@ -18,8 +18,8 @@ from spikeport.robot.link.codec import (
 )
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep, Published
-from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import MessageError
+from spikeport.robot.signals import MotorCommands, Sensors
 
 
 class Observed(NamedTuple):

@@ -21,8 +21,8 @@ from spikeport.robot.link.messages import (
     N_SLOTS,
     SPORT_MODE_STATE,
 )
-from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import Layout, MessageError
+from spikeport.robot.signals import MotorCommands, Sensors
 
 TICK_S = 0.001
 """Length of a state's tick."""

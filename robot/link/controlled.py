@@ -15,8 +15,8 @@ from spikeport.robot.link.messages import Topic
 from spikeport.robot.link.motion_switcher import MotionSwitcher
 from spikeport.robot.link.over_dds import FIRST_S, DdsRobot, RealTimeRobot, on_bus
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.terminal import Terminal, own_terminal
+from spikeport.robot.signals import MotorCommands
 
 if TYPE_CHECKING:
     from spikeport.robot.link.bus import Bus

@@ -15,8 +15,8 @@ from spikeport.robot.link.admission import LATEST_S, too_old
 from spikeport.robot.link.controller_states import MOVING, Event, State, after
 from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE, check_commands
 from spikeport.robot.link.remote import decode, pressed
-from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import MessageError
+from spikeport.robot.signals import MotorCommands, Sensors
 
 RAMP_S = 2.0
 """Time in which the joints move to the default pose. Source: unitree_rl_gym, ``deploy_real.py``."""

@@ -7,9 +7,9 @@ limits, unitree_ros ``h1.urdf``.
 import numpy as np
 
 from spikeport.robot.description import JOINTS
-from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import DAMPING_KD
+from spikeport.robot.signals import MotorCommands
 
 _SLOTS = {
     "right_hip_roll": 0,

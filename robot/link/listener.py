@@ -15,8 +15,8 @@ from spikeport.robot.link.codec import decode_state
 from spikeport.robot.link.h1 import SLOTS
 from spikeport.robot.link.messages import STATES
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.signals import Sensors
 from spikeport.robot.link.wire import MessageError
+from spikeport.robot.signals import Sensors
 
 if TYPE_CHECKING:
     from spikeport.robot.link.bus import Arrival

@@ -14,7 +14,7 @@ from spikeport.fault_plan import Fault
 from spikeport.robot.link.codec import Command, Turn, encode_state
 from spikeport.robot.link.faults import FaultyWay, never_reached, of_commands, of_states
 from spikeport.robot.link.robot import SimulatedRobot
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 
 
 class Published(NamedTuple):

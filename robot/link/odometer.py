@@ -15,7 +15,7 @@ from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.legs import WAIST, Legs
 from spikeport.robot.estimator.start import start
 from spikeport.robot.link.codec import Base
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 
 UNTURNED = (
     "odometry without an orientation: the angle between its world and the robot's heading is "

@@ -25,8 +25,8 @@ from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, To
 from spikeport.robot.link.motion_switcher import MotionSwitcher
 from spikeport.robot.link.odometer import UNTURNED
 from spikeport.robot.link.place import Place
-from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.wire import MessageError
+from spikeport.robot.signals import MotorCommands
 
 if TYPE_CHECKING:
     from spikeport.robot.link.bus import Arrival, Bus

@@ -16,8 +16,8 @@ from spikeport.robot.link.client import RobotClient
 from spikeport.robot.link.codec import TICK_S
 from spikeport.robot.link.motion import MotionSource, unrounded
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
+from spikeport.robot.signals import MotorCommands
 from spikeport.robot.state import RobotState, in_plane
 
 

@@ -32,9 +32,9 @@ from spikeport.robot.link.h1 import (
 from spikeport.robot.link.hoist import Held, Hoist
 from spikeport.robot.link.odometer import SimulatedOdometer
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import Plant
+from spikeport.robot.signals import MotorCommands, Sensors
 
 LETS_GO_S = 4.0
 """Time from the start of lowering until the hoist lets go of a standing robot by itself."""

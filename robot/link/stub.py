@@ -17,7 +17,7 @@ from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import join
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.signals import MotorCommands
 
 DOMAINS = range(2, 102)
 """Domains of stubs, whose ports are below the ephemeral ports of operating systems."""

@@ -23,7 +23,7 @@ from spikeport.experiments.walk.recording import WalkRun
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.connection import RobotOptions
-from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.signals import MotorCommands
 from tests.helpers.namespace import in_namespace
 
 

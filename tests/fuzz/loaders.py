@@ -85,10 +85,10 @@ from spikeport.robot.link.requests import (
 )
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.sport_mode import CHECK_MODE, EMPTY, Answer, SportModeRelease
 from spikeport.robot.link.wire import MessageError
 from spikeport.robot.plant import Plant
+from spikeport.robot.signals import MotorCommands, Sensors
 from spikeport.training import checkpoint as training
 from tests.helpers import nir_graphs
 from tests.helpers.evaluations import write_evaluation

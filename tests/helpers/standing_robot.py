@@ -7,7 +7,7 @@ import numpy as np
 from spikeport.robot.description import DEFAULT_POSE, JOINTS
 from spikeport.robot.link.admission import h1_limits
 from spikeport.robot.link.remote import KEYS
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 
 N = len(JOINTS)
 POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])

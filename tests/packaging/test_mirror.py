@@ -19,7 +19,7 @@ TYPES = {
     "compile/passes/base.py",
     "robot/engine.py",
     "robot/estimator/base.py",
-    "robot/link/signals.py",
+    "robot/signals.py",
     "spikeport/constants.py",
 }
 """Modules that only declare: protocols, bases, types, constants, an import."""

@@ -8,8 +8,8 @@ from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.leg_odometry import LegOdometry, OdometryOptions
 from spikeport.robot.estimator.legs import LEG_JOINTS, Legs
 from spikeport.robot.estimator.simulated_sensors import SimulatedSensors
-from spikeport.robot.link.signals import Sensors
 from spikeport.robot.plant import Plant
+from spikeport.robot.signals import Sensors
 from spikeport.robot.state import read
 from tests.helpers.standing_robot import STANDING
 

@@ -22,8 +22,8 @@ from spikeport.robot.link.codec import (
     turn_of,
 )
 from spikeport.robot.link.h1 import MODES, SLOTS
-from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.link.wire import MessageError
+from spikeport.robot.signals import MotorCommands, Sensors
 
 N = 19
 

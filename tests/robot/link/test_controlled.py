@@ -17,7 +17,7 @@ from spikeport.robot.link.messages import STATES, TRUTHS
 from spikeport.robot.link.motion import EKF, EstimatedMotion
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.signals import MotorCommands
 from spikeport.robot.walk_interface import observation, targets_rad
 from tests.helpers.fake_board import FakeClock
 from tests.helpers.fake_bus import HANGS, HERE, FakeBus

@@ -6,7 +6,7 @@ from spikeport.robot.link.admission import LATEST_S
 from spikeport.robot.link.controller import RAMP_S, Controller
 from spikeport.robot.link.controller_states import MOVING, Event, State
 from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE
-from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.signals import MotorCommands, Sensors
 from tests.helpers.standing_robot import POSE_RAD, STANDING, N, remote
 
 DT_S = 0.005

@@ -9,8 +9,8 @@ from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf
 from spikeport.robot.estimator.simulated_sensors import ROUGH, SimulatedSensors
 from spikeport.robot.link.controller import Controller
 from spikeport.robot.link.controller_states import State
-from spikeport.robot.link.signals import MotorCommands, Sensors
 from spikeport.robot.plant import Plant
+from spikeport.robot.signals import MotorCommands, Sensors
 from spikeport.robot.walk_interface import observation, targets_rad
 from tests.helpers.standing_robot import POSE_RAD, N, remote
 

@@ -10,8 +10,8 @@ from spikeport.robot.link.controller import HOLD
 from spikeport.robot.link.hoist import LOWERS_M_S, Held, Hoist
 from spikeport.robot.link.robot import LETS_GO_S, SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
+from spikeport.robot.signals import MotorCommands
 
 FOLDED = {
     f"{side}_{joint}": rad

@@ -18,7 +18,7 @@ from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands
+from spikeport.robot.signals import MotorCommands
 from spikeport.robot.walk_interface import POSE_RAD
 
 HOLD = DAMPING._replace(q=POSE_RAD, kp=np.full(19, 100.0))

@@ -25,7 +25,7 @@ from spikeport.robot.link.motion import (
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.signals import MotorCommands, Sensors
 from spikeport.robot.state import RobotState
 from tests.helpers.standing_robot import POSE_RAD, N
 

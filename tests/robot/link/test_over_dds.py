@@ -27,7 +27,7 @@ from spikeport.robot.link.over_dds import LockStepRobot, RealTimeRobot
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import Sensors
+from spikeport.robot.signals import Sensors
 from tests.helpers.fake_board import FakeClock
 from tests.helpers.fake_bus import Arrival, FakeBus
 

@@ -18,8 +18,8 @@ from spikeport.robot.link.motion import EKF, LEG_ODOMETRY, TRUTH, EstimatedMotio
 from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.plant import Plant
+from spikeport.robot.signals import MotorCommands
 
 
 class Recorded(InlineRobot):

@@ -11,7 +11,7 @@ from spikeport.robot.link.h1 import DAMPING, SPEED_LIMITS_RAD_S, TORQUE_LIMITS_N
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.signals import MotorCommands, Sensors
+from spikeport.robot.signals import MotorCommands, Sensors
 from spikeport.robot.walk_interface import POSE_RAD
 
 NONE = np.zeros(len(JOINTS))

@@ -18,8 +18,8 @@ import pytest
 
 from spikeport.robot.link.codec import Command, decode_command, decode_state, encode_command
 from spikeport.robot.link.h1 import SLOTS
-from spikeport.robot.link.signals import MotorCommands
 from spikeport.robot.link.sport_mode import EMPTY, RELEASE_MODE
+from spikeport.robot.signals import MotorCommands
 from tests.helpers import unitree_messages
 from tests.helpers.namespace import in_namespace
 
