@@ -23,8 +23,9 @@ from spikeport.experiments.options import Options
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import EXPERIMENT, WalkTrial
+from spikeport.robot.estimator.registry import ESTIMATORS, TRUTH
 from spikeport.robot.link.connection import RobotOptions, connect
-from spikeport.robot.link.motion import ESTIMATORS, TRUTH, EstimatedMotion
+from spikeport.robot.link.motion import EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.plant import Plant
 

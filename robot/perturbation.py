@@ -4,12 +4,12 @@ import math
 from dataclasses import dataclass, fields
 
 from spikeport.errors import UsageError, unknown
-from spikeport.robot.link.motion import EKF, TRUTH
+from spikeport.robot.estimator.registry import EKF, LEG_ODOMETRY, TRUTH
 from spikeport.robot.terrain import FLAT, find_terrain
 
 OWN, URDF, MENAGERIE = "own", "urdf", "menagerie"
 ROBOT_MODELS = (OWN, URDF, MENAGERIE)
-ESTIMATORS = (TRUTH, "leg-odometry", EKF)
+ESTIMATORS = (TRUTH, LEG_ODOMETRY, EKF)
 """Estimators that need nothing but the robot's own sensors, and the truth."""
 PHYSICS_DT_S = 0.005
 ROUNDING_S = 1e-6

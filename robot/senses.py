@@ -14,8 +14,8 @@ import numpy as np
 
 from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.base import Fix, StateEstimator
+from spikeport.robot.estimator.registry import BY_SENSORS, TRUTH
 from spikeport.robot.estimator.simulated_sensors import ROUGH, SensorErrors, SimulatedSensors
-from spikeport.robot.link.motion import BY_SENSORS, TRUTH
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
 from spikeport.robot.state import RobotState, in_plane, read

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 from spikeport.errors import UsageError
 from spikeport.pacing import Pace
+from spikeport.robot.estimator.registry import EKF, TRUTH, check_estimator
 from spikeport.robot.link.client import InlineRobot, RobotClient
 from spikeport.robot.link.controlled import join_by_hand
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS
-from spikeport.robot.link.motion import EKF, TRUTH, check_estimator, needed
+from spikeport.robot.link.motion import needed
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.over_dds import join
 from spikeport.robot.link.place import REAL, Place
@@ -38,8 +39,9 @@ class RobotOptions:
     may_move_a_robot : bool
         True to allow a place where a real robot may listen.
     estimator : str or None
-        The estimator of the robot's motion, see `spikeport.robot.link.motion`; by default the truth
-        for a robot that is made for the run, and the filter for a robot that is there already.
+        The estimator of the robot's motion, see `spikeport.robot.estimator.registry`; by default
+        the truth for a robot that is made for the run, and the filter for a robot that is there
+        already.
     states : bool
         True if the user starts and stops the robot, as always where a real robot may listen.
     priority : int or None

@@ -1,16 +1,13 @@
 """The robot's motion by an estimator, and its errors if the truth is published."""
 
-from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 
 from spikeport.angles import wrap
-from spikeport.errors import RobotLostError, unknown
+from spikeport.errors import RobotLostError
 from spikeport.robot.estimator.base import Fix, StateEstimator
-from spikeport.robot.estimator.contact_aided_ekf import ContactAidedEkf
-from spikeport.robot.estimator.leg_odometry import LegOdometry
-from spikeport.robot.estimator.odometer import Odometer
+from spikeport.robot.estimator.registry import BY_ODOMETRY, BY_SENSORS, TRUTH, check_estimator
 from spikeport.robot.estimator.truth import Truth
 from spikeport.robot.link.admission import LATEST_S
 from spikeport.robot.link.client import Observed
@@ -20,19 +17,8 @@ from spikeport.robot.link.odometer import OdometryFixes
 from spikeport.robot.link.truth import estimate
 from spikeport.robot.state import RobotState, in_plane
 
-TRUTH, LEG_ODOMETRY, EKF = "truth", "leg-odometry", "ekf"
 ESTIMATE, BOTH = "estimate", "both"
 """The motions that a run may have recorded, besides `TRUTH`."""
-ODOMETER, EKF_ODOMETER = "odometer", "ekf+odometer"
-BY_SENSORS: dict[str, Callable[[], StateEstimator]] = {
-    LEG_ODOMETRY: LegOdometry,
-    EKF: ContactAidedEkf,
-    ODOMETER: Odometer,
-    EKF_ODOMETER: ContactAidedEkf,
-}
-ESTIMATORS = (TRUTH, *BY_SENSORS)
-"""Names of the estimators; `TRUTH` is for simulations alone."""
-_BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
 ROUNDING = 1e-6
 """The rounding error, in m or rad, of a pose at the origin, by an estimate or in a message."""
 
@@ -61,7 +47,7 @@ class EstimatedMotion:
     Parameters
     ----------
     name : str
-        One of `ESTIMATORS`.
+        One of the names in `registry.ESTIMATORS`.
     held : Fix or None
         The place where a hoist holds the pelvis, used as a fix at every observation.
 
@@ -87,7 +73,7 @@ class EstimatedMotion:
             Truth(lambda: estimate(self._observed)) if name == TRUTH else BY_SENSORS[name]()
         )
         self._begun = False
-        self._fixes = OdometryFixes() if name in _BY_ODOMETRY else None
+        self._fixes = OdometryFixes() if name in BY_ODOMETRY else None
         self.true: RobotState | None = None
         self._squares, self._compared = np.zeros(3), 0
         # The numbers of observations, and of those with a truth; both motions at the last of these.
@@ -206,10 +192,4 @@ def needed(name: str) -> Topic | None:
     """Return the topic that an estimator needs beside the states; None for none."""
     if name == TRUTH:
         return TRUTHS
-    return ODOMETRY if name in _BY_ODOMETRY else None
-
-
-def check_estimator(name: str) -> None:
-    """Raise UsageError if an estimator is not known."""
-    if name not in ESTIMATORS:
-        raise unknown("estimator", name, ESTIMATORS)
+    return ODOMETRY if name in BY_ODOMETRY else None

@@ -6,6 +6,7 @@ import pytest
 from spikeport.errors import RobotLostError
 from spikeport.networks.walking_policy import load
 from spikeport.pacing import Pace
+from spikeport.robot.estimator.registry import EKF
 from spikeport.robot.link import controlled
 from spikeport.robot.link.codec import STATE, decode_base, decode_command
 from spikeport.robot.link.controlled import ControlledRobot, join_by_hand
@@ -14,7 +15,7 @@ from spikeport.robot.link.controller_states import Event
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.hoist import Held
 from spikeport.robot.link.messages import STATES, TRUTHS
-from spikeport.robot.link.motion import EKF, EstimatedMotion
+from spikeport.robot.link.motion import EstimatedMotion
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.signals import MotorCommands

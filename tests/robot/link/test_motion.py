@@ -8,20 +8,18 @@ import pytest
 from spikeport.errors import RobotLostError, UsageError
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.legs import Legs
-from spikeport.robot.link.client import InlineRobot, Observed
-from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.messages import ODOMETRY, TRUTHS
-from spikeport.robot.link.motion import (
+from spikeport.robot.estimator.registry import (
+    BY_ODOMETRY,
     BY_SENSORS,
     EKF,
     EKF_ODOMETER,
-    ESTIMATORS,
     ODOMETER,
     TRUTH,
-    EstimatedMotion,
-    apart,
-    needed,
 )
+from spikeport.robot.link.client import InlineRobot, Observed
+from spikeport.robot.link.lock_step import LockStep
+from spikeport.robot.link.messages import ODOMETRY, TRUTHS
+from spikeport.robot.link.motion import EstimatedMotion, apart, needed
 from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
@@ -43,7 +41,7 @@ def observations(n: int, *, hoist: bool = False, truth: bool = True) -> list[Obs
     return seen
 
 
-@pytest.mark.parametrize("name", [name for name in ESTIMATORS if name != TRUTH])
+@pytest.mark.parametrize("name", BY_SENSORS)
 def test_an_estimator_follows_a_standing_robot_and_reports_its_error_to_the_truth(
     name: str,
 ) -> None:
@@ -193,7 +191,7 @@ def test_an_unknown_estimator_is_refused() -> None:
         EstimatedMotion("gps")
 
 
-@pytest.mark.parametrize("name", [ODOMETER, EKF_ODOMETER])
+@pytest.mark.parametrize("name", BY_ODOMETRY)
 def test_an_estimator_by_odometry_fails_without_odometry(name: str) -> None:
     (seen,) = observations(0)
     with pytest.raises(RobotLostError, match="the robot publishes no odometry"):
@@ -211,7 +209,7 @@ def test_a_held_state_does_not_change_the_estimate() -> None:
     assert motion(seen[-1]) is found
 
 
-@pytest.mark.parametrize("name", [ODOMETER, EKF_ODOMETER])
+@pytest.mark.parametrize("name", BY_ODOMETRY)
 def test_each_message_of_odometry_slower_than_the_states_is_used_once(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -10,11 +10,12 @@ from spikeport.errors import RobotLostError
 from spikeport.robot.description import ARM_JOINTS, GAINS, JOINTS
 from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.base import Fix
+from spikeport.robot.estimator.registry import EKF, LEG_ODOMETRY, TRUTH
 from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.codec import Base
 from spikeport.robot.link.faults import FAULTS
 from spikeport.robot.link.lock_step import LockStep
-from spikeport.robot.link.motion import EKF, LEG_ODOMETRY, TRUTH, EstimatedMotion
+from spikeport.robot.link.motion import EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
