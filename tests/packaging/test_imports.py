@@ -123,6 +123,12 @@ def test_no_folder_of_compile_may_import_one_above_it(root: Path) -> None:
     assert folders == set(OF_COMPILE)
 
 
+def test_the_robot_imports_nothing_of_its_link(root: Path) -> None:
+    link = root / "robot" / "link"
+    files = [path for path in (root / "robot").rglob("*.py") if link not in path.parents]
+    assert {file for file, folder in reached(files, "spikeport.robot") if folder == "link"} == set()
+
+
 def test_only_one_folder_builds_with_nengo_loihi(root: Path) -> None:
     files = [f for folder in OF_COMPILE if folder != "loihi" for f in files_of(root, folder)]
     found = {file for file, part in reached(files, "nengo_loihi") if part == "builder"}
