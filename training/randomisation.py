@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from spikeport.robot import actuators
 from spikeport.robot.engine import mujoco
 from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
 from spikeport.training.model import KD, KP, floor_pairs
@@ -98,10 +99,7 @@ class Bodies:
         model.dof_damping[6:] = nominal.dof_damping[6:] * rng.uniform(*ranges.damping)
         kp = KP * rng.uniform(*ranges.gain, len(KP))
         kd = KD * rng.uniform(*ranges.gain, len(KD))
-        # MuJoCo's position actuator: force = gain * target + bias_1 * angle + bias_2 * velocity.
-        model.actuator_gainprm[:, 0] = kp
-        model.actuator_biasprm[:, 1] = -kp
-        model.actuator_biasprm[:, 2] = -kd
+        actuators.set_position_mode(model, np.arange(model.nu), kp, kd)
         scale = rng.uniform(*ranges.mass)
         model.body_mass[:] = scale * nominal.body_mass
         model.body_inertia[:] = scale * nominal.body_inertia

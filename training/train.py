@@ -18,7 +18,7 @@ from spikeport.atomic import write_text
 from spikeport.cache import own_version
 from spikeport.digest import digest_of
 from spikeport.errors import UsageError
-from spikeport.progress import Progress
+from spikeport.progress import Progress, silent
 from spikeport.training import checkpoint
 from spikeport.training.checkpoint import Checkpoint, Entry
 from spikeport.training.curriculum import STAGES, Stage, stage_at
@@ -123,7 +123,7 @@ def _help(worker: Worker, options: TrainOptions) -> None:
     """Take part in all segments that are left, as a worker other than the first."""
     learner, done, _ = _start(options, worker)
     for segment in range(done, options.segments):
-        _learn(learner, options, segment, lambda _what, _share: None)
+        _learn(learner, options, segment, silent)
 
 
 def _start(options: TrainOptions, worker: Worker) -> tuple[Learner, int, list[Entry]]:

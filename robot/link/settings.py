@@ -17,6 +17,11 @@ LONGEST_MODE = 64
 """The most letters of a sport mode's name."""
 
 
+def is_mode_name(text: str) -> bool:
+    """Return whether a text can be the name of a sport mode: short, of printable ASCII letters."""
+    return len(text) <= LONGEST_MODE and text.isascii() and text.isprintable()
+
+
 @dataclass(frozen=True)
 class RobotSettings:
     """The settings of a simulated robot.
@@ -63,7 +68,7 @@ class RobotSettings:
         if self.let_down_s is not None and not 0 <= self.let_down_s < math.inf:
             raise UsageError(f"--let-down {self.let_down_s:g}: must be 0 or more, and finite")
         mode = self.sport_mode
-        if len(mode) > LONGEST_MODE or not (mode.isascii() and mode.isprintable()):
+        if not is_mode_name(mode):
             raise UsageError(
                 f"sport mode {mode[:LONGEST_MODE]!a}: a name of up to {LONGEST_MODE} printable "
                 "ASCII letters, as ai"

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from spikeport.errors import BackendError
-from spikeport.robot.link.settings import LONGEST_MODE
+from spikeport.robot.link.settings import is_mode_name
 
 CHECK_MODE, RELEASE_MODE = 1001, 1003
 """Functions of the motion switcher."""
@@ -85,11 +85,7 @@ def _mode(data: str) -> str:
         name = json.loads(data)["name"]
     except (ValueError, TypeError, KeyError, RecursionError):
         name = None
-    if (
-        not isinstance(name, str)
-        or len(name) > LONGEST_MODE
-        or not (name.isascii() and name.isprintable())
-    ):
+    if not (isinstance(name, str) and is_mode_name(name)):
         raise BackendError(
             f"the motion switcher answered CheckMode with {data[:80]!a}, which is not a mode's name"
         )

@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from spikeport.constants import DECAY_UNITS
+from spikeport.counted import counted
 from spikeport.networks.loading.nir.lateness import Lateness
 from spikeport.networks.loading.nir.network import NirNetwork
 from spikeport.networks.loading.nir.populations import Population
@@ -33,12 +34,13 @@ def differences(network: NirNetwork, moved: Collection[str] = ()) -> Iterator[tu
         yield from ((name, text) for text in (*texts, *_path_lengths(late, one)))
     for name in folded.outputs:
         for source, steps in late.output_leads(name):
-            yield name, f"values of {source} come {_steps(steps)} earlier than its latest ones"
+            earlier = counted(steps, "step")
+            yield name, f"values of {source} come {earlier} earlier than its latest ones"
 
 
 def _on_host(one: Population, late: int) -> Iterator[str]:
     yield "computed on the host, in floating point: it reads spikes and sends none"
-    yield f"its voltage is {_steps(late)} late"
+    yield f"its voltage is {counted(late, 'step')} late"
     if one.depth > 1 and one.constants().any():
         yield "in float, spikes reach it a step before its bias: `simulate` counts that as an error"
 
@@ -46,7 +48,7 @@ def _on_host(one: Population, late: int) -> Iterator[str]:
 def _on_chip(network: NirNetwork, one: Population, late: int) -> Iterator[str]:
     mine = network.units[one.node.name]
     further = ", and the way to the host one more" if late > one.depth else ""
-    yield f"spikes are {_steps(late)} late: each connection takes one{further}"
+    yield f"spikes are {counted(late, 'step')} late: each connection takes one{further}"
     yield from _rounding(one)
     lowest = -LOWEST / mine.threshold.max()
     yield f"the voltage cannot fall below {lowest:.0f} thresholds; NIR's has no lower bound"
@@ -87,15 +89,8 @@ def _rounding(one: Population) -> Iterator[str]:
 
 def _path_lengths(late: Lateness, one: Population) -> Iterator[str]:
     for source, steps in late.leads(one):
-        when = "early" if steps > 0 else "late"
-        yield (
-            f"spikes of {source} arrive {_steps(abs(steps))} {when}, relative to those on its "
-            "longest path"
-        )
-
-
-def _steps(n: int) -> str:
-    return "1 step" if n == 1 else f"{n} steps"
+        moved = f"{counted(abs(steps), 'step')} {'early' if steps > 0 else 'late'}"
+        yield f"spikes of {source} arrive {moved}, relative to those on its longest path"
 
 
 def _range(values: np.ndarray) -> str:
