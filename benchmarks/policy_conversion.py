@@ -27,7 +27,7 @@ from spikeport.experiments.policy.calibration import (
     SpikingHalves,
     refit_lagged,
 )
-from spikeport.experiments.policy.readout import policy_digest, policy_layers
+from spikeport.experiments.policy.readout import policy_digest
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.policy import (
     Layer,
@@ -41,7 +41,7 @@ from spikeport.networks.policy import (
 from spikeport.networks.policy_solving import by_halves
 from spikeport.networks.walking_policy import load
 
-RESULTS = Path("build/policy_conversion") / policy_digest(policy_layers(load()))
+RESULTS = Path("build/policy_conversion") / policy_digest(load().layers)
 SECONDS, FITTED = 32.0, 0.8
 """The length of gait, and the share of it that is fitted; the rest is for the errors."""
 MOST_LAG = 8
@@ -77,11 +77,11 @@ HEADS = ("activation", "units", "solved by", "neurons", "as solved", "read-out r
 
 
 @functools.cache
-def shipped() -> tuple[list[Layer], np.ndarray]:
+def shipped() -> tuple[tuple[Layer, ...], np.ndarray]:
     """Return the layers and recorded gait of the shipped policy."""
     gait = record_gait(load(), seconds=SECONDS)
     recorded = gait[: len(gait) // 2]  # without mirror images, which leak held-out data
-    return policy_layers(load()), recorded
+    return load().layers, recorded
 
 
 def measure(case: Case, seed: int) -> dict[str, float]:

@@ -14,6 +14,7 @@ from spikeport.atomic import atomic_path
 from spikeport.networks.activations import elu
 from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.path_following import FollowerGains
+from spikeport.networks.policy_values import Layer
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
 
@@ -66,6 +67,11 @@ class WalkingPolicy:
     pose_rad: np.ndarray
     action_scale_rad: float
     gains: FollowerGains = field(default_factory=FollowerGains)
+
+    @property
+    def layers(self) -> tuple[Layer, ...]:
+        """The parameters layer by layer."""
+        return tuple(map(Layer, self.weights, self.biases))
 
     def __call__(self, observation: ArrayLike) -> np.ndarray:
         """Return the actions ``(..., joints)`` for observations ``(..., inputs)``."""

@@ -33,11 +33,6 @@ class PolicyTrial(Protocol):
         """Everything that the policy's recorded observations depend on."""
 
 
-def policy_layers(weights: WalkingPolicy) -> list[Layer]:
-    """Return the layers of a policy."""
-    return [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]
-
-
 def check_neurons(trial: PolicyTrial) -> None:
     """Refuse to calibrate a trial's policy that has no neurons."""
     wanted = trial.settings.calibrated
@@ -53,7 +48,7 @@ def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:
     """Refuse a calibration file that does not fit a trial's policy, see `calibrated`."""
     wanted = _asked(trial)
     if isinstance(wanted, str):
-        load(Path(wanted), _made_for(trial, policy_layers(weights)))
+        load(Path(wanted), _made_for(trial, weights.layers))
 
 
 def _asked(trial: PolicyTrial) -> bool | str:

@@ -19,7 +19,6 @@ from spikeport.experiments.policy.readout import (
     calibrated,
     check_calibrated,
     check_neurons,
-    policy_layers,
     refitted,
 )
 from spikeport.experiments.policy.settings import GAITS, OF_NEURONS
@@ -150,7 +149,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def calibrate(self) -> DecoderCalibration:
         """Fit the policy's read-out to the spikes of its neurons on the backend."""
         exact = self.exact()
-        layers, rehearsals = policy_layers(exact.policy), self.rehearsals(exact)
+        layers, rehearsals = exact.policy.layers, self.rehearsals(exact)
         gait = self._rehearsed(rehearsals).observations
         return refitted(self, layers, record_ranges(layers, gait), gait, rehearsals.walks)
 
@@ -166,7 +165,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         """Build the humanoid for the states of the rehearsals, and return it with its encoding."""
         settings, rehearsals = self.settings, self.rehearsals(exact)
         rehearsed = self._rehearsed(rehearsals)
-        layers, gait = policy_layers(exact.policy), rehearsed.observations
+        layers, gait = exact.policy.layers, rehearsed.observations
         ranges, options = record_ranges(layers, gait), settings.policy_options
         # made first, since solving layers and calibrating a policy build networks of their own
         solved = solved_layers(layers, ranges, options, settings.network_seed, gait)

@@ -18,7 +18,6 @@ from spikeport.experiments.policy.readout import (
     calibrated,
     check_calibrated,
     check_neurons,
-    policy_layers,
     refitted,
 )
 from spikeport.experiments.policy.settings import EXACT, GAITS, OF_NEURONS, SPIKING
@@ -127,7 +126,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             raise UsageError(f"policy={EXACT}: has no neurons to calibrate; cure: leave it out")
         weights = self.settings.walking_policy()
         gait = self._gait(weights)
-        layers = policy_layers(weights)
+        layers = weights.layers
         return refitted(self, layers, record_ranges(layers, gait), gait, self._walks)
 
     def close(self, plant: Plant) -> Closed[WalkRig]:
@@ -185,7 +184,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             other settings.
         """
         settings, weights = self.settings, self.settings.walking_policy()
-        gait, layers = self._gait(weights), policy_layers(weights)
+        gait, layers = self._gait(weights), weights.layers
         ranges = record_ranges(layers, gait)
         self.options.progress("building the controller", None)
         found, seed = calibrated(self, layers, ranges, gait, self._walks), settings.network_seed

@@ -15,7 +15,6 @@ from spikeport.networks import walking_policy
 from spikeport.networks.loading import checkpoint, onnx_file, torchscript
 from spikeport.networks.loading.mlp import Mlp, check_activation
 from spikeport.networks.loading.refusal import refusing
-from spikeport.networks.policy_values import Layer
 from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
 
@@ -91,8 +90,7 @@ def _of_zip(archive: Archive) -> str:
 
 
 def _npz(path: Path) -> Mlp:
-    policy = walking_policy.load(path)
-    return Mlp(tuple(map(Layer, policy.weights, policy.biases)), "elu")
+    return Mlp(walking_policy.load(path).layers, "elu")
 
 
 READERS: dict[str, Callable[[Path, str], Mlp]] = {

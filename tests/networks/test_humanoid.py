@@ -1,3 +1,5 @@
+from collections.abc import Sequence
+
 import nengo
 import numpy as np
 import pytest
@@ -24,7 +26,7 @@ def small_layers() -> list[Layer]:
     return [Layer(w, rng.uniform(0.5, 1.0, len(w))) for w in weights]
 
 
-def observed(layers: list[Layer]) -> np.ndarray:
+def observed(layers: Sequence[Layer]) -> np.ndarray:
     return 0.3 * np.random.RandomState(1).randn(200, layers[0].weights.shape[1])
 
 
@@ -132,8 +134,6 @@ def test_a_policy_that_balances_is_never_silent(law, region):
 @pytest.mark.slow
 def test_the_humanoid_at_full_size_fits_on_64_cores(law, region):
     """Measured when written: 24."""
-    weights = load()
-    layers = [Layer(W, b) for W, b in zip(weights.weights, weights.biases, strict=True)]
-    network = shown(parts(law, region, None, layers), law, region)
+    network = shown(parts(law, region, None, load().layers), law, region)
     with Simulator(network, pipeline="compact") as sim:
         assert len(sim.compilation.report.cores) <= 64

@@ -28,6 +28,12 @@ def test_the_last_layer_is_linear(policy):
     np.testing.assert_allclose(policy(np.stack((x, x))), [policy(x)] * 2)
 
 
+def test_layers_have_the_weights_and_biases(policy):
+    for layer, W, b in zip(policy.layers, policy.weights, policy.biases, strict=True):
+        assert layer.weights is W
+        assert layer.bias is b
+
+
 def test_a_saved_policy_is_loaded_as_it_was(policy, tmp_path):
     policy.save(tmp_path / "policy.npz")
     again = load(tmp_path / "policy.npz")

@@ -27,7 +27,7 @@ from spikeport.hardware_models import chip as chips
 from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.walking import our_observations
-from spikeport.networks.policy import Layer, PolicyOptions
+from spikeport.networks.policy import PolicyOptions
 from spikeport.networks.walking_policy import POLICIES, WalkingPolicy
 
 POLICY = "policy.npz"
@@ -137,7 +137,7 @@ def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
 
     walker = load_policy(request.policy, request.description, request.activation)
-    return walker, Mlp(tuple(map(Layer, walker.weights, walker.biases)), "elu")
+    return walker, Mlp(walker.layers, "elu")
 
 
 def _activation(request: ConvertRequest, mlp: Mlp) -> str:
