@@ -182,52 +182,6 @@ def odd():
     return loop
 
 
-@pytest.mark.parametrize(
-    ("found", "named"),
-    [
-        (None, "None"),
-        (np.ones((2, 1)), "an array of shape (2, 1)"),
-        (np.ones(3), "an array of shape (3,)"),
-        (1.0, "an array of shape ()"),
-        (["a", "b"], "['a', 'b']"),
-        (np.array(["1", "2"]), "an array of <U1, ['1' '2'],"),
-        (np.array([1, 2.5], dtype=object), "an array of object, [1 2.5],"),
-        ([10**20, 0], "[100000000000000000000, 0]"),
-        ([[1], [1, 2]], "[[1], [1, 2]]"),
-        (np.array([1, 2], "m8[s]"), "an array of timedelta64[s], [1 2],"),
-        (np.ma.array([1.0, 7.0], mask=[0, 1]), "a masked array, [1.0 --],"),
-    ],
-)
-@pytest.mark.parametrize("ports", [1, 2])
-def test_an_observation_that_no_longer_fits_is_refused_and_its_port_named(
-    odd, monkeypatch, found, named, ports
-):
-    monkeypatch.setattr(Odd, "found", found)
-    if ports == 1:  # alone, it may return shapes that np.concatenate refuses beside others
-        odd = Loop(odd.plant, [Odd("odd", odd.plant, [])], dt_s=0.004)
-        odd.begin()
-    assert refusal(odd.step, np.zeros(odd.size_in)) == (
-        f"Odd.observe() returned {named} at 0.008 s, expected an array of shape (2,), as its "
-        "size_out says; cure: return a flat array of that many numbers, or change size_out"
-    )
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
-def test_an_observation_that_is_not_finite_is_refused_and_its_port_named(odd, monkeypatch, value):
-    monkeypatch.setattr(Odd, "found", np.array([1.0, value]))
-    with pytest.raises(DivergedError) as caught:
-        odd.step(np.zeros(4))
-    assert str(caught.value) == (
-        f"Odd.observe() returned {value} as value 1 of 0 to 1 at 0.008 s, limit finite numbers; "
-        "cure: return a finite one, or look at the plant's state"
-    )
-
-
-def test_finite_numbers_whose_squares_overflow_are_accepted(odd, monkeypatch):
-    monkeypatch.setattr(Odd, "found", np.array([1e200, -1e300]))
-    assert odd.step(np.zeros(4)).tolist() == [1e200, -1e300, 0]
-
-
 @pytest.mark.parametrize("backend", ["native", "reference"])
 def test_the_error_of_a_simulator_names_the_port_that_observes_nan(odd, monkeypatch, backend):
     monkeypatch.setattr(Odd, "found", np.full(2, np.nan))
@@ -320,21 +274,8 @@ def test_a_port_without_commands_is_observed():
     assert sim.data[probe].ravel().tolist() == pytest.approx([0.004, 0.008, 0.012])
 
 
-@pytest.mark.parametrize("dt_s", [0.003, 0.01])
-def test_plant_steps_that_are_no_multiple_of_the_controllers_are_refused(dt_s):
-    assert refusal(Loop, Counter(), [], dt_s) == (
-        f"the plant steps every 4 ms, which is no multiple of the controller's {1000 * dt_s:g} ms; "
-        "cure: another time step of either, or several of MuJoCo's steps in a step of the plant"
-    )
-
-
-@pytest.mark.parametrize("dt_s", [0, -0.001, np.nan, np.inf])
-def test_time_steps_that_are_not_positive_and_finite_are_refused(dt_s):
-    cure = "limit above 0 and finite; cure: the length of a step in s"
-    assert refusal(Loop, Counter(), [], dt_s) == f"dt_s is {dt_s:g} s, {cure}"
-    plant = Counter()
-    plant.dt_s = dt_s
-    assert refusal(Loop, plant, []) == f"the plant's dt_s is {dt_s:g} s, {cure}"
+def test_plant_steps_that_are_no_multiple_of_the_controllers_are_refused():
+    assert refusal(Loop, Counter(), [], 0.003).startswith("the plant steps every 4 ms, which is no")
 
 
 def unlike(**members):
@@ -455,33 +396,6 @@ def test_ports_that_are_equal_get_their_own_values():
     assert [port.driven for port in ports] == [[1.0], [2.0]]
 
 
-def test_a_plant_whose_steps_take_another_time_is_refused_in_the_first_one():
-    loop = counting(0.004)
-    loop.begin()
-    advance = loop.plant.step
-    loop.plant.step = lambda: [advance() for _ in range(4)]
-    assert refusal(loop.step, np.zeros(2)).startswith(
-        "a step of the plant took 16 ms by its time_s, but its dt_s was 4 ms when the loop was made"
-    )
-
-
-def test_the_steps_of_a_plant_with_links_are_checked():
-    loop = counting(0.004)
-    loop.plant.link = "forearm"  # as a user may call a part of an arm
-    loop.begin()
-    loop.plant.step = lambda: None
-    assert refusal(loop.step, np.zeros(2)).startswith("a step of the plant took 0 ms")
-
-
-def test_a_plant_whose_time_step_changes_after_the_loop_was_made_is_refused():
-    loop = counting(0.004)
-    loop.plant.dt_s = 0.002
-    loop.begin()
-    assert refusal(loop.step, np.zeros(2)).startswith(
-        "a step of the plant took 2 ms by its time_s, but its dt_s was 4 ms when the loop was made"
-    )
-
-
 def test_a_port_may_reset_the_plant_when_a_run_begins():
     class Resetting(Pusher):
         def begin(self):
@@ -555,17 +469,3 @@ def test_a_step_before_begin_is_refused(backend):
     loop = counting(0.001)
     loop.begin()
     assert loop.step(np.zeros(2)).tolist() == [0]
-
-
-@pytest.mark.parametrize("ports", [1, 2])
-def test_complex_observations_are_refused_and_bools_accepted_as_numbers(odd, monkeypatch, ports):
-    if ports == 1:
-        odd = Loop(odd.plant, [Odd("odd", odd.plant, [])], dt_s=0.004)
-        odd.begin()
-    monkeypatch.setattr(Odd, "found", np.array([True, False]))
-    assert odd.step(np.zeros(odd.size_in))[:2].tolist() == [1, 0]
-    monkeypatch.setattr(Odd, "found", np.array([1j, 0]))
-    assert refusal(odd.step, np.zeros(odd.size_in)) == (
-        "Odd.observe() returned complex numbers at 0.012 s, limit real ones; cure: return real and "
-        "imaginary parts as values of their own"
-    )
