@@ -4,13 +4,20 @@ from typing import TYPE_CHECKING
 
 from spikeport.pacing import Clock, SystemClock
 from spikeport.robot.link.codec import Base, decode_base
+from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
+from spikeport.robot.link.odometer import UNTURNED
 from spikeport.robot.link.wire import MessageError
 
 if TYPE_CHECKING:
-    from spikeport.robot.link.bus import Arrival, Reader
+    from spikeport.robot.link.bus import Arrival, Bus, Reader
 
 WAITS_S = 0.01
 """Time in which the message of a state's tick must come."""
+BESIDE_S = 0.2
+"""Age of the last message of a topic beside the states, such as odometry, after which a robot that
+is controlled by it is damped: by the clock in real time, by the robot's ticks in lock-step."""
+_SERVED_WITH = {TRUTHS: "--truth", ODOMETRY: "--odometer"}
+"""The option of `spikeport robot serve` that publishes a topic."""
 
 
 class Companion:
@@ -99,3 +106,94 @@ class Companion:
         self.came += 1
         self._writer = writer
         return None
+
+
+class Companions:
+    """The topics beside a robot's states, one of which may give its motion.
+
+    Parameters
+    ----------
+    bus : Bus
+        The bus of the robot.
+    needs : Topic or None
+        The topic that gives the motion, which a complete observation needs: `TRUTHS`, which only a
+        simulation has, or `ODOMETRY`.
+    waits : bool
+        True to wait for the messages beside a state, as in lock-step.
+    """
+
+    def __init__(self, bus: "Bus", needs: Topic | None, waits: bool) -> None:
+        # An estimate is compared with the truth of a simulation, which the run does not need. The
+        # sport mode of a real robot publishes on the same topic.
+        read = {needs} if bus.place.may_be_real else {TRUTHS, needs}
+        self._of = {
+            topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY) if topic in read
+        }
+        self._needs, self._waits = needs, waits
+        # The number of messages of the topic that is needed, and the time of the last one.
+        self._came, self._last_s = 0, 0.0
+
+    @property
+    def refused(self) -> int:
+        """The number of messages that were refused."""
+        return sum(one.refused for one in self._of.values())
+
+    def newest(self, topic: Topic) -> Base | None:
+        """Return the newest message of a topic; None if it is not read."""
+        return self._of[topic].newest if topic in self._of else None
+
+    def forget(self) -> None:
+        """Drop the messages so far, and trust the next writers."""
+        for one in self._of.values():
+            one.forget()
+
+    def take(self, tick: int) -> str | None:
+        """Take the messages beside the state of a tick.
+
+        Returns
+        -------
+        str or None
+            The reason why a message was refused: two publish the topic that gives the motion.
+        """
+        refused = None
+        for topic, one in self._of.items():
+            # An odometer may fall silent, which `silence` judges; a truth comes with every state.
+            needed = topic is self._needs and topic is TRUTHS
+            reason = one.take(tick, needed or (self._waits and one.published))
+            if reason is not None and topic is self._needs:
+                refused = f"a message on {topic.name} {reason}"
+        return refused
+
+    def missing(self, begins: bool) -> str:
+        """Return what an observation lacks of the topic that it needs; empty if nothing.
+
+        A run ``begins`` with an orientation. A tracker may lose it later: the estimator goes on
+        with the last one.
+        """
+        topic = self._needs
+        if topic is None:
+            return ""
+        newest = self.newest(topic)
+        if newest is None:
+            return (
+                f"nobody publishes {topic.name}; give --estimator ekf, or serve a simulation with "
+                f"{_SERVED_WITH[topic]}"
+            )
+        return UNTURNED if topic is ODOMETRY and begins and not newest.has_orientation else ""
+
+    def watch_from(self, now_s: float) -> None:
+        """Let the time of silence begin now."""
+        self._last_s = now_s
+
+    def silence(self, now_s: float) -> str | None:
+        """Return for how long the topic that gives the motion is silent; None if not too long."""
+        if self._needs is None:
+            return None
+        came = self._of[self._needs].came
+        if came != self._came:
+            self._came, self._last_s = came, now_s
+        age_s = now_s - self._last_s
+        if age_s <= BESIDE_S:
+            return None
+        limits = f"{1000 * age_s:.0f} ms, allowed {1000 * BESIDE_S:.0f} ms"
+        return f"nothing on {self._needs.name} for {limits}"

@@ -9,21 +9,12 @@ from spikeport.errors import RobotLostError
 from spikeport.pacing import Deadlines, Pace, RoundTrips, undisturbed
 from spikeport.robot.link.admission import LATEST_S, beyond, h1_limits, too_old
 from spikeport.robot.link.client import CommandedRobot, Observed, began_anew, observed
-from spikeport.robot.link.codec import (
-    STATE,
-    TICK_S,
-    Base,
-    Command,
-    encode_command,
-    remote_of,
-    turn_of,
-)
-from spikeport.robot.link.companion import Companion
+from spikeport.robot.link.codec import STATE, TICK_S, Command, encode_command, remote_of, turn_of
+from spikeport.robot.link.companion import Companions
 from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import Published
 from spikeport.robot.link.messages import COMMANDS, ODOMETRY, STATES, TRUTHS, Topic
 from spikeport.robot.link.motion_switcher import MotionSwitcher
-from spikeport.robot.link.odometer import UNTURNED
 from spikeport.robot.link.place import Place
 from spikeport.robot.link.wire import MessageError
 from spikeport.robot.signals import MotorCommands
@@ -35,9 +26,6 @@ FIRST_S = 20.0
 """Time in which a robot's first state must come."""
 PATIENCE_S = 10.0
 """Time in which a robot in lock-step must answer."""
-BESIDE_S = 0.2
-"""Age of the last message of a topic beside the states, such as odometry, after which a robot that
-is controlled by it is damped: by the clock in real time, by the robot's ticks in lock-step."""
 RESTART_S = 1.0
 """In real time, a robot has begun anew if its tick goes back by more than this."""
 SLICE_S = 0.2
@@ -45,8 +33,6 @@ DAMPINGS = 3
 """The number of damping commands that a controller sends as it leaves."""
 _ANOTHER_DRIVES = "another controller drives the robot; only one can at a time"
 """The reason why a controller that comes second has no robot."""
-_SERVED_WITH = {TRUTHS: "--truth", ODOMETRY: "--odometer"}
-"""The option of `spikeport robot serve` that publishes a topic."""
 
 
 class DdsRobot(CommandedRobot):
@@ -75,17 +61,9 @@ class DdsRobot(CommandedRobot):
         super().__init__()
         self._bus = bus
         self._states, self._commands = bus.reader(STATES), bus.writer(COMMANDS)
-        # An estimate is compared with the truth of a simulation, which the run does not need. The
-        # sport mode of a real robot publishes on the same topic.
-        beside = {needs} if bus.place.may_be_real else {TRUTHS, needs}
-        self._beside = {
-            topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY) if topic in beside
-        }
-        self._needs, self._waits = needs, waits
+        self._beside = Companions(bus, needs, waits)
         self._switcher, self._commanded = switcher, False
         self._runs, self._writer, self._refusals = False, 0, 0
-        # The number of messages of the topic that is needed, and the time of the last one.
-        self._came, self._beside_s = 0, 0.0
         self._lacks = f"nobody publishes {STATES.name}; is `spikeport robot serve` running there?"
         self._released: list[str] | None = None
 
@@ -109,8 +87,7 @@ class DdsRobot(CommandedRobot):
             self._released = self._switcher.release()
             if self._released:
                 # Messages so far came from sport mode, which may fall silent.
-                for companion in self._beside.values():
-                    companion.forget()
+                self._beside.forget()
             found = self._await(runs)
         self._runs = True
         return found
@@ -138,53 +115,24 @@ class DdsRobot(CommandedRobot):
         if newest is None:
             return None
         self._take_beside(newest)
-        if self._needs is not None and (missing := self._missing(self._needs)):
+        if missing := self._beside.missing(begins=not self._runs):
             self._lacks = missing
             return None
-        return newest._replace(truth=self._latest(TRUTHS), odometry=self._latest(ODOMETRY))
-
-    def _missing(self, topic: Topic) -> str:
-        """Return what an observation lacks of a topic that it needs; empty if nothing."""
-        newest = self._latest(topic)
-        if newest is None:
-            return (
-                f"nobody publishes {topic.name}; give --estimator ekf, or serve a simulation with "
-                f"{_SERVED_WITH[topic]}"
-            )
-        # A tracker may lose the orientation later: the estimator goes on with the last one.
-        if topic is ODOMETRY and not self._runs and not newest.has_orientation:
-            return UNTURNED
-        return ""
+        truth, odometry = self._beside.newest(TRUTHS), self._beside.newest(ODOMETRY)
+        return newest._replace(truth=truth, odometry=odometry)
 
     def _take_beside(self, state: Observed) -> None:
         """Take the messages beside a state; damp a robot if two publish the topic that it needs."""
-        refused = None
-        for topic, companion in self._beside.items():
-            # An odometer may fall silent, which `_watch_beside` judges; a truth comes with every
-            # state.
-            needed = topic is self._needs and topic is TRUTHS
-            reason = companion.take(state.tick, needed or (self._waits and companion.published))
-            if reason is not None and topic is self._needs:
-                refused = f"a message on {topic.name} {reason}"
-        self.figures.damaged = self._refusals + sum(one.refused for one in self._beside.values())
+        refused = self._beside.take(state.tick)
+        self.figures.damaged = self._refusals + self._beside.refused
         if refused is not None and self._runs:
             self._distrust(state.asks, refused)
 
     def _watch_beside(self, tick: int, now_s: float) -> None:
         """Damp the robot if the topic that gives its motion fell silent."""
-        if self._needs is None:
-            return
-        came = self._beside[self._needs].came
-        if came != self._came:
-            self._came, self._beside_s = came, now_s
-        age_s = now_s - self._beside_s
-        if age_s > BESIDE_S:
-            limits = f"{1000 * age_s:.0f} ms, allowed {1000 * BESIDE_S:.0f} ms"
-            self._distrust(tick, f"nothing on {self._needs.name} for {limits}")
-
-    def _latest(self, topic: Topic) -> Base | None:
-        """Return the newest message of a topic beside the states; None if it is not read."""
-        return self._beside[topic].newest if topic in self._beside else None
+        silence = self._beside.silence(now_s)
+        if silence is not None:
+            self._distrust(tick, silence)
 
     def _read(self, arrival: "Arrival") -> Observed | None:
         """Return the observation of a state; None if it is refused. The first writer is trusted."""
@@ -328,7 +276,8 @@ class RealTimeRobot(DdsRobot):
         self._undisturbed.enter_context(undisturbed(self._priority))
         found = super().first(runs)
         self._deadlines.begin()
-        self._seen_s = self._beside_s = self._clock.now()
+        self._seen_s = self._clock.now()
+        self._beside.watch_from(self._seen_s)
         return found
 
     def exchange(self, last: Observed, motors: MotorCommands) -> Observed:

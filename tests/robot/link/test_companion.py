@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from spikeport.robot.link.codec import Base, encode_base
-from spikeport.robot.link.companion import WAITS_S, Companion
+from spikeport.robot.link.companion import BESIDE_S, WAITS_S, Companion, Companions
+from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
+from spikeport.robot.link.odometer import UNTURNED
 from tests.helpers.fake_board import FakeClock
-from tests.helpers.fake_bus import Arrival, FakeReader
+from tests.helpers.fake_bus import Arrival, FakeBus, FakeReader
 
 
 def message(tick: int) -> bytes:
@@ -97,3 +99,43 @@ def test_the_first_writer_is_trusted_until_it_is_forgotten() -> None:
     reader.queue.append(Arrival(message(15), 2))
     assert companion.take(15, waits=True) is None
     assert companion.newest.tick == 15
+
+
+def test_an_observation_lacks_the_topic_that_gives_the_motion_until_a_message_comes() -> None:
+    bus = FakeBus()
+    beside = Companions(bus, ODOMETRY, waits=False)
+    assert beside.missing(begins=True).startswith("nobody publishes rt/odommodestate; give --est")
+    bus.readers[ODOMETRY].queue.append(message(5))
+    beside.take(5)
+    assert beside.missing(begins=True) == UNTURNED
+    assert beside.missing(begins=False) == ""
+    assert Companions(bus, None, waits=False).missing(begins=True) == ""
+
+
+def test_the_topic_that_gives_the_motion_may_not_be_silent_for_long() -> None:
+    bus = FakeBus()
+    beside = Companions(bus, ODOMETRY, waits=False)
+    beside.watch_from(7.0)
+    assert beside.silence(7.0 + BESIDE_S / 2) is None
+    bus.readers[ODOMETRY].queue.append(message(5))
+    beside.take(5)
+    assert beside.silence(8.0) is None
+    assert beside.silence(8.3) == "nothing on rt/odommodestate for 300 ms, allowed 200 ms"
+    assert Companions(bus, None, waits=False).silence(100.0) is None
+
+
+@pytest.mark.parametrize(("needs", "refuses"), [(TRUTHS, True), (None, False)])
+def test_a_second_publisher_is_refused_on_the_topic_that_gives_the_motion(
+    needs: Topic | None, refuses: bool
+) -> None:
+    bus = FakeBus()
+    beside = Companions(bus, needs, waits=False)
+    bus.readers[TRUTHS].queue.extend([message(5), Arrival(message(10), 2)])
+    reason = beside.take(5)
+    assert (reason is not None) is refuses
+    assert beside.refused == 1
+    newest = beside.newest(TRUTHS)
+    assert newest is not None
+    assert newest.tick == 5
+    beside.forget()
+    assert beside.newest(TRUTHS) is None
