@@ -1,13 +1,13 @@
 """The counts of a run, step by step, in memory that does not grow with the number of steps."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from spikeport.atomic import atomic_path
+from spikeport.files import write_arrays
 from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity, Folded
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.step_time import fold
@@ -156,7 +156,7 @@ class StepLog:
             first = 0 if self._folded is None else self._folded.n_steps
             # Padded, as files are read in the order of their names.
             path = self._options.folder / f"counts-{first:012d}.npz"
-            _save(path, self._table(self._rows, self._from_host))
+            write_arrays(path, self._table(self._rows, self._from_host))
 
     def _table(self, rows: Sequence[np.ndarray], from_host: Sequence[int]) -> dict[str, np.ndarray]:
         """Return the counts of some steps by name, (n, n_cores), and the host's spikes, (n,)."""
@@ -198,10 +198,4 @@ class StepLog:
             between, from_host = self.totals().messages
             cores, dt_s = np.array(self._cores), np.array(self._dt_s)
             arrays = {"between_cores": between, "from_host": from_host}
-            _save(folder / MESSAGES, {**arrays, "cores": cores, "dt_s": dt_s})
-
-
-def _save(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write arrays as an archive, whole or not at all."""
-    with atomic_path(path) as temporary, open(temporary, "wb") as file:
-        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+            write_arrays(folder / MESSAGES, {**arrays, "cores": cores, "dt_s": dt_s})

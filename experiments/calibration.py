@@ -7,15 +7,16 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import nengo
 import numpy as np
+from numpy.typing import ArrayLike
 
-from spikeport.atomic import atomic_path
 from spikeport.cache import Arrays
 from spikeport.compile.image.manifest import SCHEMA
 from spikeport.errors import UsageError, printable
+from spikeport.files import write_arrays
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError, shown
 from spikeport.reading.text import parse_json
@@ -66,11 +67,10 @@ class DecoderCalibration:
 
     def save(self, path: Path) -> None:
         """Write an npz file, whole or not at all."""
-        arrays: dict[str, Any] = {DECODERS + name: D for name, D in self.decoders.items()}
+        arrays: dict[str, ArrayLike] = {DECODERS + name: D for name, D in self.decoders.items()}
         arrays |= {MADE_FOR: json.dumps(dict(self.made_for)), DIGEST: self.image_digest}
         arrays[SCHEMA_KEY] = SCHEMA
-        with atomic_path(path) as temporary, open(temporary, "wb") as file:
-            np.savez_compressed(file, **arrays)
+        write_arrays(path, arrays)
 
 
 def no_neurons(calibrated: bool | str, what: str, cure: str) -> UsageError:

@@ -21,7 +21,7 @@ from spikeport.compile.report.page import write_page
 from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError
 from spikeport.extras import version_of
-from spikeport.files import write_json
+from spikeport.files import write_arrays, write_json
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -179,6 +179,5 @@ def write_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
 def add_last_states(folder: Path, history: Mapping[str, np.ndarray]) -> Path:
     """Save the last states beside a run's other files."""
     path = folder / LAST_STATES
-    with atomic_path(path) as temporary, open(temporary, "wb") as file:
-        np.savez_compressed(file, **history)  # type: ignore[arg-type]
+    write_arrays(path, history)
     return path

@@ -5,12 +5,11 @@ h_0 = observation,    h_i = elu(W_i h_{i-1} + b_i),    action = W_n h_{n-1} + b_
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spikeport.atomic import atomic_path
+from spikeport.files import write_arrays
 from spikeport.networks.activations import elu
 from spikeport.networks.loading.refusal import refusing
 from spikeport.networks.path_following import FollowerGains
@@ -83,13 +82,12 @@ class WalkingPolicy:
 
     def save(self, path: Path) -> None:
         """Write the policy, whole or not at all."""
-        arrays: dict[str, Any] = {f"weights_{i}": W for i, W in enumerate(self.weights)}
+        arrays: dict[str, ArrayLike] = {"activation": "elu"}
+        arrays |= {f"weights_{i}": W for i, W in enumerate(self.weights)}
         arrays |= {f"biases_{i}": b for i, b in enumerate(self.biases)}
         arrays |= {name: getattr(self, name) for name in _FIELDS if name != "activation"}
         arrays[_GAINS] = np.array([self.gains.kp_speed, self.gains.kp_heading])
-        # A file, not a name: NumPy would add .npz to a name without it.
-        with atomic_path(path) as temporary, open(temporary, "wb") as file:
-            np.savez_compressed(file, activation="elu", **arrays)
+        write_arrays(path, arrays)
 
 
 def load(path: Path = SHIPPED) -> WalkingPolicy:

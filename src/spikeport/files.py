@@ -1,4 +1,4 @@
-"""TOML and JSON files: read, with path and reason in errors, and written whole or not at all."""
+"""Files of TOML, JSON and arrays: path and reason in errors, written whole or not at all."""
 
 import json
 import math
@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import AfterValidator, BaseModel, Field, ValidationError
 from pydantic_core import ErrorDetails
 
-from spikeport.atomic import write_text
+from spikeport.atomic import atomic_path, write_text
 from spikeport.errors import SpikeportError, UsageError, printable
 from spikeport.reading.archive import UnreadableError
 from spikeport.reading.mismatch import MismatchError, shown
@@ -97,6 +98,13 @@ def read_model(
 def write_json(path: Path, value: Any) -> None:
     """Write a JSON file, whole or not at all; numbers that are not finite become null."""
     write_text(path, json.dumps(_plain(value), indent=2, allow_nan=False) + "\n")
+
+
+def write_arrays(path: Path, arrays: Mapping[str, ArrayLike]) -> None:
+    """Write an npz file of arrays, numbers and texts, whole or not at all."""
+    # A file, not a name: NumPy would add .npz to a name without it.
+    with atomic_path(path) as temporary, open(temporary, "wb") as file:
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
 
 def _read(path: Path, parse: Callable[[str], Any], kind: str, refusal: Refusal) -> Any:

@@ -5,7 +5,8 @@ import pytest
 from pydantic import BaseModel
 
 from spikeport.errors import ChipFileError, UsageError
-from spikeport.files import read_json, read_model, read_toml, write_json
+from spikeport.files import read_json, read_model, read_toml, write_arrays, write_json
+from spikeport.reading import npz
 
 READERS = [(read_toml, "TOML", "a = 1\n"), (read_json, "JSON", '{"a": 1}\n')]
 
@@ -88,4 +89,19 @@ def test_numpy_values_become_plain_json_and_nan_becomes_null(tmp_path):
 def test_a_value_that_is_not_plain_raises_and_leaves_no_file(tmp_path):
     with pytest.raises(TypeError):
         write_json(tmp_path / "file.json", {"a": object()})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_arrays_are_written_under_the_name_as_it_is(tmp_path):
+    path = tmp_path / "arrays"
+    write_arrays(path, {"a": np.arange(3), "text": "elu", "number": 0.5})
+    assert list(tmp_path.iterdir()) == [path]
+    found = npz.read(path)
+    assert found["a"].tolist() == [0, 1, 2]
+    assert (found["text"].item(), found["number"].item()) == ("elu", 0.5)
+
+
+def test_arrays_that_cannot_be_written_leave_no_file(tmp_path):
+    with pytest.raises(ValueError, match="inhomogeneous"):
+        write_arrays(tmp_path / "arrays.npz", {"a": [[1], [1, 2]]})
     assert list(tmp_path.iterdir()) == []

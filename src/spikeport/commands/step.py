@@ -1,17 +1,18 @@
 """``spikeport step IMAGE``: runs an image by itself, without the network it was made from."""
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import typer
 
-from spikeport.atomic import atomic_path, check_output
+from spikeport.atomic import check_output
 from spikeport.backends.decoding import Output
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.counted import counted
 from spikeport.errors import UsageError
+from spikeport.files import write_arrays
 from spikeport.hardware_models.activity import PER_RUN, PER_STEP, Activity
 from spikeport.reading import npz
 from spikeport.reading.mismatch import MismatchError
@@ -127,7 +128,7 @@ def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _write(out: Path, image: ChipImage, sent: list[np.ndarray], run: Stepped) -> None:
-    members: dict[str, Any] = {
+    members: dict[str, np.ndarray] = {
         "image_digest": np.array(image.digest),
         "dt_s": np.array(image.manifest.dt_s),
         "names": np.array([entry.name for entry in image.manifest.outputs], dtype=np.str_),
@@ -142,6 +143,4 @@ def _write(out: Path, image: ChipImage, sent: list[np.ndarray], run: Stepped) ->
     members["activity_host_spikes"] = np.array([len(sources) for sources in sent])
     for name in (*PER_RUN, "readout_spikes"):
         members[f"activity_{name}"] = np.asarray(getattr(run.activity, name))
-    # A file, not a name: NumPy would add .npz to a name without it.
-    with atomic_path(out) as temporary, open(temporary, "wb") as file:
-        np.savez_compressed(file, **members)
+    write_arrays(out, members)
