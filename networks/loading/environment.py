@@ -12,7 +12,7 @@ from pydantic_core import ErrorDetails
 
 from spikeport.networks.loading.refusal import extra
 from spikeport.reading.archive import read_bytes
-from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.mismatch import MismatchError, first_line
 
 if TYPE_CHECKING:
     from yaml import MappingNode, Node, SafeLoader
@@ -138,8 +138,7 @@ def read(path: Path) -> tuple[Environment, dict[str, ObservationTerm]]:
         raise _mismatch(error.errors(include_url=False, include_context=False)[0]) from None
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError) as error:
         # Python raises ValueError for an invalid number or date
-        reason = (str(error) or type(error).__name__).splitlines()[0]
-        raise MismatchError("YAML", reason) from error
+        raise MismatchError("YAML", first_line(error)) from error
 
 
 def _loader(yaml: ModuleType) -> "type[SafeLoader]":

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import BinaryIO
 
 from spikeport.networks.loading.refusal import EXPORT
-from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.mismatch import MismatchError, first_line
 
 INSTRUCTIONS = 500_000
 """The most instructions of a pickle: a checkpoint of a hundred layers has a tenth.
@@ -70,8 +70,7 @@ def load(stream: BinaryIO, names: Names, persistent: Persistent) -> object:
                 return machine.stack.pop()
             machine.carry_out(instruction.name, argument)
     except (ValueError, TypeError, KeyError, IndexError, struct.error) as error:
-        reason = str(error) or type(error).__name__
-        raise MismatchError("a whole pickle", f"a damaged one ({reason})") from error
+        raise MismatchError("a whole pickle", f"a damaged one ({first_line(error)})") from error
     raise MismatchError("a whole pickle", "one without an end")
 
 

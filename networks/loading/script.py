@@ -14,7 +14,7 @@ from spikeport.networks.loading.chain import CHAIN, BoundedEvaluation, Chain
 from spikeport.networks.loading.pickles import Module
 from spikeport.networks.loading.refusal import EXPORT
 from spikeport.networks.loading.tensors import Tensor
-from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.mismatch import MismatchError, first_line
 
 STEPS = 20_000
 """The most statements and expressions that are followed: a hundred layers take a tenth of it."""
@@ -101,8 +101,9 @@ def _parsed(name: str, text: str) -> list[ast.stmt]:
             return ast.parse(text).body
     # Python's parser raises the last two for deep nesting.
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        reason = str(error) or type(error).__name__
-        raise MismatchError(f"TorchScript in {name}", f"another text ({reason})") from None
+        raise MismatchError(
+            f"TorchScript in {name}", f"another text ({first_line(error)})"
+        ) from None
 
 
 class Interpreter:

@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
 from spikeport.errors import UsageError
-from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.mismatch import MismatchError, first_line
 
 MOST_NUMBERS = 2**23
 """Most numbers in a policy's array: forty times a whole large walking policy (512, 256, 128)."""
@@ -152,7 +152,7 @@ class Archive:
 
 
 def _damaged(error: Exception) -> MismatchError:
-    return MismatchError("a whole zip archive", str(error) or type(error).__name__)
+    return MismatchError("a whole zip archive", first_line(error))
 
 
 def _check_names(names: list[str]) -> None:

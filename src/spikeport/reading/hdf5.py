@@ -22,7 +22,7 @@ import numpy as np
 
 from spikeport.extras import missing
 from spikeport.reading.archive import FILE_BYTES, read_bytes
-from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.mismatch import MismatchError, first_line
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -147,8 +147,7 @@ def _walked(content: bytes, left_out: str | None = None) -> dict[str, Value]:
         with h5py.File(io.BytesIO(content), "r") as file:
             return _Reader(h5py, left_out).group(file, depth=0)
     except DAMAGES as error:
-        reason = (str(error) or type(error).__name__).splitlines()[0]
-        raise MismatchError("a whole HDF5 file", reason) from error
+        raise MismatchError("a whole HDF5 file", first_line(error)) from error
 
 
 def _dataset(content: bytes) -> "xr.Dataset":
@@ -164,7 +163,7 @@ def _dataset(content: bytes) -> "xr.Dataset":
     except MemoryError:
         raise
     except Exception as error:  # the readers of netCDF raise anything for a damaged file
-        raise MismatchError("time series in netCDF", str(error) or type(error).__name__) from error
+        raise MismatchError("time series in netCDF", first_line(error)) from error
 
 
 def _h5py() -> ModuleType:

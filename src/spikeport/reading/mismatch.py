@@ -17,6 +17,11 @@ class MismatchError(Exception):
         self.cure = cure
 
 
+def first_line(error: Exception) -> str:
+    """Return the first line of an error's text; the name of its class if it has none."""
+    return (str(error) or type(error).__name__).splitlines()[0]
+
+
 def shown(value: object) -> str:
     """Return a value as a short line: a value from a file may hold anything, at any length."""
     text = str(value)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.lib import format as npy
 
 from spikeport.reading.archive import FILE_BYTES, MOST_NUMBERS, Archive, read_bytes
-from spikeport.reading.mismatch import MismatchError
+from spikeport.reading.mismatch import MismatchError, first_line
 
 SUFFIX = ".npy"
 MAX_AXES = 8
@@ -67,8 +67,7 @@ def _array(archive: Archive, name: str, most: int) -> np.ndarray:
         with warnings.catch_warnings(action="ignore"):  # about headers of old versions
             shape, columns, kind = _header(stream)
     except DAMAGES as error:
-        reason = (str(error) or type(error).__name__).splitlines()[0]
-        raise MismatchError(f"an array {name}", f"none ({reason})") from error
+        raise MismatchError(f"an array {name}", f"none ({first_line(error)})") from error
     if kind.kind not in KINDS:
         raise MismatchError(f"numbers or texts in {name}", f"type {kind}")
     if len(shape) > MAX_AXES:
