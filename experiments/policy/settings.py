@@ -79,10 +79,10 @@ class PolicySettings(Perturbation):
     `spikeport.robot.perturbation.Perturbation`.
     """
 
-    policies: ClassVar[tuple[str, ...]] = ("spiking",)
+    policies: ClassVar[tuple[str, ...]] = (SPIKING,)
     """Values of ``policy`` that name neither a shipped policy nor a file."""
 
-    policy: str = "spiking"
+    policy: str = SPIKING
     description: str | None = None
     n_neurons: int = N_NEURONS
     tau_fwd: float = PolicyOptions.tau_fwd

@@ -31,9 +31,8 @@ def _native(image: ChipImage, seed: int) -> CountingChip:
 
 
 def _nengo_loihi(image: ChipImage, seed: int) -> CountingChip:
-    from spikeport.backends.nengo_loihi import (
-        NengoLoihiChip,
-    )  # needs Nengo, a native board does not
+    # It needs Nengo, a native board does not.
+    from spikeport.backends.nengo_loihi import NengoLoihiChip
 
     return NengoLoihiChip(image, seed)
 

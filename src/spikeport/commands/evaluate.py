@@ -1,8 +1,7 @@
 """``spikeport evaluate``: a robustness table of a policy."""
 
-import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -177,7 +176,7 @@ def _write(evaluation: "EvaluationSweep", folder: SweepFolder) -> None:
         return
     title = _title(evaluation)
     write_text(folder.path / "table.md", markdown(rows))
-    plan = dataclasses.asdict(evaluation)
+    plan = asdict(evaluation)
     del plan["varied"], plan["probes"], plan["spikeport"], plan["versions"]
     result = {**plan, "experiment": f"{KIND}{evaluation.experiment}", "rows": as_json(rows)}
     write_result(folder.path, result)

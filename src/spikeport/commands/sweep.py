@@ -62,7 +62,7 @@ def run(request: SweepRequest) -> int:
                 workers.n_processes,
                 progress,
             )
-        if any(folder.holds(point) for point in sweep.points()):
+        if any(map(folder.holds, sweep.points())):
             table = tables.table(sweep, folder)
             tables.write_table(folder, table)
             write_figure(folder.path, rendered(drawing.figure(sweep, folder, table)))
