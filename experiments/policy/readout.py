@@ -44,11 +44,11 @@ def check_neurons(trial: PolicyTrial) -> None:
         raise no_neurons(wanted, f"policy={EXACT}", "give --set policy=spiking")
 
 
-def check_calibrated(trial: PolicyTrial, weights: WalkingPolicy) -> None:
+def check_calibrated(trial: PolicyTrial, policy: WalkingPolicy) -> None:
     """Refuse a calibration file that does not fit a trial's policy, see `calibrated`."""
     wanted = _asked(trial)
     if isinstance(wanted, str):
-        load(Path(wanted), _made_for(trial, weights.layers))
+        load(Path(wanted), _made_for(trial, policy.layers))
 
 
 def _asked(trial: PolicyTrial) -> bool | str:

@@ -54,11 +54,11 @@ def silence_ensembles(
         return [nengo.Probe(ensembles[i].neurons[:1]) for i in watched]
 
 
-def analytic_policy(weights: WalkingPolicy) -> PolicyNetwork:
+def analytic_policy(policy: WalkingPolicy) -> PolicyNetwork:
     """Build the policy without neurons: the exact actions, one step late."""
     net = PolicyNetwork(label="analytic policy")
     with net:
-        net.observation = nengo.Node(Held(weights), size_in=weights.weights[0].shape[1])
-        net.action = nengo.Node(size_in=len(weights.joints), label="action")
+        net.observation = nengo.Node(Held(policy), size_in=policy.weights[0].shape[1])
+        net.action = nengo.Node(size_in=len(policy.joints), label="action")
         nengo.Connection(net.observation, net.action, synapse=0)  # a step of delay: no loop
     return net

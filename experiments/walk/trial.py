@@ -124,9 +124,8 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """Fit the policy to its neurons' spikes on the backend; UsageError without neurons."""
         if self.exact_policy:
             raise UsageError(f"policy={EXACT}: has no neurons to calibrate; cure: leave it out")
-        weights = self.settings.walking_policy()
-        gait = self._gait(weights)
-        layers = weights.layers
+        exact = self.settings.walking_policy()
+        gait, layers = self._gait(exact), exact.layers
         return refitted(self, layers, record_ranges(layers, gait), gait, self._walks)
 
     def close(self, plant: Plant) -> Closed[WalkRig]:
@@ -140,15 +139,15 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """
         settings = self.settings
         self.check()
-        weights = settings.walking_policy()
+        exact = settings.walking_policy()
         if self.exact_policy:
             # An exact policy observes as often as in training, a spiking one four times as often.
-            walker = analytic_policy(weights)
+            walker = analytic_policy(exact)
             rig = WalkRig(plant, None, CONTROL_DT_S, DT_S, self._approach())
         else:
             walker, box = self.spiking_policy()
             rig = WalkRig(plant, box, OBSERVATION_DT_S, DT_S, self._approach())
-        controller = walk_controller(self._follower(weights.gains), walker, settings.network_seed)
+        controller = walk_controller(self._follower(exact.gains), walker, settings.network_seed)
         spikes = silence_ensembles(controller, walker, settings) if settings.silence else ()
         with nengo.Network(label=self.name, seed=settings.network_seed) as network:
             network.add(controller)
@@ -161,14 +160,14 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     def _approach(self) -> TurnFirst | None:
         return TurnFirst() if self.settings.law == TURN_FIRST else None
 
-    def _gait(self, weights: WalkingPolicy) -> np.ndarray:
+    def _gait(self, exact: WalkingPolicy) -> np.ndarray:
         """Return (n, 69) observations of the exact policy."""
 
         def record() -> Arrays:
             self.options.progress("recording the gait of the exact policy", None)
-            return {"gait": record_gait(weights, GAITS[self.settings.gait])}
+            return {"gait": record_gait(exact, GAITS[self.settings.gait])}
 
-        return self.options.cache.kept("gait", (self.recorded, weights), record)["gait"]
+        return self.options.cache.kept("gait", (self.recorded, exact), record)["gait"]
 
     @property
     def _walks(self) -> Walks:
@@ -183,8 +182,8 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             If the policy is for another robot, or its calibration was made for another policy or
             other settings.
         """
-        settings, weights = self.settings, self.settings.walking_policy()
-        gait, layers = self._gait(weights), weights.layers
+        settings, exact = self.settings, self.settings.walking_policy()
+        gait, layers = self._gait(exact), exact.layers
         ranges = record_ranges(layers, gait)
         self.options.progress("building the controller", None)
         found, seed = calibrated(self, layers, ranges, gait, self._walks), settings.network_seed
