@@ -12,7 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.experiments.arm.strokes import arc_length, unit_stroke
+from spikeport.experiments.arm.strokes import unit_stroke
+from spikeport.experiments.curves import arc_length, interpolated
 from spikeport.robot.perturbation import PHYSICS_DT_S
 
 APPROACH_S = 1.5
@@ -108,4 +109,4 @@ def _along(stroke: np.ndarray, seconds: float) -> np.ndarray:
     # Divided by the sum, so that the pen reaches the end with any time step.
     done = np.cumsum(speed) / speed.sum()
     length = arc_length(stroke)
-    return np.stack([np.interp(done, length / length[-1], c) for c in stroke.T], axis=1)
+    return interpolated(done, length / length[-1], stroke)

@@ -30,14 +30,7 @@ def unit_stroke(digit: int) -> np.ndarray:
     points, closed = np.array(stroke["points"]), stroke.get("closed", False)
     if closed:
         points = np.vstack([points, points[:1]])
-    chords = np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))  # centripetal
-    # Square roots of chords as parameter: a spline over them makes no loops between near points.
+    chords = np.sqrt(np.linalg.norm(np.diff(points, axis=0), axis=1))
     knots = np.concatenate([[0.0], np.cumsum(chords)])
     spline = CubicSpline(knots, points, bc_type="periodic" if closed else "natural")
     return np.asarray(spline(np.linspace(0.0, knots[-1], POINTS)))
-
-
-def arc_length(points: np.ndarray) -> np.ndarray:
-    """Return the length (n,) of a curve of points (n, d) from its first point to each point."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    return np.concatenate([[0.0], np.cumsum(steps)])

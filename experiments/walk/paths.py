@@ -15,6 +15,7 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.spatial import cKDTree
 
 from spikeport.errors import UsageError, unknown
+from spikeport.experiments.curves import arc_length, interpolated
 from spikeport.experiments.walk.path_file import ENDING, FASTEST_RAD_S, read_path
 
 SPACING_M = 0.005
@@ -85,9 +86,9 @@ class WalkPath:
         return nearest_m
 
     def _dense(self) -> np.ndarray:
-        arc_m = _arc_m(self.points)
+        arc_m = arc_length(self.points)
         s = np.linspace(0, arc_m[-1], 2 + int(arc_m[-1] / SPACING_M))
-        return _interpolated(s, arc_m, self.points)
+        return interpolated(s, arc_m, self.points)
 
 
 def _distances_m(places: np.ndarray, begins: np.ndarray, ends: np.ndarray) -> np.ndarray:
@@ -174,11 +175,11 @@ def find_path(name: str, speed_m_s: float, seconds: float, ramp_s: float = 0.0) 
     shape, closed = SHAPES[name]
     points = _from_the_robot(shape(speed_m_s * seconds))
     _check_turns(name, points, speed_m_s)
-    return WalkPath(_arc_m(points) / speed_m_s, points, closed, ramp_s)
+    return WalkPath(arc_length(points) / speed_m_s, points, closed, ramp_s)
 
 
 def _check_turns(name: str, points: np.ndarray, speed_m_s: float) -> None:
-    arc_m, heading = _arc_m(points), np.unwrap(np.arctan2(*np.diff(points, axis=0).T[::-1]))
+    arc_m, heading = arc_length(points), np.unwrap(np.arctan2(*np.diff(points, axis=0).T[::-1]))
     # Headings are those of pieces, and so at their middles.
     between_m = np.diff((arc_m[1:] + arc_m[:-1]) / 2)
     sharpest = np.max(np.abs(np.diff(heading)) / between_m, initial=0.0)
@@ -194,12 +195,3 @@ def _from_the_robot(points: np.ndarray) -> np.ndarray:
     """Turn and move points such that they leave the origin along x."""
     x, y = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
     return np.asarray((points - points[0]) @ np.array([[x, -y], [y, x]]))
-
-
-def _arc_m(points: np.ndarray) -> np.ndarray:
-    """Return the way (n,) along points from the first to each."""
-    return np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
-
-
-def _interpolated(at: np.ndarray, x: np.ndarray, points: np.ndarray) -> np.ndarray:
-    return np.stack([np.interp(at, x, column) for column in points.T], axis=1)

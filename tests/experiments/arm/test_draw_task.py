@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from spikeport.experiments.arm.draw_task import APPROACH_S, REST_S, DrawTask, Sheet
-from spikeport.experiments.arm.strokes import arc_length
+from spikeport.experiments.curves import arc_length
 
 HAND = np.array([0.3, -0.3, 1.1])
 SHEET = Sheet()

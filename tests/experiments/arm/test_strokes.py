@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from spikeport.experiments.arm.strokes import DIGITS, arc_length, unit_stroke
+from spikeport.experiments.arm.strokes import DIGITS, unit_stroke
+from spikeport.experiments.curves import arc_length
 
 
 def starts_and_ends(digit):
@@ -35,10 +36,6 @@ def test_a_stroke_turns_nowhere_abruptly(stroke):
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     turns_deg = np.degrees(np.arccos(np.clip((along[1:] * along[:-1]).sum(axis=1), -1, 1)))
     assert turns_deg.max() < 10
-
-
-def test_the_arc_length_adds_up_along_a_right_angle():
-    assert arc_length(np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]])).tolist() == [0.0, 3.0, 7.0]
 
 
 @pytest.mark.parametrize("digit", [0, 8])
