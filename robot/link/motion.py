@@ -14,7 +14,7 @@ from spikeport.robot.link.client import Observed
 from spikeport.robot.link.codec import TICK_S
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
 from spikeport.robot.link.odometer import OdometryFixes
-from spikeport.robot.link.truth import estimate
+from spikeport.robot.link.truth import true_state
 from spikeport.robot.state import RobotState, in_plane
 
 ESTIMATE, BOTH = "estimate", "both"
@@ -70,7 +70,7 @@ class EstimatedMotion:
         self._name, self._held = name, held
         self._estimator: StateEstimator = (
             # A function, as there is no observation yet.
-            Truth(lambda: estimate(self._observed)) if name == TRUTH else BY_SENSORS[name]()
+            Truth(lambda: true_state(self._observed)) if name == TRUTH else BY_SENSORS[name]()
         )
         self._begun = False
         self._fixes = OdometryFixes() if name in BY_ODOMETRY else None
@@ -121,7 +121,7 @@ class EstimatedMotion:
         if observed.truth is None or not _of_now(observed.truth.tick, observed.tick):
             self.true = None
             return
-        true = estimate(observed)
+        true = true_state(observed)
         if self._seen == 1:
             self._moved_m[:2] = unrounded((self._found.base_position - true.base_position)[:2])
         self.true = true = true._replace(base_position=true.base_position + self._moved_m)

@@ -14,7 +14,7 @@ from spikeport.robot.link.client import Observed
 from spikeport.robot.state import RobotState
 
 
-def estimate(observed: Observed) -> RobotState:
+def true_state(observed: Observed) -> RobotState:
     """Return the motion of the robot; raises RobotLostError if nobody publishes the truth."""
     sensors, truth = observed.sensors, observed.truth
     if truth is None:

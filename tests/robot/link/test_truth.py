@@ -11,7 +11,7 @@ from spikeport.robot.link.h1 import DAMPING
 from spikeport.robot.link.lock_step import LockStep
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
-from spikeport.robot.link.truth import estimate
+from spikeport.robot.link.truth import true_state
 
 
 def falling() -> SimulatedRobot:
@@ -24,7 +24,7 @@ def falling() -> SimulatedRobot:
 
 def test_the_motion_of_a_falling_robot_equals_the_simulations() -> None:
     robot = falling()
-    found, truth = estimate(observed(LockStep(robot).published())), state.read(robot._plant.data)
+    found, truth = true_state(observed(LockStep(robot).published())), state.read(robot._plant.data)
     assert np.abs(truth.base_angular_velocity).max() > 0.5
     if found.base_quaternion @ truth.base_quaternion < 0:
         found = found._replace(base_quaternion=-found.base_quaternion)
@@ -34,4 +34,4 @@ def test_the_motion_of_a_falling_robot_equals_the_simulations() -> None:
 
 def test_a_robot_that_does_not_publish_the_truth_is_refused() -> None:
     with pytest.raises(RobotLostError, match="give --estimator ekf"):
-        estimate(observed(LockStep(falling(), tells_truth=False).published()))
+        true_state(observed(LockStep(falling(), tells_truth=False).published()))
