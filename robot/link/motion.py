@@ -74,12 +74,8 @@ class EstimatedMotion:
         )
         self._begun = False
         self._fixes = OdometryFixes() if name in BY_ODOMETRY else None
+        self._comparison = Comparison()
         self.true: RobotState | None = None
-        self._squares, self._compared = np.zeros(3), 0
-        # The numbers of observations, and of those with a truth; both motions at the last of these.
-        self._seen = self._judged = 0
-        self._last_judged: tuple[RobotState, RobotState] | None = None
-        self._moved_m = np.zeros(3)
 
     def __call__(self, observed: Observed) -> RobotState:
         """Return the motion at the next observation.
@@ -97,7 +93,7 @@ class EstimatedMotion:
         self._begun = True
         self._found = follow(observed.sensors, self._fix(observed))
         if self._name != TRUTH:
-            self._judge(observed)
+            self.true = self._comparison.with_truth(self._found, observed)
         return self._found
 
     def _fix(self, observed: Observed) -> Fix | None:
@@ -111,26 +107,6 @@ class EstimatedMotion:
             )
         return self._fixes.fix(observed.odometry, observed.sensors)
 
-    def _judge(self, observed: Observed) -> None:
-        """Keep the true motion if there is one; compare velocities only at equal ticks.
-
-        Its place counts from the first observation, as the estimate's does: a served robot may have
-        walked before.
-        """
-        self._seen += 1
-        if observed.truth is None or not _of_now(observed.truth.tick, observed.tick):
-            self.true = None
-            return
-        true = true_state(observed)
-        if self._seen == 1:
-            self._moved_m[:2] = unrounded((self._found.base_position - true.base_position)[:2])
-        self.true = true = true._replace(base_position=true.base_position + self._moved_m)
-        self._judged += 1
-        self._last_judged = self._found, true
-        if observed.truth.tick == observed.tick:
-            self._squares += (self._found.base_linear_velocity - true.base_linear_velocity) ** 2
-            self._compared += 1
-
     def summary(self) -> dict[str, object]:
         """Return the estimator's name and its errors; unknown errors are None.
 
@@ -140,22 +116,57 @@ class EstimatedMotion:
         estimator itself expects. ``recorded`` says which motion of the run is recorded: the true
         one, the estimate, or both, if the truth was published for a part of the run.
         """
-        velocity = np.sqrt(self._squares / self._compared).tolist() if self._compared else None
-        judged = self._last_judged
-        place_m, heading_rad = (None, None) if judged is None else apart(*judged)
         return {
             "name": self._name,
+            **self._comparison.errors(),
+            "place_deviation_m": self._estimator.place_deviation_m if self._begun else None,
+            "recorded": TRUTH if self._name == TRUTH else self._comparison.recorded,
+        }
+
+
+class Comparison:
+    """The comparison of estimated motions with true ones, where a simulation publishes these."""
+
+    def __init__(self) -> None:
+        self._squares, self._compared = np.zeros(3), 0
+        # The numbers of observations, and of those with a truth; both motions at the last of these.
+        self._seen = self._judged = 0
+        self._last: tuple[RobotState, RobotState] | None = None
+        self._moved_m = np.zeros(3)
+
+    def with_truth(self, found: RobotState, observed: Observed) -> RobotState | None:
+        """Compare an estimate at an observation; return the true motion, or None if there is none.
+
+        Velocities are compared only at equal ticks. The true place counts from the first
+        observation, as the estimate's does: a served robot may have walked before.
+        """
+        self._seen += 1
+        if observed.truth is None or not _of_now(observed.truth.tick, observed.tick):
+            return None
+        true = true_state(observed)
+        if self._seen == 1:
+            self._moved_m[:2] = unrounded((found.base_position - true.base_position)[:2])
+        true = true._replace(base_position=true.base_position + self._moved_m)
+        self._judged += 1
+        self._last = found, true
+        if observed.truth.tick == observed.tick:
+            self._squares += (found.base_linear_velocity - true.base_linear_velocity) ** 2
+            self._compared += 1
+        return true
+
+    def errors(self) -> dict[str, object]:
+        """Return the errors that `EstimatedMotion.summary` describes; unknown ones are None."""
+        velocity = np.sqrt(self._squares / self._compared).tolist() if self._compared else None
+        place_m, heading_rad = (None, None) if self._last is None else apart(*self._last)
+        return {
             "velocity_error_m_s": velocity,
             "place_error_m": place_m,
             "heading_error_rad": heading_rad,
-            "place_deviation_m": self._estimator.place_deviation_m if self._begun else None,
-            "recorded": self._recorded,
         }
 
     @property
-    def _recorded(self) -> str:
-        if self._name == TRUTH:
-            return TRUTH
+    def recorded(self) -> str:
+        """The motion that a run has recorded: `TRUTH`, `ESTIMATE`, or `BOTH`."""
         if not self._judged:
             return ESTIMATE
         return TRUTH if self._judged == self._seen else BOTH

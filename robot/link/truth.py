@@ -15,7 +15,7 @@ from spikeport.robot.state import RobotState
 
 
 def true_state(observed: Observed) -> RobotState:
-    """Return the motion of the robot; raises RobotLostError if nobody publishes the truth."""
+    """Return the true motion of the robot; raises RobotLostError if nobody publishes it."""
     sensors, truth = observed.sensors, observed.truth
     if truth is None:
         raise RobotLostError(
