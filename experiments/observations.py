@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -84,7 +84,7 @@ def _sound(observed: Sequence[np.ndarray], size_out: int) -> np.ndarray | None:
     return found if is_sound else None
 
 
-def _checked(port: "Port", value: Any, time_s: float) -> np.ndarray:
+def _checked(port: "Port", value: object, time_s: float) -> np.ndarray:
     """Return an observation as an array (size_out,); refuse all but finite real numbers."""
     returned, size = f"{type(port).__name__}.observe() returned", port.size_out
     found = _array(value)

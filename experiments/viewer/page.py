@@ -2,7 +2,7 @@
 
 import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,7 +70,7 @@ def _row(row: Row) -> dict[str, Any]:
     }
 
 
-def _finite(values: np.ndarray, end: Any) -> float:
+def _finite(values: np.ndarray, end: Callable[[np.ndarray], float]) -> float:
     finite = values[np.isfinite(values)]
     return float(end(finite)) if finite.size else 0.0
 
