@@ -28,7 +28,7 @@ from spikeport.experiments.pictures import (
     write_video,
 )
 from spikeport.experiments.run_folder import Result
-from spikeport.experiments.trial import Closed, Rig, Trial
+from spikeport.experiments.trial import ClosedLoop, Rig, Trial
 from spikeport.plots import plain, rendered
 from spikeport.robot.plant import Plant
 from spikeport.simulator import Simulator
@@ -44,7 +44,7 @@ PROGRESS_STEPS = 50
 class Ready(NamedTuple, Generic[K]):
     """A closed loop in a simulator, for all trials that need the same network."""
 
-    closed: Closed[K]
+    closed: ClosedLoop[K]
     sim: Simulator
 
     def close(self) -> None:
@@ -128,7 +128,7 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
     UsageError
         If the trial asks for something that cannot be done.
     """
-    closed = trial.close(trial.plant())
+    closed = trial.close_loop(trial.plant())
     return Ready(closed, simulator(closed.network, trial.options))
 
 

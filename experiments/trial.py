@@ -93,7 +93,7 @@ K = TypeVar("K", bound=Rig)
 
 
 @dataclass(frozen=True)
-class Closed(Generic[K]):
+class ClosedLoop(Generic[K]):
     """A controller and a robot in one network.
 
     Attributes
@@ -226,7 +226,7 @@ class Trial(ABC, Generic[K, R]):
             )
 
     @abstractmethod
-    def close(self, plant: Plant) -> Closed[K]:
+    def close_loop(self, plant: Plant) -> ClosedLoop[K]:
         """Build the controller, in closed loop with a robot.
 
         Raises
@@ -241,12 +241,12 @@ class Trial(ABC, Generic[K, R]):
 
     def network(self) -> nengo.Network:
         """Return the network to compile; its image is the same as in a run."""
-        closed = self.close(self.plant())
+        closed = self.close_loop(self.plant())
         self.begin(closed.rig)
         return closed.network
 
     @abstractmethod
-    def record(self, closed: Closed[K], sim: Simulator, wall_s: float) -> R:
+    def record(self, closed: ClosedLoop[K], sim: Simulator, wall_s: float) -> R:
         """Return the record of a run that took ``wall_s`` of wall-clock time."""
 
     @abstractmethod

@@ -20,7 +20,7 @@ from spikeport.experiments.arm.region import Rehearsal, record_region
 from spikeport.experiments.arm.settings import OF_NEURONS, ArmSettings
 from spikeport.experiments.calibration import DecoderCalibration, Refitted, load, no_neurons
 from spikeport.experiments.pictures import Marks, Scenes
-from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, Closed, Trial
+from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, ClosedLoop, Trial
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.arm import ArmNetwork, analytic_arm, arm
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -170,7 +170,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
 
     # the run
 
-    def close(self, plant: Plant) -> Closed[ArmRig]:
+    def close_loop(self, plant: Plant) -> ClosedLoop[ArmRig]:
         """Build the controller in closed loop with the arm.
 
         Raises
@@ -185,7 +185,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         with nengo.Network(label=self.name, seed=self.settings.network_seed) as network:
             network.add(built)
             rig.loop.connect([built.state, built.target], [built.torque])
-        return Closed(network, rig, built.rasters)
+        return ClosedLoop(network, rig, built.rasters)
 
     def network(self) -> nengo.Network:
         """Return the spiking controller, without the robot."""
@@ -199,7 +199,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         """Put the arm into its posture at rest, and begin the task."""
         rig.begin(self.options.seed, self.task)
 
-    def record(self, closed: Closed[ArmRig], sim: Simulator, wall_s: float) -> ArmRun:
+    def record(self, closed: ClosedLoop[ArmRig], sim: Simulator, wall_s: float) -> ArmRun:
         """Return the recording, with the torques of the exact law at the same states."""
         recording = closed.rig.port.recording()
         return ArmRun(

@@ -32,7 +32,7 @@ from spikeport.experiments.switch.picture import middles, switch_captions, switc
 from spikeport.experiments.switch.recording import SwitchRun, dataset
 from spikeport.experiments.switch.rehearsal import ExactControllers, Rehearsals, Rehearsed
 from spikeport.experiments.switch.settings import SwitchSettings
-from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, Closed, Trial
+from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, ClosedLoop, Trial
 from spikeport.experiments.walk.gait import encoding
 from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.experiments.walk.path_file import path_files
@@ -177,7 +177,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
 
     # the run
 
-    def close(self, plant: Plant) -> Closed[HumanoidRig]:
+    def close_loop(self, plant: Plant) -> ClosedLoop[HumanoidRig]:
         """Build the humanoid in closed loop with the robot.
 
         Raises
@@ -199,13 +199,13 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             network.add(controller)
             _connect(controller, rig)
             probes = {GATES: nengo.Probe(controller.gates), **_probes(controller)}
-        return Closed(network, rig, probes)
+        return ClosedLoop(network, rig, probes)
 
     def begin(self, rig: HumanoidRig) -> None:
         """Put the robot where the first phase begins."""
         rig.begin(self.options.seed, self.goals(self.options.seed))
 
-    def record(self, closed: Closed[HumanoidRig], sim: Simulator, wall_s: float) -> SwitchRun:
+    def record(self, closed: ClosedLoop[HumanoidRig], sim: Simulator, wall_s: float) -> SwitchRun:
         """Return the recordings, up to a fall, with gates and spikes of the basal ganglia."""
         rig, work = closed.rig, closed.rig.gate.recording()
         return SwitchRun(

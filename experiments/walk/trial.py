@@ -22,7 +22,7 @@ from spikeport.experiments.policy.readout import (
 )
 from spikeport.experiments.policy.settings import EXACT, GAITS, OF_NEURONS, SPIKING
 from spikeport.experiments.run_folder import Result
-from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, Closed, Trial, needs
+from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, ClosedLoop, Trial, needs
 from spikeport.experiments.walk.approach import TURN_FIRST, TurnFirst
 from spikeport.experiments.walk.controller import (
     analytic_policy,
@@ -128,7 +128,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         gait, layers = self._gait(exact), exact.layers
         return refitted(self, layers, record_ranges(layers, gait), gait, self._walks)
 
-    def close(self, plant: Plant) -> Closed[WalkRig]:
+    def close_loop(self, plant: Plant) -> ClosedLoop[WalkRig]:
         """Build follower and policy in closed loop with the robot.
 
         Raises
@@ -155,7 +155,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
                 [controller.observation, controller.reference, controller.state],
                 [controller.action, controller.command],
             )
-        return Closed(network, rig, {f"neuron {i}": probe for i, probe in enumerate(spikes)})
+        return ClosedLoop(network, rig, {f"neuron {i}": probe for i, probe in enumerate(spikes)})
 
     def _approach(self) -> TurnFirst | None:
         return TurnFirst() if self.settings.law == TURN_FIRST else None
@@ -199,7 +199,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """Put the robot where the path begins."""
         rig.begin(self.options.seed, self.path())
 
-    def record(self, closed: Closed[WalkRig], sim: Simulator, wall_s: float) -> WalkRun:
+    def record(self, closed: ClosedLoop[WalkRig], sim: Simulator, wall_s: float) -> WalkRun:
         """Return the recording, up to a fall, with the spikes that are kept."""
         walk, kept = closed.rig.walk, [sim.data[probe] != 0 for probe in closed.probes.values()]
         return WalkRun(
