@@ -14,11 +14,9 @@ from spikeport.commands.checks import (
     seeds_from,
 )
 from spikeport.commands.console import Console, Table
-from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
-from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_written
-from spikeport.commands.sweep import check_workers
+from spikeport.commands.sweep import check_workers, print_failures, run_points
 from spikeport.constants import MOST_POINTS
 from spikeport.counted import counted
 from spikeport.errors import UsageError, unknown
@@ -26,7 +24,6 @@ from spikeport.experiments import registry
 from spikeport.experiments.evaluate.comparison import KIND
 from spikeport.experiments.options import WITHOUT_NEURONS
 from spikeport.experiments.run_folder import write_figure, write_result
-from spikeport.experiments.sweep import run as execution
 from spikeport.experiments.sweep.folder import SweepFolder, opened
 from spikeport.experiments.sweep.inputs import with_inputs
 from spikeport.key_values import SettingValue
@@ -62,22 +59,12 @@ def run(request: EvaluateRequest) -> int:
     if request.experiment != EXPERIMENT:
         raise unknown("experiment to evaluate", request.experiment, (EXPERIMENT,))
     episode = registry.imported("an evaluation", "spikeport.experiments.evaluate.episode")
-    evaluation, workers = planned(request), request.workers
-    check_workers(workers)
+    evaluation, run_episode = planned(request), episode.EpisodeRun.new()
+    check_workers(request.workers)
     with opened(request.out, evaluation) as folder:
-        with resumable(folder.path, "episodes"), progress_bar() as progress:
-            failures = execution.run(
-                evaluation.points(),
-                episode.EpisodeRun.new(),
-                folder,
-                workers.scheduler,
-                workers.n_processes,
-                progress,
-                counted="episodes",
-            )
+        failures = run_points(evaluation, run_episode, folder, request.workers, "episodes")
         _write(evaluation, folder)
-    for point, reason in failures:
-        Console(soft_wrap=True, highlight=False).print(f"failed: {point.name}: {reason}")
+    print_failures(Console(soft_wrap=True, highlight=False), failures)
     return int(bool(failures))
 
 

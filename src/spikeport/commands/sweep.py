@@ -17,9 +17,11 @@ from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
 from spikeport.experiments.run_folder import write_figure
 from spikeport.experiments.sweep import run as execution
-from spikeport.experiments.sweep.folder import opened
+from spikeport.experiments.sweep.folder import SweepFolder, opened
 from spikeport.experiments.sweep.inputs import with_inputs
-from spikeport.experiments.sweep.plan import BACKEND, Point, Sweep
+from spikeport.experiments.sweep.plan import BACKEND, Sweep
+from spikeport.experiments.sweep.run import Failure
+from spikeport.experiments.sweep.workers import Run
 from spikeport.key_values import SettingValue
 from spikeport.plots import rendered
 
@@ -50,18 +52,9 @@ def run(request: SweepRequest) -> int:
     point, tables, drawing = (
         registry.imported("a sweep", module) for module in (POINT, TABLE, request.figure)
     )
-    workers = request.workers
-    check_workers(workers)
+    check_workers(request.workers)
     with opened(request.out, sweep) as folder:
-        with resumable(folder.path, "points"), progress_bar() as progress:
-            failures = execution.run(
-                sweep.points(),
-                point.PointRun.new(),
-                folder,
-                workers.scheduler,
-                workers.n_processes,
-                progress,
-            )
+        failures = run_points(sweep, point.PointRun.new(), folder, request.workers, "points")
         if any(map(folder.holds, sweep.points())):
             table = tables.table(sweep, folder)
             tables.write_table(folder, table)
@@ -86,6 +79,28 @@ def check_workers(workers: Workers) -> None:
             "it, and on this machine as you; only the cluster's own security protects it. "
             "tls://... asks both sides for certificates.",
         )
+
+
+def run_points(
+    sweep: Sweep, run_point: Run, folder: SweepFolder, workers: Workers, parts: str
+) -> list[Failure]:
+    """Run the points that a folder lacks, called ``parts`` in messages, and return the failed."""
+    with resumable(folder.path, parts), progress_bar() as progress:
+        return execution.run(
+            sweep.points(),
+            run_point,
+            folder,
+            workers.scheduler,
+            workers.n_processes,
+            progress,
+            parts,
+        )
+
+
+def print_failures(console: Console, failures: Iterable[Failure]) -> None:
+    """Print the points that failed, with the reasons."""
+    for point, reason in failures:
+        console.print(f"failed: {point.name}: {reason}")
 
 
 def planned(request: SweepRequest) -> Sweep:
@@ -164,9 +179,8 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
         trial.check()
 
 
-def _show(folder: Path, n_points: int, failures: Sequence[tuple[Point, str]]) -> None:
+def _show(folder: Path, n_points: int, failures: Sequence[Failure]) -> None:
     console = Console(soft_wrap=True, highlight=False)
-    for point, reason in failures:
-        console.print(f"failed: {point.name}: {reason}")
+    print_failures(console, failures)
     console.print(f"{n_points - len(failures)} of {n_points} points finished")
     print_written(console, folder)

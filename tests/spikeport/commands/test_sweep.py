@@ -26,7 +26,7 @@ START_S = 120
 def counted(monkeypatch):
     """Run points whose ``reaches`` are their size, without work; points of size 30 fail."""
 
-    def run(points, _run_point, folder, _scheduler, _n_workers, _progress):
+    def run(points, _run_point, folder, _scheduler, _n_workers, _progress, _counted):
         for point in points:
             if point.place["m1"] != 30:
                 finish(folder, point, reaches=point.place["m1"])
@@ -40,7 +40,7 @@ def counted(monkeypatch):
 def counted_walks(monkeypatch):
     """Run walks whose metric is their seed, without work."""
 
-    def run(points, _run_point, folder, _scheduler, _n_workers, _progress):
+    def run(points, _run_point, folder, _scheduler, _n_workers, _progress, _counted):
         for point in points:
             finish(folder, point, falls=point.place["seed"])
         return []
