@@ -19,7 +19,7 @@ import numpy as np
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
 from spikeport.experiments.clocks import PlantClock, SimulatorClock, controller_steps
-from spikeport.experiments.observations import commands, joined
+from spikeport.experiments.port_values import commands, joined
 from spikeport.node_functions import NO_INPUT, Skippable
 from spikeport.reading.mismatch import shown
 

@@ -16,7 +16,7 @@ NUMBERS = "biuf"
 """NumPy's kinds of real numbers, with bools as 0 and 1."""
 
 
-def commands(values: Any, size_in: int) -> np.ndarray:
+def commands(values: object, size_in: int) -> np.ndarray:
     """Return a copy of a controller's values, ``(size_in,)``, of which ports may keep parts.
 
     Raises

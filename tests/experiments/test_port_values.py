@@ -5,7 +5,7 @@ import pytest
 
 from spikeport.errors import DivergedError, UsageError
 from spikeport.experiments.loop import Port
-from spikeport.experiments.observations import joined
+from spikeport.experiments.port_values import joined
 
 
 class Odd(Port):
