@@ -23,6 +23,7 @@ from typing import IO, Any, NamedTuple, TypeAlias
 import numpy as np
 from threadpoolctl import threadpool_info  # type: ignore[import-untyped]
 
+from spikeport import __version__
 from spikeport.atomic import PART, atomic_path
 from spikeport.digest import digest_of
 from spikeport.errors import UsageError
@@ -281,4 +282,4 @@ def own_version() -> str:
         if name.endswith(OURS) and not name.startswith(".")
     ]
     code = {str(file.relative_to(ours)): file.read_bytes() for file in files}
-    return f"{version_of('spikeport')}+{digest_of(code)[:12]}"
+    return f"{__version__}+{digest_of(code)[:12]}"

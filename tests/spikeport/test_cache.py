@@ -101,6 +101,13 @@ def test_spikeports_version_covers_its_code_chips_and_robots(monkeypatch):
         assert cache.own_version.__wrapped__() != before, name
 
 
+def test_spikeport_has_a_version_where_it_is_not_installed(monkeypatch):
+    """It may run from its folder alone, by PYTHONPATH."""
+    before = cache.own_version()
+    monkeypatch.setattr(cache, "version_of", lambda _name: None)
+    assert cache.own_version.__wrapped__() == before
+
+
 def test_surroundings_cover_spikeports_version(monkeypatch):
     before = cache.surroundings()
     monkeypatch.setattr(cache, "own_version", lambda: "0.2.0+changed")
