@@ -51,7 +51,7 @@ class Parts:
         whole = self._whole(one)
         if whole is one:
             return None if one.base is None else self._of_owner(one)
-        offset = _address(one) - _address(whole)
+        offset = one.ctypes.data - whole.ctypes.data
         return _view, (whole, one.shape, one.dtype, offset, one.strides)
 
     def _whole(self, one: np.ndarray) -> np.ndarray:
@@ -75,11 +75,6 @@ class Parts:
             if find is not None and find(one.id) is one:
                 return _accessed, (owner, find.__name__, one.id)
         return None
-
-
-def _address(array: np.ndarray) -> int:
-    address: int = array.__array_interface__["data"][0]
-    return address
 
 
 def _view(

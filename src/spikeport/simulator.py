@@ -181,7 +181,7 @@ class Simulator:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._close(stacklevel=3)
+        self._close()
 
     @property
     def image(self) -> ChipImage | None:
@@ -328,23 +328,23 @@ class Simulator:
             raise SimulatorClosed("Cannot reset closed Simulator.")
         _check_seed(seed)
         # If the chip cannot be opened again, the simulator stays closed, with its data.
-        self._close(stacklevel=3)
+        self._close()
         self.seed = self.seed if seed is None else seed
         self._start(self.compilation)
         self.closed = False
 
     def close(self) -> None:
         """Free the simulation's resources; recorded data stays readable."""
-        self._close(stacklevel=3)
+        self._close()
 
-    def _close(self, stacklevel: int) -> None:
-        """Close; warnings name the caller's line, ``stacklevel`` calls up, as `warnings.warn`."""
+    def _close(self) -> None:
+        """Close for a method that a user calls: warnings name the line of the user's."""
         if not self.closed:
             self.closed = True
             self.data.freeze()
             self._execution.close()
             for line in hint_lines(self._lost_values()):
-                warnings.warn(line, stacklevel=stacklevel)
+                warnings.warn(line, stacklevel=3)
 
     def _lost_values(self) -> list[Violation]:
         """Return the hints on values that read-outs and inputs lost, if any."""

@@ -35,8 +35,9 @@ def prepare() -> None:
     _open_closed()
     # An embedding program's or a test's stream stays: only those of Python itself are replaced.
     if sys.stderr is sys.__stderr__:
+        encoding = None if sys.stderr is None else sys.stderr.encoding
         raw = io.BufferedWriter(_Unfailing(2, "w", closefd=False))
-        sys.stderr = io.TextIOWrapper(raw, _encoding(), ERRORS, line_buffering=True)
+        sys.stderr = io.TextIOWrapper(raw, encoding, ERRORS, line_buffering=True)
     if sys.stdout is None:
         sys.stdout = open(1, "w", closefd=False)  # noqa: SIM115
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -44,10 +45,6 @@ def prepare() -> None:
     # A terminal without a size has 0 columns, in which rich would print nothing.
     if os.environ.get("COLUMNS") == "0":
         del os.environ["COLUMNS"]
-
-
-def _encoding() -> str | None:
-    return None if sys.__stderr__ is None else sys.__stderr__.encoding
 
 
 def _open_closed() -> None:
