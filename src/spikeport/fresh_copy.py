@@ -32,6 +32,11 @@ def fresh_copy(network: nengo.Network) -> nengo.Network:
     The network is not built again, since its weights would differ wherever a user's random numbers
     have no seed. A network without functions is returned itself. If variables cannot be copied,
     such as a lock or an open file, functions are shared, and a warning says so.
+
+    Raises
+    ------
+    UsageError
+        If the plant of a loop, or one of its ports, cannot be copied: a loop has one simulator.
     """
     if not _calls(network):
         return network
@@ -45,7 +50,7 @@ def fresh_copy(network: nengo.Network) -> nengo.Network:
                 f"the plant or a port of the network cannot be copied ({error}), and float Nengo, "
                 "with which the run is compared, needs a plant of its own; cure: leave out what "
                 "cannot be copied, such as a lock, a viewer or an open file, or do not compare: "
-                "simulate --no-float"
+                "simulate --no-float, or compile without --loss"
             ) from error
         warnings.warn(
             f"the network's functions cannot be copied ({error}): in float Nengo their "

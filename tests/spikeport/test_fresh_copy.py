@@ -172,7 +172,7 @@ def test_a_plant_that_cannot_be_copied_is_refused() -> None:
         "the plant or a port of the network cannot be copied (cannot pickle '_thread.lock' object),"
         " and float Nengo, with which the run is compared, needs a plant of its own; cure: leave "
         "out what cannot be copied, such as a lock, a viewer or an open file, or do not compare: "
-        "simulate --no-float"
+        "simulate --no-float, or compile without --loss"
     )
     network.nodes[0].output.needed = None
     assert fresh_copy(network) is not network
