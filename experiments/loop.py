@@ -296,6 +296,7 @@ def _check_plant(plant: object) -> None:
         )
     for name in ("dt_s", "time_s"):
         _check_no_method(plant, name, "a number, in s")
+    _check_no_method(plant, "has_own_clock", "True or False")
 
 
 def _check_no_method(owner: object, name: str, expected: str) -> None:

@@ -321,11 +321,18 @@ def test_a_plant_without_time_or_steps_is_refused():
     assert "object has no dt_s and no time_s and no step; cure: a plant as" in message
 
 
-@pytest.mark.parametrize("name", ["dt_s", "time_s"])
-def test_a_plant_with_a_method_in_place_of_a_number_is_refused(name):
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("dt_s", "a number, in s"),
+        ("time_s", "a number, in s"),
+        ("has_own_clock", "True or False"),  # a method counts as true: no step would be checked
+    ],
+)
+def test_a_plant_with_a_method_in_place_of_a_value_is_refused(name, expected):
     plant = type("Timed", (), {"dt_s": 0.001, "time_s": 0.0, "step": None} | {name: lambda _: 1.0})
     assert refusal(Loop, plant(), [unlike()]) == (
-        f"Loop(plant, ports): Timed.{name} is a method, expected a number, in s; "
+        f"Loop(plant, ports): Timed.{name} is a method, expected {expected}; "
         "cure: write @property above it"
     )
 
