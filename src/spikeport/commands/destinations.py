@@ -33,11 +33,17 @@ class Destinations:
     html: Path | None = None
 
     def check(self, *reads: Path) -> None:
-        """Raise UsageError, before the work, for an output that is not writable, or an input."""
+        """Raise UsageError, before the work, for an output that is not writable, or an input.
+
+        Also for a folder that another process writes into at the moment, as a run of hours.
+        """
         if self.out is not None and self.out.exists() and not self.out.is_dir():
             raise UsageError(f"--out {self.out}: is a file; choose a folder")
         if self.out is not None:
             check_folder("--out", self.out, self.out)
+            if self.out.exists():
+                with self.alone():
+                    pass
         for name, path in (("json", self.json), ("html", self.html)):
             if path is not None:
                 check_output(f"--{name}", path, *reads, suffix=f".{name}")

@@ -35,6 +35,13 @@ def test_a_folder_that_another_command_writes_into_is_left_alone(spikeport, net_
     assert spikeport("compile", f"{net_py}:make", "--out", out).code == 0
 
 
+def test_a_folder_that_another_process_writes_into_is_refused_before_the_work(tmp_path):
+    to = Destinations(out=tmp_path / "out", json=None)
+    with to.alone(), pytest.raises(UsageError, match="another process writes into it"):
+        to.check()
+    to.check()
+
+
 @pytest.mark.parametrize("option", ["out", "json"])
 def test_a_folder_that_cannot_be_written_into_is_refused_before_the_work(
     tmp_path, monkeypatch, option
