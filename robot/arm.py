@@ -82,7 +82,9 @@ class ArmDynamics:
             mujoco.mj_fullM(self._model, self._data, inertia[i])
             # At rest the bias force is gravity alone.
             mujoco.mj_rne(self._model, self._data, 0, bias[i])
-        J, M = jacobian[..., self._dof], inertia[:, self._dof[:, None], self._dof]
+        # Contiguous, so that products round alike for one posture and for many.
+        J = np.ascontiguousarray(jacobian[..., self._dof])
+        M = np.ascontiguousarray(inertia[:, self._dof[:, None], self._dof])
         return H1ArmTerms(position, J, M, _task_inertia(J, M), bias[:, self._dof])
 
     def _place(self, posture: np.ndarray) -> None:

@@ -14,7 +14,7 @@ from spikeport.cache import Arrays
 from spikeport.errors import UsageError
 from spikeport.experiments.arm.reach_task import rehearsals
 from spikeport.experiments.arm.recording import ArmRecording
-from spikeport.experiments.arm.region import exact_run
+from spikeport.experiments.arm.region import exact_runs
 from spikeport.experiments.policy.calibration import Policy, Walks
 from spikeport.experiments.switch.gate import HumanoidRig
 from spikeport.experiments.switch.goals import BOX, Goal
@@ -128,7 +128,7 @@ class Rehearsals:
         """
         if not any(goal.phase.arm == "reach" for goal in self.goals(SEEDS[0])):
             return []
-        return [exact_run(self.exact.law, rehearsal) for rehearsal in rehearsals(BOX)]
+        return exact_runs(self.exact.law, rehearsals(BOX))
 
     def _strokes(self) -> list[np.ndarray]:
         """Return the templates (n, 3) of drawings, if the torso is held upright as they are."""

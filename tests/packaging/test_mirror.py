@@ -25,7 +25,6 @@ TYPES = {
 """Modules that only declare: protocols, bases, types, constants, an import."""
 
 IN_RUNS = {
-    "experiments/arm/region.py",
     "experiments/arm/settings.py",
     "experiments/arm/trial.py",
     "experiments/driver.py",

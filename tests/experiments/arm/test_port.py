@@ -166,12 +166,6 @@ def test_every_target_of_the_box_lies_in_the_region(region):
     assert GridTour(box).seconds > 30
 
 
-@pytest.mark.slow
-def test_the_region_is_the_same_every_time(law, region):
-    again = record_region(law, rehearsals(BOXES["small"]))
-    assert np.array_equal(again.q_samples, region.q_samples)
-
-
 def test_the_error_of_an_unknown_appearance_lists_the_appearances():
     with pytest.raises(UsageError) as caught:
         ReachTrial(ReachSettings(appearance="chrome"), Options(1.0)).plant()
