@@ -354,7 +354,7 @@ def analytic_arm(law: OperationalSpaceLaw) -> ArmNetwork:
     with net:
         net.state = nengo.Node(size_in=STATE_SIZE, label="state")
         net.target = nengo.Node(size_in=3, label="target")
-        exact = nengo.Node(_exact(law), size_in=STATE_SIZE + 3, size_out=4, label="law")
+        exact = nengo.Node(Held(_exact(law)), size_in=STATE_SIZE + 3, size_out=4, label="law")
         net.torque = nengo.Node(size_in=4, label="torque")
         nengo.Connection(net.state, exact[:STATE_SIZE], synapse=None)
         nengo.Connection(net.target, exact[STATE_SIZE:], synapse=None)
@@ -363,8 +363,8 @@ def analytic_arm(law: OperationalSpaceLaw) -> ArmNetwork:
     return net
 
 
-def _exact(law: OperationalSpaceLaw) -> Callable[[float, np.ndarray], np.ndarray]:
-    def torque(_t: float, values: np.ndarray) -> np.ndarray:
+def _exact(law: OperationalSpaceLaw) -> Callable[[np.ndarray], np.ndarray]:
+    def torque(values: np.ndarray) -> np.ndarray:
         q, dq, x, target = values[:4], values[4:8], values[8:11], values[11:]
         return law.torque(q, dq, target - x)
 
