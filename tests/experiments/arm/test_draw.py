@@ -4,6 +4,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
+from spikeport.cache import NOTHING, Cache
 from spikeport.errors import MissingExtraError, UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.arm import digit_reader, draw
@@ -12,9 +13,15 @@ from spikeport.experiments.options import Options
 FILES = ["figure.png", "probes.nc", "result.json"]
 
 
-def run(folder, seconds=12.0, backend="analytic", **settings):
-    options = Options(seconds, backend=backend)
+def run(folder, seconds=12.0, backend="analytic", cache=NOTHING, **settings):
+    options = Options(seconds, backend=backend, cache=cache)
     return driver.run(draw.DrawTrial(draw.DrawSettings(**settings), options), folder).result
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """Return a cache: all digits are rehearsed together, and drawn by the same network."""
+    return Cache(tmp_path_factory.mktemp("kept"))
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +46,8 @@ def test_the_exact_law_draws_every_digit(tmp_path, digit):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("digit", range(10))
-def test_the_lean_controller_draws_every_digit_on_the_chip(tmp_path, digit):
-    metrics = run(tmp_path, backend="native", digit=digit)["metrics"]
+def test_the_lean_controller_draws_every_digit_on_the_chip(tmp_path, kept, digit):
+    metrics = run(tmp_path, backend="native", cache=kept, digit=digit)["metrics"]
     assert metrics["shape_error_rms_m"] <= 0.005
     assert metrics["recognised_as"] == digit
     assert metrics["readout_spikes"] == metrics["joint_limit_steps"] == 0
