@@ -5,6 +5,7 @@ import json
 import pytest
 import xarray as xr
 
+from spikeport import cache
 from spikeport.experiments import driver
 from spikeport.experiments.switch import rehearsal
 from spikeport.experiments.walk import gait
@@ -35,6 +36,17 @@ def small(monkeypatch, spikeport, short, short_gait, tmp_path):
     return command
 
 
+@pytest.fixture(scope="module")
+def folder_of_cache(tmp_path_factory):
+    return tmp_path_factory.mktemp("kept")
+
+
+@pytest.fixture
+def kept(monkeypatch, folder_of_cache):
+    """Keep rehearsals and compiles for the tests of this file that need none of their own."""
+    monkeypatch.setenv(cache.FOLDER, str(folder_of_cache))
+
+
 def result(folder):
     found = json.loads((folder / "result.json").read_text())
     del found["metrics"]["real_time_factor"]
@@ -61,6 +73,7 @@ def test_a_calibration_is_made_once_and_used_again(small, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("kept")
 def test_conversions_give_humanoids_of_different_images_whose_readouts_do_not_spike(
     small, tmp_path
 ):
@@ -74,6 +87,7 @@ def test_conversions_give_humanoids_of_different_images_whose_readouts_do_not_sp
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("kept")
 def test_the_emulator_does_what_the_native_backend_does(small, tmp_path):
     for backend in ("native", "nengo-loihi"):
         assert small("run", backend, backend=backend)[0] == 0
@@ -83,6 +97,7 @@ def test_the_emulator_does_what_the_native_backend_does(small, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("kept")
 def test_a_board_does_what_the_native_backend_does(small, tmp_path):
     folders = [tmp_path / backend for backend in ("native", "board")]
     for folder in folders:
@@ -96,6 +111,7 @@ def test_a_board_does_what_the_native_backend_does(small, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("kept")
 def test_a_humanoid_runs_in_float(small, tmp_path):
     assert small("run", "run", backend="reference")[0] == 0
     found = result(tmp_path / "run")
