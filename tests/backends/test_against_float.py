@@ -33,6 +33,7 @@ def channel(source: object, **options: object) -> nengo.Network:
     return network
 
 
+@pytest.mark.slow
 def test_values_are_near_those_of_float_nengo() -> None:
     assert 0.001 < found(channel([0.7])) < 0.2
     assert 0.001 < found(channel([0.7]), pipeline="compact") < 0.2

@@ -17,6 +17,7 @@ from tests.helpers.event_files import camera_network, process_of, random_events,
 STEPS = 200
 
 
+@pytest.mark.slow
 def test_an_image_from_disk_runs_like_a_fresh_one(loop: nengo.Network, tmp_path: Path) -> None:
     compilation = compile_network(loop)
     compilation.image.save(tmp_path / "image")
@@ -65,6 +66,7 @@ def settled(closed: bool) -> float:
         return float(simulator.data[probe][-200:].mean())
 
 
+@pytest.mark.slow
 def test_feedback_through_the_host_closes_the_loop() -> None:
     # x = 0.5 - x settles at 0.25.
     assert settled(closed=False) == pytest.approx(0.5, abs=0.05)
@@ -106,6 +108,7 @@ def test_the_chip_sees_the_spikes_of_the_host_one_step_later() -> None:
     assert seen.tolist() == (sent + 1).tolist()
 
 
+@pytest.mark.slow
 def test_recorded_data_can_be_read_while_running_and_after_closing(loop: nengo.Network) -> None:
     probe = loop.all_probes[0]
     with spikeport.Simulator(loop, backend="nengo-loihi", seed=1) as simulator:

@@ -83,6 +83,7 @@ def ran(network, store, pipeline=None, resets=False):
         return type(sim.compilation), data, built, sim.report()
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 @pytest.mark.parametrize("make", [mixed, on_host, learning])
@@ -130,6 +131,7 @@ def test_the_same_network_object_is_compiled_once(kept, pipeline):
     assert len(kept.entries()) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_networks_that_share_functions_differently_run_their_own_functions(kept):
     def up(_):
@@ -144,6 +146,7 @@ def test_networks_that_share_functions_differently_run_their_own_functions(kept)
             np.testing.assert_array_equal(one, other)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_every_change_that_affects_the_compilation_misses_the_cache(kept, monkeypatch):
     def is_kept(network, **options):

@@ -104,6 +104,7 @@ def measured() -> MeasuredLoss:
     return measured_of(feedforward())
 
 
+@pytest.mark.slow
 def test_shares_sum_to_one_in_falling_order(measured: MeasuredLoss) -> None:
     shares = [part.share for part in measured.loss.parts]
     assert sum(shares) == pytest.approx(1)
@@ -138,6 +139,7 @@ def test_causes_have_names_of_their_own() -> None:
     assert len(set(found)) == len(found)
 
 
+@pytest.mark.slow
 def test_the_network_error_includes_delays_of_relays_and_filters(measured: MeasuredLoss) -> None:
     """Beside rounding, relays and filters add delays that float Nengo does not have."""
     assert measured.loss.output_error < measured.loss.network_error < 0.6
@@ -166,6 +168,7 @@ def test_weights_that_are_rounded_more_cost_more() -> None:
     assert errors[0] < 0.05 < errors[1]
 
 
+@pytest.mark.slow
 def test_inputs_that_lose_spikes_are_saturated() -> None:
     with nengo.Network(seed=1) as network:
         ensemble = nengo.Ensemble(20, 1, label="a")
@@ -189,6 +192,7 @@ def test_host_neurons_that_spike_more_than_once_are_not_saturated_inputs() -> No
     assert measured_of(network, 0.2).loss.saturated_inputs == {}
 
 
+@pytest.mark.slow
 def test_a_run_with_folded_steps_has_the_same_energy_and_times(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -206,6 +210,7 @@ def test_a_run_with_folded_steps_has_the_same_energy_and_times(
         assert folded["timing"][name]["worst"]["value"] == pytest.approx(times["worst"]["value"])
 
 
+@pytest.mark.slow
 def test_the_loss_is_the_same_every_time(measured: MeasuredLoss) -> None:
     again = measured_of(feedforward()).loss
     assert replace(again, network_error=None) == replace(measured.loss, network_error=None)

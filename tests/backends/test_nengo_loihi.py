@@ -199,6 +199,7 @@ def single_precision() -> Iterator[None]:
     nengo.rc.set("precision", "bits", "64")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("single_precision")
 @pytest.mark.parametrize("make", [split_relu_with_loops, learning], ids=["loops", "learning"])
 @pytest.mark.parametrize("backend", ["native", "nengo-loihi"])
@@ -210,6 +211,7 @@ def test_probes_with_a_host_in_single_precision_equal_nengo_loihis(
         assert np.ptp(theirs) > 0
 
 
+@pytest.mark.slow
 def test_noise_on_the_chip_equals_nengo_loihis(
     nengo_loihi_simulator: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:

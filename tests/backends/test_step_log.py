@@ -70,6 +70,7 @@ def test_a_report_is_the_same_with_folded_steps(network, monkeypatch):
         assert found["mean"]["value"] == pytest.approx(wanted["mean"]["value"], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_long_run_takes_no_more_memory_than_a_short_one(network, kept_steps):
     image = spikeport.compile_network(network).image
     chip = NativeChip(image, seed=0, log=LogOptions(chips.get("loihi")))

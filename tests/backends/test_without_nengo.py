@@ -50,6 +50,7 @@ def expected(image: ChipImage) -> list[list[int]]:
     return [chip.step(sources, {})[0].tolist() for sources in spikes]
 
 
+@pytest.mark.slow
 def test_running_an_image_imports_no_nengo(image: ChipImage, tmp_path: Path) -> None:
     image.save(tmp_path / "image.npz")
     command = [sys.executable, "-c", PROGRAM, str(tmp_path / "image.npz")]

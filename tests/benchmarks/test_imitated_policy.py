@@ -32,6 +32,7 @@ def test_training_brings_the_policy_nearer_to_the_shipped_one(made):
     assert last < 0.5 * min(rounds)
 
 
+@pytest.mark.slow
 def test_the_policy_has_the_shape_and_the_unused_joints_of_the_shipped_one(made):
     policy, shipped = made[0], load()
     assert [W.shape for W in policy.weights] == [W.shape for W in shipped.weights]

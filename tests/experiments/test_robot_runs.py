@@ -207,6 +207,7 @@ def test_a_robot_is_closed_before_its_last_states_are_written(
     assert order == ["left", "2 states"]
 
 
+@pytest.mark.slow
 def test_a_robot_is_left_in_damping_before_its_run_is_recorded(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -228,6 +229,7 @@ def test_a_robot_is_left_in_damping_before_its_run_is_recorded(
     assert order == ["left", "recorded"]
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_if_no_new_state_comes_in_its_first_step(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

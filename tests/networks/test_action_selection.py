@@ -97,6 +97,7 @@ def test_the_humanoids_selection_works_between_close_utilities(seed):
     assert switched_ms(selected(sim, network, 2)).max() < 45
 
 
+@pytest.mark.slow
 def test_a_selection_works_in_float():
     network = nengo.Network(seed=0)
     sim = shown(network, 3, "reference", None)
@@ -124,6 +125,7 @@ def drive(ensemble: nengo.Ensemble, spikes: np.ndarray) -> np.ndarray:
     return rates.sum(axis=1) / slopes.sum(axis=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("utilities", [(0.8, 0.4), (0.8, 0.6, 0.2), (0.9, 0.5, 0.5, 0.5)])
 def test_the_basal_ganglia_compute_what_nengo_spas_do(utilities):
     """Within 0.06, the error of 100 decoded LIF neurons whose two constants stay distinct."""
@@ -143,6 +145,7 @@ def test_the_basal_ganglia_compute_what_nengo_spas_do(utilities):
     assert drive(gpi, sim.data[spikes][100:]) == pytest.approx(expected, abs=0.06)
 
 
+@pytest.mark.slow
 def test_nengo_spas_own_network_has_the_same_interface():
     with nengo.Network(seed=0) as network:
         selection = spa_action_selection(3)

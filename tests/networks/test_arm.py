@@ -48,6 +48,7 @@ def of_label(net, label):
 # structure
 
 
+@pytest.mark.slow
 def test_the_network_has_the_ensembles_of_the_paper(law, region):
     net = arm(law, region)
     assert {e.label: (e.n_neurons, e.dimensions) for e in net.all_ensembles} == {
@@ -124,6 +125,7 @@ def test_large_ensembles_are_split_without_losing_neurons(law, region, m1):
     assert sum(e.n_neurons for e in net.all_ensembles) == sizes.total
 
 
+@pytest.mark.slow
 def test_the_parts_of_a_split_ensemble_share_its_targets(law, region):
     def targets(m1):
         net = arm(law, region, ArmSizes(m1=m1, cb=30, s1=10))
@@ -182,6 +184,7 @@ def test_with_an_efference_copy_cb_has_neurons_that_learn(law, region):
     assert [e.label for e in net.all_ensembles if e is not learned] == names
 
 
+@pytest.mark.slow
 def test_cb_learns_to_add_the_torque_that_m1_keeps_asking_for(law, region):
     q, error, still = region.q.restore(np.zeros(4)), 0.8 * region.error.half, np.zeros(4)
     with_copy, without = (held(law, region, sizes=SMALL, efference_copy=c) for c in (True, False))
@@ -283,6 +286,7 @@ def test_states_outside_the_region_are_clipped_to_it(law, region):
     assert values.tolist() == [1.0] * 11 + [-1.0] * 3
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_torques_and_another_does_not(law, region):
     q, dq, error = region.q_samples[0], np.zeros(4), np.full(3, 0.05)
 

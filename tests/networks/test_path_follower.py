@@ -87,6 +87,7 @@ def test_commands_in_float_are_those_of_the_law():
     assert (rms(errors("reference", 24)) < (0.03, 0.07)).all()
 
 
+@pytest.mark.slow
 def test_commands_on_the_chip_are_those_of_the_law():
     """Within 0.03 m/s and 0.13 rad/s rms."""
     assert (rms(errors("native", 60)) < (0.03, 0.13)).all()

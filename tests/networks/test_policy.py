@@ -65,6 +65,7 @@ def relative_error(network: nengo.Network, wanted: np.ndarray, passes: str) -> f
     return float(np.std((found - wanted)[5:]) / np.std(wanted[5:]))
 
 
+@pytest.mark.slow
 def test_observations_far_from_zero_cost_no_accuracy() -> None:
     near, far = (
         relative_error(*driven((8, 12, 8, 4), 60, centre), PASSES) for centre in (0.0, 5.0)
@@ -96,6 +97,7 @@ def of_both_sides(n: int, m: int, rng: np.random.RandomState) -> Layer:
     return Layer(np.block([[near, far], [far, near]]), np.tile(rng.randn(n // 2), 2))
 
 
+@pytest.mark.slow
 def test_a_symmetric_policy_errs_alike_on_both_sides() -> None:
     rng = np.random.RandomState(0)
     layers = [of_both_sides(n, m, rng) for m, n in itertools.pairwise((4, 6, 8, 2))]
@@ -154,6 +156,7 @@ def test_tied_decoders_are_least_squares_with_one_unknown() -> None:
     np.testing.assert_allclose(decoders, np.full((4, 1), 0.02))
 
 
+@pytest.mark.slow
 def test_direct_decoding_errs_less_on_the_chip_than_relayed_decoding() -> None:
     network, wanted = driven((6, 10, 10, 4), n_samples=40)
     direct = relative_error(network, wanted, PASSES)

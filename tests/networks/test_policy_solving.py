@@ -20,6 +20,7 @@ def test_a_policy_solved_by_layers_errs_less_than_one_solved_by_units():
     assert layer < 0.7 * unit
 
 
+@pytest.mark.slow
 def test_solving_by_layers_leaves_neurons_and_decoders_of_units_unchanged():
     unit, layer = (
         built(PolicyOptions(solve=solve), observations=OBSERVATIONS) for solve in ("unit", "layer")
@@ -39,6 +40,7 @@ def test_solving_by_layers_adds_no_second_policy_to_a_network_under_construction
     assert network.networks == [net]
 
 
+@pytest.mark.slow
 def test_a_readout_by_halves_computes_the_same_as_the_layer():
     options = PolicyOptions()
     actions = []

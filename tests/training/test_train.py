@@ -154,6 +154,7 @@ def test_a_broken_checkpoint_is_refused(options):
     )
 
 
+@pytest.mark.slow
 def test_the_policy_is_evaluated_when_it_is_due_and_at_the_end(options):
     log = train(replace(options, steps=128, evaluate_every=3), silent)
     assert [entry.get("episodes") for entry in log] == [None, None, 2, 2]

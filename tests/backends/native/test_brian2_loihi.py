@@ -199,6 +199,7 @@ def theirs(brian: Any, weights: list[Weights], inputs: np.ndarray) -> Run:
     return run_brian(brian, weights, inputs)
 
 
+@pytest.mark.slow
 def test_the_network_is_worth_comparing(theirs: Run) -> None:
     """Every group spikes, and some of their currents and voltages turn negative."""
     for a, b in itertools.pairwise(FIRST):
@@ -207,6 +208,7 @@ def test_the_network_is_worth_comparing(theirs: Run) -> None:
     assert theirs.v.min() > -(2**23)
 
 
+@pytest.mark.slow
 def test_the_native_backend_is_equal_to_brian2_loihi(
     theirs: Run, weights: list[Weights], inputs: np.ndarray
 ) -> None:

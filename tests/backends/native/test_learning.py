@@ -95,6 +95,7 @@ def _assert_equal_learning(image: ChipImage, native: NativeChip, theirs: NengoLo
         np.testing.assert_array_equal(a, b)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [False, True])
 def test_a_compiled_network_learns_as_on_nengo_loihi(pes: ChipImage, noise: bool) -> None:
     assert len(learning_groups(pes)) == 2

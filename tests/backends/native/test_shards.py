@@ -27,6 +27,7 @@ def assert_equal_threads(image: ChipImage, seed: int, steps: list[np.ndarray], n
     many.close()
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(image=images(), seed=st.integers(0, 2**32 - 1), n=st.integers(2, 4))
 def test_any_image_has_equal_state_outputs_and_counts(image: ChipImage, seed: int, n: int) -> None:

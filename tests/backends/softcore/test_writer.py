@@ -34,6 +34,7 @@ def assert_same_integers(image: ChipImage) -> None:
     assert (found.weights != expected.weights).nnz == 0
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(image=soft_images())
 def test_the_memory_of_any_image_holds_its_integers(image: ChipImage) -> None:

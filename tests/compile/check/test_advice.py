@@ -198,6 +198,7 @@ def test_a_large_network_that_the_builder_refuses_is_advised_to_offload(
     assert compile_network(network, offload=True).image.n_cores == 1
 
 
+@pytest.mark.slow
 def test_a_large_network_is_refused_by_its_size_and_compact_is_only_advised() -> None:
     with nengo.Network(seed=1) as network:
         node, n = nengo.Node(size_in=400), 400

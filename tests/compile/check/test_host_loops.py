@@ -5,6 +5,7 @@ from typing import Any
 
 import nengo
 import numpy as np
+import pytest
 
 import spikeport
 from spikeport.compile.check.host_loops import NAMED, host_loop_hints
@@ -96,6 +97,7 @@ def rise_ms(network: nengo.Network, kind: Any) -> int:
         return int(np.argmax(values > values[-200:].mean() * 2 / 3))
 
 
+@pytest.mark.slow
 def test_shorter_synapses_make_up_for_the_delay() -> None:
     wanted, late = (rise_ms(loop(0.01, 0.01, 0.8), kind) for kind in KINDS)
     mended = rise_ms(loop(0.01, 0.002, 0.8), spikeport.Simulator)

@@ -84,6 +84,7 @@ def decoded(factor):
     return network
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["native", "board"])
 def test_a_simulator_warns_of_lost_values_as_it_closes_and_reports_them(backend):
     sim = Simulator(decoded(30), backend=backend)

@@ -45,6 +45,7 @@ def test_ensembles_that_break_rules_are_moved_fewest_neurons_first(passes: str) 
     ]
 
 
+@pytest.mark.slow
 def test_members_of_a_fused_ensemble_can_be_moved(tmp_path: Path) -> None:
     chip = chip_file(tmp_path / "small.toml", compartments=50)
     with nengo.Network(seed=1) as network:
@@ -112,6 +113,7 @@ def test_an_ensemble_that_is_moved_to_the_host_still_learns() -> None:
     assert sim.data[network.p][-200:].mean() == pytest.approx(0.6, abs=0.1)
 
 
+@pytest.mark.slow
 def test_an_ensemble_that_exceeds_a_limit_of_a_core_is_moved() -> None:
     with nengo.Network(seed=1) as network:
         with nengo.Network() as network.inner:

@@ -25,6 +25,7 @@ def host_node() -> nengo.Node:
     return nengo.Node(lambda _t, x: x, size_in=1)
 
 
+@pytest.mark.slow
 def test_a_readout_of_8_000_neurons_exceeds_the_in_axons_of_a_core() -> None:
     with nengo.Network(seed=1) as network:
         big = nengo.Ensemble(8000, 1, n_eval_points=100, label="big")
@@ -60,6 +61,7 @@ def test_splitting_the_source_cures_too_many_in_axons() -> None:
     assert compile_network(network).image.n_compartments == 2 * 4000 + 2 * 2
 
 
+@pytest.mark.slow
 def test_more_blocks_than_cores_do_not_fit() -> None:
     with nengo.Network(seed=1) as network:
         for _ in range(130):

@@ -38,12 +38,14 @@ def by_hand(image: ChipImage) -> list[tuple[int, int, int, int, int, int]]:
     return found
 
 
+@pytest.mark.slow
 @given(images())
 def test_every_delivery_is_found_once(image: ChipImage) -> None:
     ways = deliveries(image)
     assert list(zip(*(array.tolist() for array in ways), strict=True)) == by_hand(image)
 
 
+@pytest.mark.slow
 @given(images())
 def test_fanout_reached_blocks_and_synapses_agree_with_a_walk_by_hand(image: ChipImage) -> None:
     operations = np.zeros((image.n_sources, image.n_cores), dtype=int)
@@ -68,6 +70,7 @@ def test_synapses_lead_into_the_block_of_their_group(image: ChipImage) -> None:
         assert (image.compartment_block[synapses.target] == block).all()
 
 
+@pytest.mark.slow
 @given(images())
 def test_sums_by_target_add_the_weight_of_every_synapse_times_its_sources_value(
     image: ChipImage,

@@ -136,6 +136,7 @@ def test_an_epoch_of_many_steps_counts_in_the_mean() -> None:
     assert expected.learning_updates.sum() == pytest.approx(200 / 2000)
 
 
+@pytest.mark.slow
 def test_modules_of_large_networks_are_counted_within_little_memory() -> None:
     with nengo.Network(seed=0) as network:
         ensembles = [nengo.Ensemble(100, 1) for _ in range(100)]

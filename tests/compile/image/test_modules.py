@@ -43,6 +43,7 @@ def assert_adds_up(compilation: Compilation, whole: Activity, parts: Activity) -
         assert by_parts * whole.n_steps == pytest.approx(of_no_place)
 
 
+@pytest.mark.slow
 def test_modules_are_ensembles_relays_and_readouts(compilation: Compilation) -> None:
     assert modules(compilation.image) == ("large", "small", "large -> small", "small -> probes[0]")
     assert by_module(compilation.image).n_cores == 4
@@ -54,6 +55,7 @@ def test_expected_energies_of_modules_add_up(compilation: Compilation) -> None:
     assert_adds_up(compilation, expected_activity(image, rates), parts)
 
 
+@pytest.mark.slow
 def test_measured_energies_of_modules_add_up(
     network: nengo.Network, compilation: Compilation
 ) -> None:

@@ -15,6 +15,7 @@ def by_core(image: ChipImage) -> np.ndarray:
     return np.bincount(image.group_core, soft_row_bits(image), minlength=image.n_cores)
 
 
+@pytest.mark.slow
 @settings(max_examples=100)
 @given(image=soft_images())
 def test_no_core_takes_more_memory_than_is_counted(image: ChipImage) -> None:

@@ -264,6 +264,7 @@ def test_a_column_of_text_is_refused(name: str) -> None:
     assert str(raised.value).endswith("values of type <U1 are no numbers")
 
 
+@pytest.mark.slow
 def test_forged_images_are_refused_or_run() -> None:
     refused, ran = attack(range(400))
     assert refused > 200

@@ -48,6 +48,7 @@ def of_arrays() -> tuple[nengo.Network, nengo.Probe]:
     return network, probe
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 @pytest.mark.parametrize("make", [in_a_subnetwork, of_arrays])
 def test_a_learned_connection_into_a_node_learns_as_in_float(make, pipeline):
@@ -101,6 +102,7 @@ def test_rates_of_the_host_reach_the_chip_through_a_node_as_values():
     assert means[0] == pytest.approx(means[1], abs=0.1)
 
 
+@pytest.mark.slow
 def test_native_equals_nengo_loihi_bit_for_bit():
     network, probe = in_a_subnetwork()
     values = []

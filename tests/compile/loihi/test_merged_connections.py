@@ -24,6 +24,7 @@ def compared(network: nengo.Network, probe: nengo.Probe, pipeline: str) -> list[
     return found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 def test_a_transform_with_one_factor_for_each_value_is_applied(pipeline: str) -> None:
     with nengo.Network(seed=1) as network:
@@ -52,6 +53,7 @@ def test_the_solver_of_a_connection_into_a_node_is_kept(decoder: float, pipeline
     assert found == pytest.approx(wanted, abs=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 def test_probed_nodes_that_lead_nowhere_record_values(pipeline: str) -> None:
     with nengo.Network(seed=1) as network:

@@ -39,6 +39,7 @@ def compiled(seed: int, passes: str = PASSES) -> tuple[nengo.Network, Compilatio
     return network, compile_network(network, pipeline=passes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_the_best_action_is_selected_on_four_cores(seed: int) -> None:
     network, compilation = compiled(seed)
@@ -52,5 +53,6 @@ def test_the_best_action_is_selected_on_four_cores(seed: int) -> None:
     assert np.all(means[~np.eye(N_ACTIONS, dtype=bool)] < 0.1)
 
 
+@pytest.mark.slow
 def test_the_network_takes_sixty_cores_without_passes() -> None:
     assert len(compiled(seed=1, passes="")[1].report.cores) == 60

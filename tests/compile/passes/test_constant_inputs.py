@@ -51,6 +51,7 @@ def test_a_constant_as_a_bias_computes_the_same_in_float(passthrough: bool) -> N
     assert not [c for c in rewritten.network.all_connections if c.pre_obj is offset]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_random_networks_are_the_same_in_float(seed: int) -> None:
     assert_equal_in_float(random_network(seed), ConstantInputs(filtered=False))

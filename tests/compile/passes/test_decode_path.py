@@ -24,6 +24,7 @@ from tests.helpers.chip_files import chip_file
 from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["direct", "host", "onoff", "preset10", "auto"])
 @pytest.mark.parametrize("seed", range(2))
 def test_every_path_computes_the_same_in_float(seed: int, path: str) -> None:
@@ -182,6 +183,7 @@ def lag_s(path: str) -> float:
     return float(-np.angle(found / wanted) / 12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["onoff", "preset10", "host"])
 def test_the_noted_delay_is_that_of_a_run(path: str) -> None:
     (cost,) = [one for one in note(chain())["paths"] if one["path"] == path]
@@ -256,6 +258,7 @@ def test_an_integrator_integrates_as_it_does_as_written(seed: int) -> None:
     assert ends["compact"] > 0.4
 
 
+@pytest.mark.slow
 def test_a_target_gets_no_more_direct_inputs_than_a_core_has_axons(tmp_path: Path) -> None:
     """Two of these connections are relayed so that the other two fit."""
     with nengo.Network(seed=4) as network:

@@ -41,6 +41,7 @@ def held_torques(built, held):
         return sim.data[probe].reshape(len(values), -1, 4)[:, -20:].mean(axis=1)
 
 
+@pytest.mark.slow
 def test_drawn_states_are_consistent_with_the_law_and_lie_in_the_region(law, region):
     held = draw_states(law, region, 20)
     q, dq, x = held.state[:, :4], held.state[:, 4:8], held.state[:, 8:]
@@ -112,6 +113,7 @@ def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_a_file_made_by_another_method_is_refused(tmp_path, monkeypatch):
     path, settings, options = tmp_path / "decoders.npz", ReachSettings(), Options(0.1)
     monkeypatch.setattr(ReachTrial, "_rehearsed", lambda _: None)

@@ -138,6 +138,7 @@ def test_recognise_is_refused_without_the_readers_package(monkeypatch):
         draw.DrawSettings(recognise=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["analytic", "native"])
 def test_a_sheet_out_of_reach_is_refused_before_the_run(tmp_path, spikeport, backend):
     out = tmp_path / "run"

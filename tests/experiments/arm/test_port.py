@@ -93,6 +93,7 @@ def test_the_exact_torques_of_a_run_are_those_the_law_gave(law):
     assert rig.port.recording().exact_torque(law) == pytest.approx(np.array(given), abs=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["analytic", "spiking"])
 def test_two_runs_are_equal_bit_for_bit(law, region, kind):
     def controller(law):
@@ -113,6 +114,7 @@ def test_runs_with_different_seeds_differ(law):
     )
 
 
+@pytest.mark.slow
 def test_the_plants_state_reaches_the_controller_by_connections_only(law, region):
     def cut(net):
         for connection in list(net.connections):

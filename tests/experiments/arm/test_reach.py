@@ -301,6 +301,7 @@ def test_a_failure_while_writing_leaves_no_result(tmp_path, monkeypatch, module,
 # refusals
 
 
+@pytest.mark.slow
 def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
     out = tmp_path / "run"
     code, printed, error = spikeport(
@@ -315,6 +316,7 @@ def test_a_box_out_of_reach_is_refused_before_the_run(tmp_path, spikeport):
     assert not out.exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "box", ["-0.17:0.454,-0.33:0.015,1.343:1.667", "-0.04:0.13,-0.38:-0.03,1.36:1.94"]
 )
@@ -340,6 +342,7 @@ def test_a_video_that_cannot_be_made_is_refused_before_the_run(tmp_path, spikepo
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_run_without_graphics_still_has_a_figure(tmp_path, monkeypatch):
     from spikeport.errors import RenderError
     from spikeport.experiments import pictures

@@ -67,6 +67,7 @@ def test_the_probes_agree_with_the_metrics(loihi):
     assert figures["torque_error_rms_nm"] == pytest.approx(np.sqrt((error**2).mean(axis=0)).values)
 
 
+@pytest.mark.slow
 def test_a_controller_without_neurons_has_no_spikes(run):
     folder = run(0.05, backend="analytic").folder
     with xr.open_dataset(folder / "probes.nc", engine="h5netcdf") as probes:

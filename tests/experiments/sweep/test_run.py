@@ -85,6 +85,7 @@ def test_finished_points_are_not_run_again(run, begun):
     assert shown == []
 
 
+@pytest.mark.slow
 def test_a_point_runs_with_one_thread(run, sweep_of):
     folder, _ = run("walks")
     (point,) = sweep_of(varied={"speed": ("walks",)}).points()

@@ -46,6 +46,7 @@ def test_the_helper_finds_listening_sockets(tmp_path):
         assert len(listening([os.getpid()])) == 2
 
 
+@pytest.mark.slow
 def test_a_sweep_opens_no_port_and_no_listening_socket(sweep_of, marks):
     points = sweep_of(varied={"speed": ("waits",)}, seeds=(0, 1)).points()
     with workers.outcomes(2, points, sweeps.do_as_told) as outcomes:
@@ -61,6 +62,7 @@ def test_a_sweep_opens_no_port_and_no_listening_socket(sweep_of, marks):
     assert len(ended) == 2
 
 
+@pytest.mark.slow
 def test_workers_end_with_the_block(sweep_of, marks):
     points = sweep_of(varied={"speed": ("walks", "waits")}).points()
     before = set(family(os.getpid()))

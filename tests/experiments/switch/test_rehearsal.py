@@ -47,6 +47,7 @@ def region(tmp_path, phases, monkeypatch):
     return rehearsed
 
 
+@pytest.mark.slow
 def test_a_short_phase_that_reaches_is_rehearsed_in_the_whole_box(region):
     corners = BOX.grid(2)
     assert (np.abs(region(0.5, 'arm = "reach"').x.normalise(corners)) < 1).all()

@@ -85,6 +85,7 @@ def test_a_calibration_of_another_experiment_is_refused_before_the_run(tmp_path)
 # quality of the run
 
 
+@pytest.mark.slow
 def test_the_exact_controllers_walk_and_reach(exact):
     figures = exact[1]["metrics"]
     assert (figures["falls"], figures["fallen_at_s"]) == (0, None)
@@ -138,6 +139,7 @@ def test_the_figure_is_written(exact):
         assert len(figure.convert("RGB").getcolors(10**6)) > 50
 
 
+@pytest.mark.slow
 def test_a_fall_ends_the_run_and_no_phase_succeeds(tmp_path, brief):
     weights = walking_policy.load()
     *hidden, last = weights.biases

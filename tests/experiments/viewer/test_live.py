@@ -77,6 +77,7 @@ def until(url, state):
             return json.loads(text)
 
 
+@pytest.mark.slow
 def test_a_page_serves_the_series_so_far_and_the_whole_series_at_the_end(watched):
     with watched.begun():
         status, _, page = fetched(watched.url)
@@ -98,6 +99,7 @@ def test_a_run_that_wrote_nothing_is_told_from_an_earlier_one(watched, ends_whol
     assert watched.is_whole == ends_whole
 
 
+@pytest.mark.slow
 def test_a_browser_that_disconnects_causes_no_error(watched, capsys):
     with watched.begun():
         until(watched.url, "on")

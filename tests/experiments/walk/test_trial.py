@@ -56,6 +56,7 @@ def exact(tmp_path_factory):
 # quality of the walk
 
 
+@pytest.mark.slow
 def test_the_exact_controller_walks_ahead(exact):
     figures = exact[1]["metrics"]
     assert (figures["falls"], figures["fallen_at_s"]) == (0, None)
@@ -149,6 +150,7 @@ def test_the_result_has_every_field(exact):
     assert result["files"] == {}
 
 
+@pytest.mark.slow
 def test_the_result_has_the_digests_of_the_files_that_the_run_read(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_path(Path("path.csv"), 0.3)
@@ -230,6 +232,7 @@ def acting(values):
     return build
 
 
+@pytest.mark.slow
 def test_a_fall_ends_the_run_with_metrics_picture_and_last_states(tmp_path, monkeypatch):
     squat = np.where(["knee" in joint for joint in JOINTS], 1.5, 0.0)
     monkeypatch.setattr(walk_trial, "analytic_policy", acting(squat))
@@ -364,6 +367,7 @@ def test_a_policy_with_other_observations_is_refused_before_the_run(tmp_path, sp
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_video_follows_the_robot(tmp_path, monkeypatch):
     shown = []
     monkeypatch.setattr(driver, "write_video", lambda *arguments: shown.append(arguments))

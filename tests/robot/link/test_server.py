@@ -69,6 +69,7 @@ def in_lock_step() -> dict[str, object]:
     return {"ticks": ticks, "truths": sorted(set(truths))[:10], "robot": report(process)}
 
 
+@pytest.mark.slow
 def test_a_robot_in_lock_step_steps_once_for_each_answer() -> None:
     found = in_namespace(in_lock_step)
     assert found["ticks"] == list(range(5, 55, 5))
@@ -101,6 +102,7 @@ def one_after_the_other() -> dict[str, object]:
     return {"observed": found, "reports": reports}
 
 
+@pytest.mark.slow
 def test_a_robot_in_lock_step_restarts_for_each_controller() -> None:
     found = in_namespace(one_after_the_other)
     one, other = found["observed"]
@@ -155,6 +157,7 @@ def in_sport_mode() -> dict[str, object]:
     return {"modes": robot.summary()["released_modes"], "tick": seen.tick}
 
 
+@pytest.mark.slow
 def test_sport_mode_is_released_before_the_first_command() -> None:
     found = in_namespace(in_sport_mode)
     assert found["modes"] == ["ai"]
@@ -171,6 +174,7 @@ def _newest_tick(states: object) -> int:
     return -1
 
 
+@pytest.mark.slow
 def test_time_stands_still_until_the_first_command_and_silence_damps_the_robot() -> None:
     found = in_namespace(in_real_time)
     assert found["waiting"] == [2, 2, 2]
@@ -211,6 +215,7 @@ def alone() -> dict[str, object]:
     return {"robot": report(process), "code": process.returncode}
 
 
+@pytest.mark.slow
 def test_a_robot_that_no_controller_joins_ends() -> None:
     assert in_namespace(alone)["code"] == 0
 
@@ -223,6 +228,7 @@ def ended() -> dict[str, object]:
     return {"code": process.returncode, "beside": beside, "steps": words["steps"]}
 
 
+@pytest.mark.slow
 def test_a_terminated_robot_prints_its_report_and_leaves_no_files() -> None:
     assert in_namespace(ended) == {"code": 0, "beside": [], "steps": 0}
 
@@ -245,6 +251,7 @@ def ended_at_its_first_line() -> dict[str, object]:
     return {"lines": [line.split()[1] for line in lines]}
 
 
+@pytest.mark.slow
 def test_a_robot_that_is_terminated_at_its_first_line_reports_too() -> None:
     assert in_namespace(ended_at_its_first_line) == {"lines": ["H1", '{"steps":']}
 

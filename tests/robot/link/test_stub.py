@@ -38,6 +38,7 @@ def a_stub() -> dict[str, object]:
     }
 
 
+@pytest.mark.slow
 def test_a_stub_ends_with_its_controller_and_leaves_nothing() -> None:
     assert in_namespace(a_stub) == {
         "tick": 20,
@@ -60,6 +61,7 @@ def a_stub_with_a_plan() -> list[str]:
     return [str(one.message) for one in caught]
 
 
+@pytest.mark.slow
 def test_a_stub_warns_of_a_fault_that_was_never_reached() -> None:
     line = "fault loss@4 was never reached: the robot's run has 3 steps"
     assert in_namespace(a_stub_with_a_plan) == [line]
@@ -86,6 +88,7 @@ def a_stub_that_cannot_leave() -> dict[str, object]:
     return {}
 
 
+@pytest.mark.slow
 def test_a_stub_ends_even_if_its_client_fails_to_close() -> None:
     assert in_namespace(a_stub_that_cannot_leave) == {
         "error": "DDS cannot write (code -1)",
@@ -113,6 +116,7 @@ def a_stub_killed_before_its_first_state(real_time: bool) -> dict[str, object]:
     return {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("real_time", [False, True])
 def test_a_stub_killed_before_its_first_state_is_lost_at_once(real_time: bool) -> None:
     assert in_namespace(a_stub_killed_before_its_first_state, real_time) == {

@@ -438,6 +438,7 @@ with nengo.Network(seed=1) as model:
 """
 
 
+@pytest.mark.slow
 def test_the_run_as_written_begins_with_the_state_that_functions_have_before_a_run(
     spikeport, tmp_path
 ):

@@ -36,6 +36,7 @@ def here(monkeypatch):
     monkeypatch.setattr(execution, "run", run)
 
 
+@pytest.mark.slow
 def test_an_evaluation_leaves_a_table_a_picture_and_every_episode(spikeport, here, tmp_path):
     rows = ("--row", "strength=0.2", "--row", "terrain=boxes:0.01")
     done = spikeport(*WALK, *rows, "--episodes", 2, "--out", tmp_path)
@@ -171,6 +172,7 @@ def test_evaluations_that_are_not_possible_are_refused(
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["a$\\frac$.npz", "p\udcff.npz"])
 def test_the_file_of_a_policy_may_have_any_name(spikeport, here, tmp_path, name):
     policy, out = tmp_path / name, tmp_path / "out"
@@ -181,6 +183,7 @@ def test_the_file_of_a_policy_may_have_any_name(spikeport, here, tmp_path, name)
     assert f"({FILES})\n" in done.out
 
 
+@pytest.mark.slow
 def test_an_evaluation_does_not_go_on_with_another_policy_in_its_file(spikeport, here, tmp_path):
     policy, out = tmp_path / "policy.npz", tmp_path / "out"
     shipped = walking_policy.load()

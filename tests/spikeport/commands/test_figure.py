@@ -172,6 +172,7 @@ def test_a_figure_without_a_run_takes_no_options_of_runs(spikeport, asked, optio
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_drawing_the_overview_gives_no_notice_of_the_build_timeout(
     spikeport, monkeypatch, tmp_path
 ):

@@ -22,6 +22,7 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
+@pytest.mark.slow
 def test_run_writes_its_folder_and_prints_the_metrics(spikeport, tmp_path):
     out = tmp_path / "a" / "run"
     done = spikeport(*ANALYTIC, "--out", out)
@@ -216,6 +217,7 @@ def test_an_earlier_run_is_kept_if_the_new_network_does_not_fit(spikeport, tmp_p
     assert (out / "result.json").read_text() == before
 
 
+@pytest.mark.slow
 def test_a_full_disk_leaves_no_result(spikeport, tmp_path, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

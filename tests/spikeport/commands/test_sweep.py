@@ -89,6 +89,7 @@ def test_sizes_of_neurons_are_refused_if_no_point_has_neurons(spikeport, counted
     assert spikeport(*both, "--vary", "m1=10", "--out", tmp_path / "out").code == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("typed", "values"),
     [

@@ -17,6 +17,7 @@ from tests.helpers.two_blocks import two_blocks
 from tests.helpers.writable import writable, writable_images
 
 
+@pytest.mark.slow
 @settings(max_examples=25)
 @given(image=writable_images())
 def test_registers_of_any_image_that_is_not_refused_run_like_it(image: ChipImage) -> None:
