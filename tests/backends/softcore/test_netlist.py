@@ -45,7 +45,9 @@ class Netlist:
     @property
     def options(self) -> list[str]:
         # Verilator does not read values of ports that are left out; there are none.
-        return ["-DNO_ICE40_DEFAULT_ASSIGNMENTS", "-Wno-fatal", "-Wno-lint", "-Wno-style"]
+        options = ["-DNO_ICE40_DEFAULT_ASSIGNMENTS", "-Wno-fatal", "-Wno-lint", "-Wno-style"]
+        # To optimise its C++ would take half a minute, and all steps take less than a second.
+        return [*options, "-CFLAGS", "-O0"]
 
     @property
     def include(self) -> dict[str, str]:
