@@ -250,15 +250,16 @@ class Loop(Generic[P]):
         Raises
         ------
         UsageError
-            If the ports have more or fewer values, or the loop is already connected.
+            If the ports have more or fewer values, one of the objects is no node, or the loop is
+            already connected.
         """
         if self._is_connected:
             raise UsageError(
                 "the loop is connected already, and a second controller would step its plant, too; "
                 "cure: name all inputs and outputs in one connect(), or make another Loop"
             )
-        _check_size("inputs take", inputs, sum(node.size_in for node in inputs), self.size_out)
-        _check_size("outputs are", outputs, sum(node.size_out for node in outputs), self.size_in)
+        _check_size("inputs take", inputs, "size_in", self.size_out)
+        _check_size("outputs are", outputs, "size_out", self.size_in)
         plant = nengo.Node(
             self._stepped,
             size_in=self.size_in,
@@ -342,7 +343,14 @@ def _check_ports(ports: Sequence[Port]) -> None:
                 )
 
 
-def _check_size(what: str, nodes: Sequence[nengo.Node], found: int, size: int) -> None:
+def _check_size(what: str, nodes: Sequence[nengo.Node], side: str, size: int) -> None:
+    for node in nodes:
+        if not hasattr(node, side):
+            raise UsageError(
+                f"Loop.connect(): {shown(node)} is no node; cure: name the controller's nodes, as "
+                "in connect([network.state], [network.force])"
+            )
+    found = sum(getattr(node, side) for node in nodes)
     if found != size:
         names = ", ".join(str(node) for node in nodes)
         raise UsageError(

@@ -141,6 +141,14 @@ def test_nodes_of_another_total_size_than_the_ports_are_refused(made):
         assert refusal(loop.connect, [five], [node]).startswith("the controller's outputs are 3 ")
 
 
+def test_a_whole_network_in_place_of_its_nodes_is_refused(made):
+    loop, *_ = made
+    with nengo.Network():
+        network = nengo.Network(label="balancer")
+        message = refusal(loop.connect, [network], [])
+    assert message.startswith('Loop.connect(): <Network "balancer"> is no node; cure: name the')
+
+
 def test_a_port_that_observes_fewer_values_than_its_size_out_is_refused():
     class Wide(Pusher):
         size_out = 4
