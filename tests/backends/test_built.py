@@ -58,6 +58,7 @@ def test_a_compile_from_the_cache_has_the_parameters_of_a_fresh_one(tmp_path, pi
             assert np.array_equal(mine, wanted), name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pipeline", ["as_written", "compact"])
 def test_a_compile_from_the_cache_has_nengos_encoders_and_shapes(tmp_path, pipeline) -> None:
     cache = Cache(tmp_path / "cache")

@@ -147,6 +147,7 @@ def small_cores(folder: Path, compartments: int) -> Path:
     return small
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
     [BuildSettings(decode_neurons=OnOffDecodeNeurons()), BuildSettings(remove_passthrough=False)],

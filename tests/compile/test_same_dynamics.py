@@ -34,6 +34,7 @@ OF_VALUES = PLANS.filter(lambda plan: not plan.sends_spikes)
 SLOW = Link("values", pre=0, post=1, tau=0.1, seed=0)
 
 
+@pytest.mark.slow
 @DRAWN
 @given(plan=PLANS, passes=st.sampled_from(PASSES))
 def test_every_probe_records_the_same_in_float_after_passes(
@@ -42,6 +43,7 @@ def test_every_probe_records_the_same_in_float_after_passes(
     assert_equal_in_float(built(plan), *passes)
 
 
+@pytest.mark.slow
 @DRAWN
 @given(plan=OF_VALUES, default=st.sampled_from(["auto", "onoff"]))
 def test_every_connection_keeps_its_own_filter(plan: Plan, default: PathChoice) -> None:
@@ -95,6 +97,7 @@ def rise_ms(values: np.ndarray) -> int:
 LOOPS = [((0.2, 0.1),), ((0.2, 0.1), (-0.4, 0.005)), ((0.5, 0.1), (0.2, 0.005))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gains", LOOPS)
 def test_feedback_loops_rise_and_settle_on_the_chip_as_in_float(
     gains: tuple[tuple[float, float], ...],

@@ -36,6 +36,7 @@ def shared():
     return (*patched, warnings.showwarning, list(warnings.filters))
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_compiles_in_threads_give_the_images_of_sequential_ones_and_leave_nothing_patched():
     before = shared()

@@ -30,6 +30,7 @@ else:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", IMPORTERS)
 def test_importing_the_compiler_neither_warns_nor_changes_filters(module: str) -> None:
     code = FILTERS.format(module=module)

@@ -44,6 +44,7 @@ def network():
     return network
 
 
+@pytest.mark.slow
 def test_the_pass_renumbers_cores(module, network):
     reverse = module("compile/passes/reverse_cores.py").ReverseCores()
     usual = compile_network(network, pipeline=Pipeline(())).image.blocks.core
@@ -52,6 +53,7 @@ def test_the_pass_renumbers_cores(module, network):
     np.testing.assert_array_equal(made, usual.max() - usual)
 
 
+@pytest.mark.slow
 def test_the_backend_counts_spikes_and_equals_the_native_one_bit_for_bit(module, network):
     compiled = compile_network(network)
     chips = [NativeChip(compiled.image, 0) for _ in range(2)]
@@ -64,6 +66,7 @@ def test_the_backend_counts_spikes_and_equals_the_native_one_bit_for_bit(module,
     assert 0 < counting.host_spikes == counting.activity().host_spikes.sum()
 
 
+@pytest.mark.slow
 def test_the_experiment_reaches_near_targets(module, tmp_path):
     near = module("experiments/arm/near.py")
     trial = near.EXPERIMENT.trial(near.NearSettings(), Options(1.0, backend="analytic"))

@@ -100,6 +100,7 @@ def test_every_example_is_checked():
     assert names == set(CHECKS)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("nengo_defaults")
 @pytest.mark.parametrize("name", CHECKS)
 def test_an_example_does_what_it_says_and_ends_in_a_picture(name, monkeypatch):

@@ -38,6 +38,7 @@ def test_the_pole_falls_without_a_controller(own_robot):
     assert len(tilts_rad) < 0.3 * 4.0 / own_robot.CartPole().dt_s
 
 
+@pytest.mark.slow
 def test_neurons_on_the_chip_balance_the_pole(own_robot, balanced):
     assert len(balanced) == 1 + round(10.0 / own_robot.CartPole().dt_s)
     assert np.abs(balanced).max() < 1.1 * own_robot.TILT_RAD
@@ -58,6 +59,7 @@ def test_the_page_shows_the_lines_that_the_example_prints(own_robot, balanced, m
     assert 0 < float(differs.findall(shown[0])[0]) < 0.5 * np.degrees(own_robot.TILT_RAD)
 
 
+@pytest.mark.slow
 def test_the_emulator_balances_the_pole_bit_for_bit_like_the_native_chip(own_robot, balanced):
     emulated = own_robot.balance(0.5, backend="nengo-loihi")
     assert np.array_equal(emulated, balanced[: len(emulated)])
@@ -111,6 +113,7 @@ def names_of(*programs):
     return names
 
 
+@pytest.mark.slow
 def test_the_pages_network_balances_the_pole_in_a_command(programs):
     (made,) = (one for one in programs if one.startswith("def make()"))
     network = names_of(*programs[:3], made)["make"]()

@@ -18,6 +18,7 @@ def run(monkeypatch, command):
     assert not end.value.code
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("nengo_defaults")
 @pytest.mark.filterwarnings("ignore:FigureCanvasAgg is non-interactive")
 def test_the_first_run_prints_the_lines_of_the_readme(monkeypatch, capsys, tmp_path):
@@ -30,6 +31,7 @@ def test_the_first_run_prints_the_lines_of_the_readme(monkeypatch, capsys, tmp_p
         assert line in printed
 
 
+@pytest.mark.slow
 def test_the_readers_own_model_compiles_and_simulates(monkeypatch, tmp_path, capsys):
     (text,) = re.findall(r"```python\n# my_model.py\n(.*?)```", README, re.S)
     monkeypatch.chdir(tmp_path)

@@ -60,6 +60,7 @@ def test_a_run_whose_folder_is_gone_is_over(tmp_path):
     assert not watching.is_running(tmp_path / "run")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("link", "answers"), [(OWN_STUB, 1), (LinkOptions(real_time=True), 0)])
 def test_a_trial_answers_viewers_unless_it_runs_in_real_time(
     run, tmp_path, monkeypatch, link, answers

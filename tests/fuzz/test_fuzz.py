@@ -16,6 +16,7 @@ FEWER = {"NIR": 100}
 """Fewer files, for a loader that reads each in a process of its own."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", LOADERS)
 def test_spoilt_files_are_read_or_refused(name, tmp_path):
     loader, tally, mutations = LOADERS[name], Tally(), FEWER.get(name, MUTATIONS)

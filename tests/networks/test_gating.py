@@ -52,6 +52,7 @@ def test_a_closed_gate_silences_all_neurons():
     assert reopened[60:].mean() == pytest.approx(opened[60:].mean(), rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("x", [-0.8, 0.9])
 def test_an_open_gate_changes_nothing(x):
     """Within 2 % of the range, which rounding the weights together with the gate's may cost."""

@@ -86,6 +86,7 @@ def test_too_many_marks_are_refused(plant, renderer):
     renderer.frame(plant.data, [Mark((0, 0, 0))] * room)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("renderer")
 def test_marks_are_drawn_above_a_floor_of_thousands_of_boxes():
     plant = PerturbedPlant(Perturbation(terrain="boxes:0.01"))
@@ -97,6 +98,7 @@ def test_marks_are_drawn_above_a_floor_of_thousands_of_boxes():
     assert red(frame).sum() > 50
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("renderer")
 def test_renderers_of_both_cameras_live_side_by_side(plant):
     with Renderer(plant.model, 160, 90, "front") as front:
@@ -169,6 +171,7 @@ def last_line(code, **environment):
     return run.stderr.strip().splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_physics_works_with_graphics_disabled_and_rendering_names_the_cause():
     code = (
         "from spikeport.robot.plant import Plant; from spikeport.robot.render import Renderer\n"

@@ -66,6 +66,7 @@ def test_wrong_commands_options_and_values_exit_with_2(spikeport, arguments):
     assert "Usage: spikeport" in done.err
 
 
+@pytest.mark.slow
 def test_output_that_its_reader_closes_early_gives_no_traceback(start):
     process = start("chips")
     process.stdout.close()

@@ -121,6 +121,7 @@ spikeport.Simulator(network)
 """
 
 
+@pytest.mark.slow
 def test_a_simulator_is_refused_if_numba_disable_jit_is_set():
     environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
     command = [sys.executable, "-W", "ignore", "-c", RUN]

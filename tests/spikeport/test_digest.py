@@ -59,6 +59,7 @@ def described(value):
     return (type(value).__name__, repr(value))
 
 
+@pytest.mark.slow
 @given(VALUES, VALUES)
 def test_digests_are_equal_exactly_if_values_are_equal(a, b):
     assert (digest_of(a) == digest_of(b)) == (repr(described(a)) == repr(described(b)))

@@ -81,6 +81,7 @@ def test_copies_record_the_same_as_the_network_and_share_no_state(
     begins_anew(function)
 
 
+@pytest.mark.slow
 def test_copies_share_no_state_of_functions_in_a_neighbouring_module(neighbour: ModuleType) -> None:
     begins_anew(neighbour.counts)
     begins_anew(lambda t: neighbour.counts(t))

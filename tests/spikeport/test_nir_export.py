@@ -92,6 +92,7 @@ def test_refractory_times_floors_and_decode_neurons_are_exported_with_the_same_s
     assert assert_spikes_are_native(image, tmp_path, 0.5) > 100
 
 
+@pytest.mark.slow
 def test_a_converted_policy_is_exported_with_the_same_spikes(tmp_path):
     rng = np.random.default_rng(0)
     sizes = [(3, 2), (1, 3)]

@@ -54,6 +54,7 @@ def test_command_line_and_simulator_give_the_same_verdict(
     assert expected.end in done.out
 
 
+@pytest.mark.slow
 def test_the_list_has_networks_of_every_verdict() -> None:
     found = {name: of_simulator(make(), {}) for name, make in NETWORKS.items()}
     fit = [name for name, one in found.items() if one.end.startswith("image")]

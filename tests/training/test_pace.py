@@ -33,5 +33,6 @@ def test_a_policy_that_hardly_walks_is_left_as_it_is(monkeypatch, speed_m_s):
     assert at_asked_speeds(policy) is policy
 
 
+@pytest.mark.slow
 def test_the_shipped_policy_walks_as_fast_as_it_is_asked_to():
     assert mean_speed_m_s(load(), 0.5) == pytest.approx(0.5, abs=0.03)

@@ -91,6 +91,7 @@ def test_a_finished_run_trains_no_more(options):
     assert train(options, killed_after(-1)) == log
 
 
+@pytest.mark.slow
 def test_a_run_that_ended_before_it_wrote_its_log_writes_it(options):
     train(options, silent)
     log = options.folder / "log.jsonl"
@@ -130,6 +131,7 @@ def test_a_run_of_another_number_of_processes_is_not_continued(options):
         train(replace(options, workers=2), silent)
 
 
+@pytest.mark.slow
 def test_a_longer_run_is_not_cut_short(options):
     """A shorter run could not have chosen the policy of this one."""
     train(options, silent)

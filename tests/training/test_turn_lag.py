@@ -38,6 +38,7 @@ def test_a_policy_that_hardly_walks_keeps_its_gains(monkeypatch):
     assert with_gains(policy) is policy
 
 
+@pytest.mark.slow
 def test_the_shipped_policy_lags_little():
     velocity, yaw_rate = turn_lag.turning(load())
     behind = -np.arctan2(velocity[:, 1], velocity[:, 0])

@@ -14,6 +14,7 @@ from spikeport.training.train import TrainOptions
 from spikeport.training.walk import train_walk
 
 
+@pytest.mark.slow
 def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
     monkeypatch.setattr(evaluate, "EPISODE_STEPS", 3)
     for module in (selection, walk):

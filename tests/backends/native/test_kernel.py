@@ -48,6 +48,7 @@ def column(states: list[Snapshot], name: str, compartment: int = 0) -> list[int]
     return [int(getattr(state, name)[compartment]) for state in states]
 
 
+@pytest.mark.slow
 def test_a_host_spike_arrives_in_the_next_step() -> None:
     states = assert_equal_steps(one_source([100]), 0, spikes_at(1, 3, n_steps=5))
     assert column(states, "q") == [0, 100, 0, 100, 0]
@@ -109,12 +110,14 @@ def test_any_voltage_decays_as_in_arithmetic_of_64_bits(keep: int) -> None:
     )
 
 
+@pytest.mark.slow
 def test_input_wraps_at_22_bits() -> None:
     weights = [Q_END - 1, Q_END, -Q_END, -Q_END - 1, 2 * Q_END, 3 * Q_END + 5]
     states = assert_equal_steps(one_source(weights), 0, spikes_at(1, n_steps=2))
     assert states[1].q.tolist() == [Q_END - 1, -Q_END, -Q_END, Q_END - 1, 0, -Q_END + 5]
 
 
+@pytest.mark.slow
 def test_input_wraps_at_22_bits_even_if_sums_have_16() -> None:
     """Sums have 16 bits if all weights are multiples of 64, as those of a compiled image are."""
     image = Parts(

@@ -57,6 +57,7 @@ def assert_same(
     return printed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("baud_cycles", "baud_error"),
     [

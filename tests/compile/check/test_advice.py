@@ -165,6 +165,7 @@ def test_passes_that_refuse_the_build_settings_are_not_advised() -> None:
         compile_network(sparse(), pipeline=COMPACT, settings=settings)
 
 
+@pytest.mark.slow
 def test_advice_names_as_written_if_only_these_passes_compile_the_network(tmp_path: Path) -> None:
     chip = chip_file(tmp_path / "few.toml", in_axons=200)
     with nengo.Network(seed=1) as network:

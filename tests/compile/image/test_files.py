@@ -114,6 +114,7 @@ def test_a_file_with_a_damaged_byte_is_refused_or_loads_equal(image: ChipImage, 
     assert refused > 75  # more than half
 
 
+@pytest.mark.slow
 def test_a_file_that_inflates_too_much_is_refused(file: Path) -> None:
     """The file of 130 kB holds an array of 128 MB of zeros."""
 

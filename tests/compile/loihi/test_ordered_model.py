@@ -164,6 +164,7 @@ def test_a_factor_for_each_spike_that_is_read_equals_the_matrix_of_factors(
     assert found.digest == wanted.digest
 
 
+@pytest.mark.slow
 def test_factors_of_spikes_are_received_on_the_host() -> None:
     data = []
     for factors in ([1.0, 2.0, 3.0], [1.0, 1.0, 1.0]):

@@ -10,6 +10,7 @@ from spikeport.compile.passes.fuse import Fuse
 from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 def test_a_fused_network_computes_the_same_in_float(seed: int) -> None:
     network = random_network(seed)
@@ -19,6 +20,7 @@ def test_a_fused_network_computes_the_same_in_float(seed: int) -> None:
     assert not lint(fused.scope)
 
 
+@pytest.mark.slow
 def test_ensembles_and_connections_that_learn_stay() -> None:
     network = random_network(3, learning=True)
     fused = assert_equal_in_float(network, Fuse())

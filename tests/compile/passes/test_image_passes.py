@@ -14,6 +14,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 LIMITS = ("compartments", "in_axons", "out_axons", "synapse_bits", "threshold_profiles")
 
 
+@pytest.mark.slow
 @settings(max_examples=50)
 @given(
     image=images(),

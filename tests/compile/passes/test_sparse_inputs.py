@@ -91,6 +91,7 @@ def test_native_and_emulator_agree_bit_for_bit(passes):
     assert first.activity.totals() == second.activity.totals()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("weight", [1, 2])
 def test_values_of_one_sign_have_no_larger_error(weight):
     """Compare decoded values of many neurons, whose own noise is small beside the input's."""

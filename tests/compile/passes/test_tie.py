@@ -72,6 +72,7 @@ def compiled(passes: str, chip: str | Path, **options: Any) -> Compilation:
     return compile_network(layers(**options), chip, pipeline=passes)
 
 
+@pytest.mark.slow
 def test_a_network_with_a_connection_to_a_slice_can_be_tried(small: Path) -> None:
     network = layers()
     with network:
@@ -100,6 +101,7 @@ def notes_of(compilation: Compilation) -> dict[str, Any]:
     return compilation.report.passes[0]["notes"]
 
 
+@pytest.mark.slow
 def test_the_noted_cores_and_energy_are_those_of_compiles_without_and_with_the_pass(
     untied: Compilation, tied: Compilation
 ) -> None:
@@ -115,6 +117,7 @@ def test_the_noted_cores_and_energy_are_those_of_compiles_without_and_with_the_p
             assert noted == pytest.approx(spent.dynamic.energy_step.value)
 
 
+@pytest.mark.slow
 def test_a_network_that_only_fits_when_it_is_tied_is_tied(tmp_path: Path) -> None:
     chip = chip_file(tmp_path / "few_axons.toml", compartments=70, in_axons=42)
     with nengo.Network(seed=0) as network:
@@ -129,6 +132,7 @@ def test_a_network_that_only_fits_when_it_is_tied_is_tied(tmp_path: Path) -> Non
     assert notes_of(tied)["cores"] == {"before": None, "after": len(tied.report.cores)}
 
 
+@pytest.mark.slow
 def test_the_noted_energy_counts_at_most_one_spike_a_step(small: Path) -> None:
     compilation = compile_network(layers(), small, dt=0.02, pipeline=f"tie,{FOLLOWING}")
     noted = notes_of(compilation)["energy_step_j (davies2018)"]["after"]
@@ -181,6 +185,7 @@ def policy_with_own_decoders() -> nengo.Network:
     return network
 
 
+@pytest.mark.slow
 def test_a_tied_policy_takes_fewer_cores_and_acts_nearly_as_well(small: Path) -> None:
     network, wanted = policy_with_own_decoders(), exact(LAYERS, OBSERVATIONS[:20])[-1]
     cores, errors = [], []

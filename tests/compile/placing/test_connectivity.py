@@ -15,6 +15,7 @@ from tests.helpers.images import images
 from tests.helpers.two_blocks import two_blocks
 
 
+@pytest.mark.slow
 @given(images())
 def test_an_image_that_is_divided_and_assembled_again_is_unchanged(image: ChipImage) -> None:
     assert assemble(image, division_of(image), groups_of(image), routes_of(image)) == image

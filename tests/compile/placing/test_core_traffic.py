@@ -6,6 +6,7 @@ from spikeport.compile.placing.problem import Problem
 from tests.helpers.packing_problems import pairs, problems
 
 
+@pytest.mark.slow
 @given(problems(), st.lists(st.tuples(st.integers(0, 9), st.integers(0, 2)), max_size=30))
 @settings(max_examples=100)
 def test_spikes_follow_blocks_from_core_to_core(of: Problem, moves: list[tuple[int, int]]) -> None:

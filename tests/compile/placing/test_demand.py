@@ -79,6 +79,7 @@ def test_an_axon_without_a_base_reaches_no_piece() -> None:
     assert demand.pieces_reached([0, 1, 2])[0].tolist() == [2, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("chip", [LOIHI, SOFT], ids=lambda chip: chip.name)
 @settings(max_examples=60)
 @given(images(), st.randoms(use_true_random=False))

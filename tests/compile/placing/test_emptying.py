@@ -64,6 +64,7 @@ def test_loads_of_cores_are_added_up_once_for_all_attempts(
     assert len(joins) == 100  # once for each core, and once for the union of all
 
 
+@pytest.mark.slow
 @settings(max_examples=300)
 @given(of=problems(most_blocks=14))
 def test_room_known_from_earlier_attempts_does_not_change_the_result(of: Problem) -> None:

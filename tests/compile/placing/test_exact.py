@@ -90,6 +90,7 @@ def test_the_error_names_the_extra_if_ortools_is_missing(monkeypatch: pytest.Mon
     )
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("ortools")
 @given(problems(most_blocks=6))
 @settings(max_examples=40)

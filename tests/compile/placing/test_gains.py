@@ -24,6 +24,7 @@ def test_gains_change_with_the_blocks_of_cores() -> None:
     assert gains.of(2, 0, 1).tolist() == [-3, -3]
 
 
+@pytest.mark.slow
 @given(problems())
 @settings(max_examples=60)
 def test_gains_are_the_rise_of_spikes_within_cores(of: Problem) -> None:

@@ -59,6 +59,7 @@ def test_a_problem_without_blocks_takes_no_core() -> None:
     assert set(lower_bound([], ROOM).values()) == {0}
 
 
+@pytest.mark.slow
 @given(problems(most_blocks=6))
 @settings(max_examples=150)
 def test_no_packing_takes_fewer_cores_than_the_lower_bound(of: Problem) -> None:

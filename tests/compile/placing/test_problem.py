@@ -36,6 +36,7 @@ def test_blocks_fit_on_a_core_if_every_resource_suffices() -> None:
     assert problem(full, load(thresholds=0b1, clipping=0b1)).fits([0, 1])
 
 
+@pytest.mark.slow
 @given(problems())
 @settings(max_examples=30)
 def test_the_cost_counts_spikes_of_pairs_and_of_audiences(of: Problem) -> None:

@@ -29,6 +29,7 @@ def test_a_tally_without_cores_has_no_room() -> None:
     assert Tally(ROOM, load(1)).with_room(load(1)).tolist() == []
 
 
+@pytest.mark.slow
 @given(problems(), st.lists(st.integers(0, 2), min_size=10, max_size=10))
 @settings(max_examples=150)
 def test_cores_have_room_where_joined_loads_fit(of: Problem, cores: list[int]) -> None:
@@ -46,6 +47,7 @@ def test_cores_have_room_where_joined_loads_fit(of: Problem, cores: list[int]) -
         tally.put(core, held[core])
 
 
+@pytest.mark.slow
 @given(problems())
 @settings(max_examples=150)
 def test_fills_and_added_profiles_are_those_of_joined_loads(of: Problem) -> None:

@@ -129,6 +129,7 @@ def test_targets_that_stay_and_targets_that_do_not_are_not_alike() -> None:
 TREE = [("a", "c", FAST), ("b", "c", FAST), ("d", "f", FAST), ("e", "f", FAST), ("f", "f", SLOW)]
 
 
+@pytest.mark.slow
 def test_groups_do_not_depend_on_the_order_of_definition() -> None:
     expected = {"ab", "c", "de", "f"}
     for order in itertools.islice(itertools.permutations("abcdef"), 0, None, 37):

@@ -12,6 +12,7 @@ from spikeport.networks.region import ArmRegion, Box
 from spikeport.robot.arm import ArmDynamics
 
 
+@pytest.mark.slow
 def test_a_reachable_point_is_its_own_nearest_point():
     arm = ArmDynamics()
     low, high = arm.limits_rad.T
@@ -20,6 +21,7 @@ def test_a_reachable_point_is_its_own_nearest_point():
     assert np.array(list(nearest_reachable(points))) == pytest.approx(points, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_the_nearest_point_to_a_far_one_lies_in_its_direction():
     shoulder = np.array([0.0, -0.2135, 1.4989])
     far = shoulder + np.array([3.0, 0.0, -3.0])
@@ -35,6 +37,7 @@ def test_every_target_of_the_boxes_is_within_reach(box):
     check_reachable("box", box.grid(2))
 
 
+@pytest.mark.slow
 def test_the_first_point_out_of_reach_is_named_with_the_nearest_one():
     points = np.array([[0.35, -0.2, 1.2], [2.0, -0.2, 1.2], [3.0, -0.2, 1.2]])
     (nearest,) = nearest_reachable(points[1:2])

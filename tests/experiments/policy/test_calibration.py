@@ -91,6 +91,7 @@ def action_error(layers, ranges, calibrated):
     return float(np.sqrt(np.mean(wrong[SETTLING:] ** 2)))
 
 
+@pytest.mark.slow
 def test_the_refitted_readout_is_nearer_to_the_exact_action(layers, ranges, refitted):
     nominal = action_error(layers, ranges, None)
     assert action_error(layers, ranges, Calibrated(**refitted.decoders)) < 0.8 * nominal
@@ -161,6 +162,7 @@ def test_a_refit_prefers_slow_values_to_fast_ones():
     assert readout.weights[0, 0] > 0.98
 
 
+@pytest.mark.slow
 def test_readout_and_trim_are_part_of_the_image(layers, ranges, refitted):
     digests = set()
     kept = Calibrated(**refitted.decoders)
@@ -181,6 +183,7 @@ def test_no_simulation_outlives_its_calibration(layers, ranges, compact):
     assert simulation() is None
 
 
+@pytest.mark.slow
 def test_halves_are_read_in_the_last_step_of_each_held_observation(layers, ranges, compact):
     build, shown = functools.partial(policy, layers, ranges, OPTIONS), walk(12, 1)
     with closing(SpikingHalves(build, 20, compact)) as spiking:
@@ -194,6 +197,7 @@ def test_halves_are_read_in_the_last_step_of_each_held_observation(layers, range
     np.testing.assert_array_equal(found, sim.data[probe][HOLD - 1 :: HOLD])
 
 
+@pytest.mark.slow
 def test_halves_are_the_positive_and_the_negative_part_of_the_activation(layers, ranges):
     build = functools.partial(policy, layers, ranges, OPTIONS)
     run = Options(1.0, backend="reference")

@@ -26,6 +26,7 @@ def observations():
     return np.random.RandomState(1).randn(200, 4)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("error:SP408")  # the report has it: ranges are quantiles
 def test_a_perceptron_is_measured_layer_by_layer(observations):
     options = PolicyOptions(n_neurons=20, tau_fwd=0.004)

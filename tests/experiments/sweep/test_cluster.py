@@ -78,6 +78,7 @@ def certificates(tmp_path):
     return names
 
 
+@pytest.mark.slow
 def test_a_scheduler_with_certificates_runs_points_only_for_a_holder_of_one(
     run, certificates, monkeypatch
 ):

@@ -53,6 +53,7 @@ def test_a_short_phase_that_reaches_is_rehearsed_in_the_whole_box(region):
     assert (np.abs(region(0.5, 'arm = "reach"').x.normalise(corners)) < 1).all()
 
 
+@pytest.mark.slow
 def test_the_region_holds_the_strokes_whose_corners_a_fast_hand_cuts(region):
     stroke = Sheet().stroke(4)
     assert region(4, 'arm = "digit"', 4).x.clip(stroke) == pytest.approx(stroke)

@@ -21,6 +21,7 @@ from spikeport.training.commands import CommandRange
 PUSHED_M_S = 0.05
 
 
+@pytest.mark.slow
 def test_the_trim_removes_the_drift_of_a_policy():
     exact = WalkSettings().walking_policy()
 
@@ -37,6 +38,7 @@ def test_the_trim_removes_the_drift_of_a_policy():
     assert abs(left[SIDEWAYS]) < 0.1 * PUSHED_M_S
 
 
+@pytest.mark.slow
 def test_a_rough_gait_has_wider_ranges_of_velocity_and_tilt_than_a_calm_one():
     exact = WalkSettings().walking_policy()
     calm, rough = (encoding(record_gait(exact, GAITS[name], 8.0)) for name in ("calm", "rough"))

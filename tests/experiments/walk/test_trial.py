@@ -165,14 +165,14 @@ def test_the_result_has_the_digests_of_the_files_that_the_run_read(tmp_path, mon
 def test_a_file_that_changes_while_the_network_is_made_is_refused(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write_path(Path("path.csv"), 0.3)
-    close = WalkTrial.close
+    close_loop = WalkTrial.close_loop
 
     def changing(*arguments):
-        closed = close(*arguments)
+        closed = close_loop(*arguments)
         write_path(Path("path.csv"), 0.2)
         return closed
 
-    monkeypatch.setattr(WalkTrial, "close", changing)
+    monkeypatch.setattr(WalkTrial, "close_loop", changing)
     trial = WalkTrial(WalkSettings(path="path.csv"), Options(0.1, backend="analytic"))
     with pytest.raises(UsageError, match=r"path\.csv: changed while the network was made"):
         driver.run(trial, tmp_path / "run")

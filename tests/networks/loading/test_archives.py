@@ -79,6 +79,7 @@ def bomb(path: Path, claimed: int | None) -> str:
     return name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("claimed", [None, 1000, 2**32 - 2])
 def test_members_inflate_no_further_than_is_allowed(zipped, refused, claimed):
     bomb(zipped, claimed)

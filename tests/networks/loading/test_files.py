@@ -41,6 +41,7 @@ def test_an_npz_of_other_arrays_is_refused(tmp_path):
         load_mlp(path)
 
 
+@pytest.mark.slow
 def test_policies_are_read_without_the_packages_that_wrote_them(
     tmp_path, monkeypatch, sequential, agrees
 ):

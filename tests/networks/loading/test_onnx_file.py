@@ -142,6 +142,7 @@ def test_constants_other_than_numbers_are_refused(path, refusal, option, complai
     assert complaint in refusal(path)
 
 
+@pytest.mark.slow
 def test_an_onnx_export_of_rsl_rl_is_read(path, actor, agrees):
     module = actor.as_onnx(verbose=False).eval()
     torch.onnx.export(
@@ -150,6 +151,7 @@ def test_an_onnx_export_of_rsl_rl_is_read(path, actor, agrees):
     agrees(load_mlp(path), module)
 
 
+@pytest.mark.slow
 def test_batch_normalisation_is_folded(path, normalised, agrees):
     module = normalised()
     torch.onnx.export(module, (torch.zeros(1, 5),), path)

@@ -113,6 +113,7 @@ def ends() -> list[World]:
     return worlds
 
 
+@pytest.mark.slow
 def test_errors_have_zero_mean(ends):
     errors = np.array([difference(world.belief, world.true)[MOTION] for world in ends])
     expected = np.sqrt([np.diag(world.belief.covariance)[MOTION] for world in ends])

@@ -57,6 +57,7 @@ def test_the_estimate_of_a_robot_that_stands_still_does_not_move():
     np.testing.assert_array_equal(found.q, STILL.q)
 
 
+@pytest.mark.slow
 def test_gyroscope_biases_about_horizontal_axes_are_estimated():
     ekf, bias = ContactAidedEkf(), np.array([0.01, -0.008, 0.0])
     found = stood(ekf, 10.0, gyroscope=bias)
@@ -65,6 +66,7 @@ def test_gyroscope_biases_about_horizontal_axes_are_estimated():
     np.testing.assert_allclose(found.base_linear_velocity, 0.0, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_a_wrong_tilt_of_the_imu_at_the_start_is_corrected():
     ekf = ContactAidedEkf(EkfNoise(tilt_rad=0.1, accelerometer_bias=0.01))
     found = stood(ekf, 5.0, quaternion=tilted(0.05))
@@ -183,6 +185,7 @@ def test_the_filter_starts_at_a_fix_on_level_and_on_unknown_floors(floor_m):
     np.testing.assert_allclose(found.base_linear_velocity, 0.0, atol=2e-3)
 
 
+@pytest.mark.slow
 def test_fixes_correct_a_drifted_estimate_and_the_gyroscope_bias_behind_it():
     ekf, bias = ContactAidedEkf(), np.array([0.0, 0.0, 0.01])
     drifted = stood(ekf, 4.0, gyroscope=bias)

@@ -38,6 +38,7 @@ def test_hats_of_many_vectors_equal_those_of_each_vector(xi):
     np.testing.assert_array_equal(group.hats(vectors), [group.hat(v) for v in vectors])
 
 
+@pytest.mark.slow
 @given(COORDINATES)
 def test_exp_is_the_matrix_exponential(xi):
     np.testing.assert_allclose(as_matrix(group.exp(xi)), expm(as_algebra(xi)), atol=1e-9)

@@ -74,6 +74,7 @@ def test_accelerometer_readings_integrate_to_the_imus_velocity():
     np.testing.assert_allclose((places[-1] - places[-3]) / (2 * dt_s), velocity, atol=0.02)
 
 
+@pytest.mark.slow
 def test_errors_have_the_stated_deviations_and_follow_from_the_seed():
     plant = Plant(anchored=True)
     errors = SensorErrors(0.1, 0.0, 0.2, 0.0, 0.3, 0.4, 0.5)

@@ -37,6 +37,7 @@ def exchanged() -> dict[str, object]:
         }
 
 
+@pytest.mark.slow
 def test_messages_arrive_whole_in_order_and_with_their_writer() -> None:
     assert in_namespace(exchanged) == {
         "numbers": list(range(20)),
@@ -64,6 +65,7 @@ def in_between() -> list[tuple[int, bool]]:
         return [(arrival.message[0], arrival.writer == first.number) for arrival in reader.take()]
 
 
+@pytest.mark.slow
 def test_in_real_time_messages_of_a_second_writer_displace_none_of_the_first() -> None:
     found = in_namespace(in_between)
     assert found == [[0, True], [1, False], [2, True], [3, True]]
@@ -87,6 +89,7 @@ def late() -> list[int]:
         return taken
 
 
+@pytest.mark.slow
 def test_in_real_time_a_late_reader_takes_the_newest_64_messages_at_once() -> None:
     assert in_namespace(late) == list(range(36, 100))
 
@@ -107,6 +110,7 @@ def again() -> list[str]:
     return [*rows, *(thread.name for thread in threading.enumerate()[1:])]
 
 
+@pytest.mark.slow
 def test_a_closed_bus_leaves_no_socket_or_thread_and_can_be_opened_again() -> None:
     assert in_namespace(again) == []
 
@@ -124,5 +128,6 @@ def refused() -> str:
     return ""
 
 
+@pytest.mark.slow
 def test_a_second_bus_in_the_same_process_and_domain_is_refused() -> None:
     assert "DDS cannot begin on lo, domain 1" in in_namespace(refused)

@@ -84,6 +84,7 @@ def listened() -> dict[str, object]:
     return {}
 
 
+@pytest.mark.slow
 def test_listening_sends_nothing_to_the_robot() -> None:
     found = in_namespace(listened)
     assert "their tick does not advance" in found["lines"][0]

@@ -222,6 +222,7 @@ def test_a_missing_robot_is_reported_with_a_cure() -> None:
         LockStepRobot(bus, TRUTHS).first()
 
 
+@pytest.mark.slow
 def test_a_robot_whose_states_are_refused_is_reported_with_the_reason() -> None:
     """Unitree's simulator in Python sets no checksum."""
     bus = FakeBus()
@@ -411,6 +412,7 @@ def test_the_truth_is_read_only_in_a_domain_without_real_robots(
     assert (robot.exchange(seen, HOLD).truth is not None) is told
 
 
+@pytest.mark.slow
 def test_odometry_without_an_orientation_is_not_used_to_start_a_run() -> None:
     bus = FakeBus(clocked=True)
     blind = encode_base(Base(2, np.zeros(3), np.zeros(3)))
@@ -442,6 +444,7 @@ class Released:
         return ["ai"]
 
 
+@pytest.mark.slow
 def test_odometry_of_sport_mode_is_not_used_to_start_a_run() -> None:
     """Sport mode's odometry ends once the mode is released; another publisher has another frame."""
     bus = FakeBus(clocked=True)

@@ -15,6 +15,7 @@ def pair(n: int, **options: nengo.synapses.Synapse) -> nengo.Network:
     return network
 
 
+@pytest.mark.slow
 def test_more_cores_than_as_written_give_a_hint() -> None:
     """Weights from neuron to neuron, 400 x 400, take a core more than decoded values."""
     network = pair(400)

@@ -37,6 +37,7 @@ def tiny(tmp_path):
     return path
 
 
+@pytest.mark.slow
 def test_a_policy_file_becomes_an_image_with_errors_and_report(spikeport, tiny, tmp_path):
     seen, out = tmp_path / "seen.npz", tmp_path / "out"
     np.savez(seen, observations=np.random.RandomState(0).randn(50, 3))
@@ -82,6 +83,7 @@ def test_a_policy_that_does_not_fit_has_a_report(spikeport, tiny, tmp_path):
     assert (found.fits, found.violations[0].id) == (False, "SP201")
 
 
+@pytest.mark.slow
 def test_observations_of_a_described_policy_are_those_of_its_description(spikeport, tmp_path):
     torch.manual_seed(0)
     policy, seen, described = (tmp_path / name for name in ("walk.pt", "seen.npz", "env.yaml"))
@@ -99,6 +101,7 @@ def test_observations_of_a_described_policy_are_those_of_its_description(spikepo
     assert layer["above"] == pytest.approx(np.quantile(sums, 0.995, axis=0).max(), rel=1e-4)
 
 
+@pytest.mark.slow
 def test_observations_of_a_file_of_ours_are_in_its_order_of_joints(spikeport, tmp_path):
     rng = np.random.RandomState(0)
     joints, policy, seen = JOINTS[::-1], tmp_path / "walk.npz", tmp_path / "seen.npz"
@@ -114,12 +117,14 @@ def test_observations_of_a_file_of_ours_are_in_its_order_of_joints(spikeport, tm
     assert layer["above"] == pytest.approx(wanted)
 
 
+@pytest.mark.slow
 def test_random_observations_are_named_if_no_file_is_given(spikeport, tiny):
     done = spikeport("convert", tiny, "-n", "2")
     assert "observations: 1,000 standard normal ones, without a file of observations\n" in done.out
     assert "hint: rate too low: layer 1 (" in done.out
 
 
+@pytest.mark.slow
 def test_the_refusal_of_a_policy_that_is_too_large_proposes_fewer_neurons(
     spikeport, tiny, tmp_path
 ):
@@ -207,11 +212,13 @@ def test_the_default_activation_of_checkpoints_is_refused_if_the_file_names_anot
     assert "expected activation elu, as --activation says, found tanh; leave out" in done.err
 
 
+@pytest.mark.slow
 def test_the_activation_that_the_file_names_may_be_given(spikeport, tiny):
     done = spikeport("convert", tiny, "--activation", "tanh", "-n", "2")
     assert (done.code, done.out.splitlines()[0]) == (0, "policy: 3-4-4-2, tanh")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "activation"),
     [

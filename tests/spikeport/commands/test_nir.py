@@ -1,6 +1,7 @@
 """``spikeport compile graph.nir`` and ``simulate graph.nir``: output and refusals."""
 
 import numpy as np
+import pytest
 import xarray as xr
 
 from spikeport.commands.agreement import Agreement
@@ -86,6 +87,7 @@ def test_the_option_loss_is_refused_for_a_graph_and_spikes_named_instead(spikepo
         )
 
 
+@pytest.mark.slow
 def test_simulate_plays_spikes_and_lists_differences(spikeport, tmp_path):
     path, out = written(tmp_path, nir_graphs.recurrent()), tmp_path / "run"
     np.savez(tmp_path / "in.npz", input=spikes(6, 60))

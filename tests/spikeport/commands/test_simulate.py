@@ -39,6 +39,7 @@ def contents(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.slow
 def test_a_run_leaves_a_folder_and_prints_the_errors(spikeport, net_py, tmp_path):
     out = tmp_path / "run"
     options = ("--seconds", "0.1", "--out", out, "--seed", "3", "--set", "n_neurons=30")
@@ -69,6 +70,7 @@ def test_a_run_leaves_a_folder_and_prints_the_errors(spikeport, net_py, tmp_path
     assert done.out.splitlines()[-1] == f"written: {out}/ ({', '.join(FILES)})"
 
 
+@pytest.mark.slow
 def test_a_run_prints_a_line_about_its_link(spikeport, net_py, tmp_path):
     def printed(*options):
         short = ("--seconds", "0.02", "--no-float", "--out", tmp_path / "run", "--overwrite")
@@ -84,6 +86,7 @@ def test_a_run_prints_a_line_about_its_link(spikeport, net_py, tmp_path):
     assert printed("--backend", "replay", "--replay", record) == f"replayed: {record}"
 
 
+@pytest.mark.slow
 def test_anyone_can_recompute_energy_and_times_from_the_counts(spikeport, tmp_path):
     (tmp_path / "chain.py").write_text(CHAIN)
     out = tmp_path / "run"
@@ -100,6 +103,7 @@ def test_anyone_can_recompute_energy_and_times_from_the_counts(spikeport, tmp_pa
     assert spikeport("simulate", tmp_path / "chain.py", *options, "--overwrite").code == 0
 
 
+@pytest.mark.slow
 def test_a_result_has_the_digests_of_network_and_chip(spikeport, net_py, tmp_path):
     shutil.copy(BUILT_IN / "loihi.toml", tmp_path / "own.toml")
     options = ("--seconds", "0.01", "--out", tmp_path / "run", "--chip", tmp_path / "own.toml")
@@ -123,6 +127,7 @@ def test_counts_are_refused_for_a_backend_without_cores(spikeport, net_py, tmp_p
     )
 
 
+@pytest.mark.slow
 def test_offload_moves_refused_ensembles_to_the_host_and_prints_them(spikeport, tmp_path):
     spec = f"{refused_networks.__name__}:with_foreign_neurons"
     options = ("--seconds", "0.05", "--out", tmp_path / "run")
@@ -176,6 +181,7 @@ def test_an_earlier_run_stays_if_the_time_series_of_a_new_one_cannot_be_made(
     assert contents(tmp_path / "run") == before
 
 
+@pytest.mark.slow
 def test_a_run_too_short_for_a_sample_is_written_and_can_be_viewed(spikeport, tmp_path):
     (tmp_path / "net.py").write_text(CHAIN.replace("groups[-1])", "groups[-1], sample_every=0.05)"))
     out = tmp_path / "run"
@@ -252,6 +258,7 @@ def test_a_node_that_raises_is_named_and_leaves_nothing(spikeport, net_py, tmp_p
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_file_name_need_not_be_utf_8_and_a_failed_figure_leaves_the_earlier_run(
     spikeport, tmp_path, monkeypatch
 ):

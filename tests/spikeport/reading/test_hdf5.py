@@ -143,6 +143,7 @@ def test_a_limit_above_that_of_the_process_is_not_an_error(path, monkeypatch):
     assert hdf5.read(path) is None
 
 
+@pytest.mark.slow
 def test_a_file_on_which_the_library_loops_or_aborts_is_refused(path, monkeypatch):
     path.write_bytes(b"content")
     message = "expected a whole HDF5 file, found a file on which the HDF5 library failed"

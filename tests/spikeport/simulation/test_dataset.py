@@ -11,6 +11,7 @@ from spikeport.simulation.dataset import dataset
 from spikeport.simulation.recorded import Recorded
 
 
+@pytest.mark.slow
 def test_every_probe_is_a_variable_with_its_clock(ran, tmp_path):
     run_folder.write_probes(tmp_path, dataset(ran.recorded, "native"))
     with xr.open_dataset(tmp_path / "probes.nc") as read:
