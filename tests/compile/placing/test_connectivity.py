@@ -1,6 +1,7 @@
 """The wiring of an image, divided and put together again."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 
 from spikeport.compile.image.chip_image import ChipImage

@@ -1,6 +1,7 @@
 import sys
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 
 from spikeport.compile.placing.packing import pack
