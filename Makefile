@@ -47,7 +47,7 @@ demo: $(STAMP)  ## the humanoid on the emulated chip walks, draws and walks on; 
 test: check  ## lint, types and all tests, on all cores
 	$(BIN)/python -m pytest $(PARALLEL)
 
-test-fast: $(STAMP)  ## the tests that take no seconds each, for the inner loop (3 minutes)
+test-fast: $(STAMP)  ## the tests that take less than a second each, for the inner loop (12 minutes of CPU time)
 	$(BIN)/python -m pytest $(PARALLEL) -m "not slow"
 
 shadow: $(STAMP)  ## nengo-loihi's own tests, native backend beside its emulator (4 minutes)
