@@ -7,6 +7,7 @@ there is only the cluster's own security.
 import contextlib
 import gc
 import logging
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 
 import dask
@@ -24,6 +25,9 @@ ANSWER_S = 5
 
 PATIENCE_S = 60
 """The time a sweep waits without any worker: Dask usually restarts workers that died."""
+
+LOOK_S = 0.5
+"""The time between looks for workers; one that a point kills is there for about a second."""
 
 TLS = "tls://"
 
@@ -127,18 +131,22 @@ def _in_its_folder(run: Run) -> Callable[[Point], PointFiles]:
 
 def _ended(client: Client, running: Iterable[Future]) -> Iterable[Future]:
     """Wait for futures to end, and return the ended ones; raises BackendError without workers."""
-    try:
-        done: Iterable[Future] = wait(
-            list(running), timeout=PATIENCE_S, return_when="FIRST_COMPLETED"
-        ).done
-    except TimeoutError:
-        if not client.nthreads():
-            raise BackendError(
-                "no worker is left, and none came back; cure: run the same command again: it "
-                "continues with the unfinished points"
-            ) from None
-        return ()
-    return done
+    seen_s = time.monotonic()
+    while True:
+        try:
+            done: Iterable[Future] = wait(
+                list(running), timeout=LOOK_S, return_when="FIRST_COMPLETED"
+            ).done
+        except TimeoutError:
+            if client.nthreads():
+                seen_s = time.monotonic()
+            elif time.monotonic() - seen_s > PATIENCE_S:
+                raise BackendError(
+                    "no worker is left, and none came back; cure: run the same command again: it "
+                    "continues with the unfinished points"
+                ) from None
+        else:
+            return done
 
 
 def _outcome(future: Future) -> PointOutcome:

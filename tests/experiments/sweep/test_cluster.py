@@ -1,9 +1,11 @@
 """Points on a Dask cluster, on loopback."""
 
 import contextlib
+import itertools
 import shutil
 import subprocess
 import time
+from types import SimpleNamespace
 
 import dask
 import pytest
@@ -145,3 +147,30 @@ def test_a_sweep_whose_workers_are_all_gone_ends_with_an_error(run, monkeypatch)
         "no worker is left, and none came back; cure: run the same command again: it continues "
         "with the unfinished points"
     )
+
+
+@pytest.mark.parametrize(
+    ("looks", "is_lost"), [([0] * 119 + [1] + [0] * 119, False), ([0] * 121, True)]
+)
+def test_workers_are_given_up_after_a_minute_without_any(monkeypatch, looks, is_lost):
+    """A point that kills its worker again and again may take longer, but workers come back."""
+    clock, seen = itertools.count(step=0.5), iter(looks)
+    ended = SimpleNamespace(done={"future"})
+
+    def wait(*_arguments, timeout, **_options):
+        assert timeout == sweep_cluster.LOOK_S == 0.5
+        nonlocal n_workers
+        n_workers = next(seen, None)
+        if n_workers is None:
+            return ended
+        raise TimeoutError
+
+    n_workers = 1
+    monkeypatch.setattr(sweep_cluster, "wait", wait)
+    monkeypatch.setattr(sweep_cluster, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    client = SimpleNamespace(nthreads=lambda: {"worker": 1} if n_workers else {})
+    if is_lost:
+        with pytest.raises(BackendError, match="none came back"):
+            sweep_cluster._ended(client, [])
+    else:
+        assert sweep_cluster._ended(client, []) == {"future"}
