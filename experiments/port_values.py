@@ -43,7 +43,7 @@ def joined(
     ports : sequence of Port
         The ports.
     observed : sequence of (port.size_out,) array
-        What each of them observes.
+        The observation of each of them.
     size_out : int
         The sum of their ``size_out``.
     time_s : float

@@ -32,6 +32,7 @@ LEARN_FRAC, OVERFLOW_BITS = 7, 2
 LEAST_EXPONENT = 6
 """Exponent of weights whose ``weight_exp`` is 0."""
 LARGEST_ERROR = MOST_TRACE = 127
+"""Largest sizes of an error and of a trace, of 7 bits each."""
 I32 = np.int32
 
 

@@ -17,6 +17,8 @@ OPENERS = re.compile(r"(?:^|(?<=[.!?:] ))[(*_]*(?:What|Whether|Of|Those|That|All
 NO_SENTENCE = re.compile(r"^( {4}|\s*$)")
 """Lines of code in Markdown, and empty ones."""
 ITEM = re.compile(r"^\s*([-*|#]+|\d+\.)\s+")
+PARTS = re.compile(r"\n\s*\n|^ *[\w*, ]+ : .*\n", re.MULTILINE)
+"""The ends of a docstring's parts: empty lines, and a parameter's name and type."""
 FOLDERS = (
     *("docs", "compile", "backends", "experiments", "hardware_models", "networks", "robot"),
     *("training", "benchmarks", "examples", "tests", "src/spikeport"),
@@ -40,7 +42,7 @@ def docstrings(code: str) -> Iterator[str]:
     """Yield the paragraphs of all texts that stand by themselves in a module."""
     for node in ast.walk(ast.parse(code)):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            for text in re.split(r"\n\s*\n", str(node.value.value)):
+            for text in PARTS.split(str(node.value.value)):
                 yield " ".join(text.split())
 
 
@@ -68,6 +70,8 @@ def test_openers_are_found_and_other_sentences_are_not() -> None:
     code = 'def f():\n    """Return x.\n\n    Those.\n    """\n    # A word. That\n    # is it.\n'
     assert openers(docstrings(code)) == ["Those."]
     assert openers(comments(code)) == ["That is it."]
+    code = 'def f():\n    """Return x.\n\n    x : array, optional\n        What is read.\n    """\n'
+    assert openers(docstrings(code)) == ["What is read."]
 
 
 @pytest.mark.parametrize("folder", ["", *FOLDERS])
