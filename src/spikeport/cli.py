@@ -632,7 +632,7 @@ def main() -> None:
     warnings.showwarning = warn
     process.prepare()
     try:
-        process.check_folders()
+        process.check_environment()
         try:
             app(prog_name="spikeport")
         finally:

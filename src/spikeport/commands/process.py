@@ -27,7 +27,7 @@ class _Unfailing(io.FileIO):
 
 
 def prepare() -> None:
-    """Make ready the standard streams, and the width that texts are broken at.
+    """Make ready the standard streams, the width that texts are broken at, and matplotlib.
 
     Progress and warnings must not end the work that they are about: on a full disk, on a terminal
     that is closed or in a pipe that nobody reads, they are lost.
@@ -45,6 +45,8 @@ def prepare() -> None:
     # A terminal without a size has 0 columns, in which rich would print nothing.
     if os.environ.get("COLUMNS") == "0":
         del os.environ["COLUMNS"]
+    # Pictures of a command are files. A notebook's shell names a backend that may be absent here.
+    os.environ["MPLBACKEND"] = "agg"
 
 
 def _open_closed() -> None:
@@ -70,8 +72,11 @@ def say(line: str) -> None:
         print(line, flush=True)
 
 
-def check_folders() -> None:
-    """Raise UsageError without a current folder or a home, which Nengo needs to be imported."""
+def check_environment() -> None:
+    """Raise UsageError for an environment in which Nengo or numba cannot be imported.
+
+    Nengo needs a current folder and a home, numba a number of threads that is not 0.
+    """
     try:
         os.getcwd()
     except FileNotFoundError:
@@ -84,3 +89,10 @@ def check_folders() -> None:
         raise UsageError(
             f"user {os.getuid()} has no home folder; cure: set HOME to a folder, as HOME=/tmp"
         ) from None
+    threads = os.environ.get("NUMBA_NUM_THREADS", "")
+    # numba takes no notice of a setting that is no number.
+    if threads.lstrip("-").isdecimal() and int(threads) < 1:
+        raise UsageError(
+            f"NUMBA_NUM_THREADS is {threads}, and numba needs one thread at least; "
+            "cure: unset NUMBA_NUM_THREADS"
+        )

@@ -84,3 +84,20 @@ del os.environ["HOME"]
     assert ended.stderr == (
         f"error: user {os.getuid()} has no home folder; cure: set HOME to a folder, as HOME=/tmp\n"
     )
+
+
+def test_no_threads_for_numba_are_refused() -> None:
+    for threads in ("0", "-1"):
+        ended = done(command(WORK), NUMBA_NUM_THREADS=threads)
+        assert (ended.returncode, ended.stdout) == (2, "")
+        assert ended.stderr == (
+            f"error: NUMBA_NUM_THREADS is {threads}, and numba needs one thread at least; "
+            "cure: unset NUMBA_NUM_THREADS\n"
+        )
+    assert done(command(WORK), NUMBA_NUM_THREADS="some").stdout == "done\n"
+
+
+def test_a_notebooks_backend_of_matplotlib_is_not_used() -> None:
+    work = "import matplotlib.pyplot as plt; print(plt.get_backend())"
+    backend = "module://matplotlib_inline.backend_inline"
+    assert done(command(work), MPLBACKEND=backend).stdout == "agg\n"
