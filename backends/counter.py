@@ -87,15 +87,15 @@ class Counter:
             For each compartment, how many of its spikes arrive at synapses in this step, and how
             often it spikes in this step.
         """
-        n = self._n_cores
-        self._delivered += delivered
-        sources = np.flatnonzero(delivered)
-        times = delivered[sources]
-        counts = np.zeros((6, n), dtype=np.int64)  # rows as in `step`
-        np.add.at(counts[0], self._source_core, spikes)
-        counts[1] = times @ self._fanout.synaptic_operations[sources]
-        counts[2] = np.bincount(self._source_core, minlength=n)
-        counts[4] = times @ self._fanout.messages[sources]
+        counts = np.zeros((6, self._n_cores), dtype=np.int64)  # rows as in `step`
+        if len(spikes):
+            self._delivered += delivered
+            sources = np.flatnonzero(delivered)
+            times = delivered[sources]
+            np.add.at(counts[0], self._source_core, spikes)
+            counts[1] = times @ self._fanout.synaptic_operations[sources]
+            counts[2] = np.bincount(self._source_core, minlength=self._n_cores)
+            counts[4] = times @ self._fanout.messages[sources]
         self.log.append(counts, 0)
 
     def activity(self) -> Activity:
