@@ -37,9 +37,8 @@ for _ in range(200):
 with tempfile.TemporaryDirectory() as folder:
     path = Path(folder) / "policy.pt"
     torch.jit.trace(net, observations).save(str(path))
-    perceptron = load_mlp(path)
-options = PolicyOptions(n_neurons=20, activation=perceptron.activation)
-conversion = Conversion(perceptron, options, observations.numpy())
+    mlp = load_mlp(path)
+conversion = Conversion(mlp, PolicyOptions(n_neurons=20), observations.numpy())
 model = conversion.network(probed=False)
 
 with spikeport.Simulator(model, pipeline="compact") as sim:
@@ -47,7 +46,7 @@ with spikeport.Simulator(model, pipeline="compact") as sim:
 print(sim.compilation)
 
 # %%
-exact = conversion.exact(conversion.sample)[-1]
+exact = mlp.exact(conversion.sample)[-1]
 figure, axes = plt.subplots(layout="constrained")
 axes.step(np.arange(len(exact)) * 0.05, exact, where="post", label="PyTorch")
 axes.plot(sim.trange(), sim.data[model.action], label="spikes, on the chip")

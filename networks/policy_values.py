@@ -143,7 +143,7 @@ def record_ranges(
     UsageError
         If the observations are not finite numbers, or not as many a row as the network has inputs.
     """
-    _check_observations(observations, layers[0].weights.shape[1])
+    check_observations(observations, layers[0].weights.shape[1])
     hidden = exact(layers, observations, activation_name)[:-1]
     return [_ranges(z, quantile, floor) for z in hidden]
 
@@ -154,7 +154,8 @@ def _ranges(z: np.ndarray, quantile: float, floor: float) -> Ranges:
     return Ranges(np.maximum(above, least), np.maximum(below, least))
 
 
-def _check_observations(observations: np.ndarray, n_inputs: int) -> None:
+def check_observations(observations: np.ndarray, n_inputs: int) -> None:
+    """Raise UsageError if observations are no finite numbers (m, n_inputs)."""
     found = np.asarray(observations)
     if found.ndim != 2 or found.shape[1] != n_inputs or not len(found):
         raise UsageError(

@@ -19,15 +19,10 @@ from spikeport.constants import DT_S
 from spikeport.experiments.calibration import play_in
 from spikeport.experiments.policy.lint import ConversionLint, LayerLint
 from spikeport.hardware_models.activity import Activity
+from spikeport.networks.activations import activation
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.policy import (
-    PolicyNetwork,
-    PolicyOptions,
-    Ranges,
-    exact,
-    policy,
-    record_ranges,
-)
+from spikeport.networks.perceptron import perceptron
+from spikeport.networks.policy import PolicyNetwork, PolicyOptions, Ranges, record_ranges
 from spikeport.progress import Progress
 from spikeport.simulator import Simulator
 
@@ -62,7 +57,7 @@ class Conversion:
     mlp : Mlp
         The perceptron.
     options : PolicyOptions
-        Neurons and time constants; with the perceptron's activation.
+        Neurons and time constants; the activation is always the perceptron's.
     observations : (m, n) array
         The observations that its units' ranges are taken from.
     seed : int
@@ -77,8 +72,8 @@ class Conversion:
     @cached_property
     def ranges(self) -> list[Ranges]:
         """Ranges of the units of every hidden layer."""
-        name = self.options.activation
-        return record_ranges(self.mlp.layers, self.observations, activation_name=name)
+        inputs, name = self.mlp.clipped(self.observations), self.mlp.activation
+        return record_ranges(self.mlp.layers, inputs, activation_name=name)
 
     @cached_property
     def sample(self) -> np.ndarray:
@@ -94,15 +89,11 @@ class Conversion:
         n_between = len(self.ranges) - 1
         return (*[self.options.tau_fwd] * n_between, self.options.tau_out)
 
-    def exact(self, observations: np.ndarray) -> list[np.ndarray]:
-        """Return pre-activations of the hidden layers, and the action."""
-        return exact(self.mlp.layers, observations, self.options.activation)
-
     def network(self, probed: bool) -> ProbedPolicy:
         """Build the spiking network; its hidden layers have probes if ``probed`` is true."""
         net = ProbedPolicy(label="conversion", seed=self.seed)
         with net:
-            net.policy = policy(self.mlp.layers, self.ranges, self.options, self.seed)
+            net.policy = perceptron(self.mlp, self.observations, self.options, self.seed)
             play_in(net.policy.observation, self.sample, round(HOLD_S / DT_S), DT_S)
             net.action = nengo.Probe(net.policy.action)
             layers = zip(net.policy.layers, self.taus_s, strict=True) if probed else ()
@@ -127,7 +118,7 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
     DoesNotFitError, CompileError
         If the network cannot be put on the chip.
     """
-    exact_action = conversion.exact(conversion.sample)[-1]
+    exact_action = conversion.mlp.exact(conversion.sample)[-1]
     net = conversion.network(probed=False)
     with (
         cut_off_by_design(),
@@ -167,8 +158,10 @@ def _rms(x: np.ndarray, axis: int | None = None) -> np.ndarray:
 
 
 def _layers(conversion: Conversion, net: ProbedPolicy, sim: Simulator) -> Iterator[LayerLint]:
-    function = conversion.options.function
-    recorded, played = (conversion.exact(x) for x in (conversion.observations, conversion.sample))
+    function = activation(conversion.mlp.activation)
+    recorded, played = (
+        conversion.mlp.exact(x) for x in (conversion.observations, conversion.sample)
+    )
     rates_hz = dict(zip(net.all_ensembles, _rates_hz(sim.activity), strict=True))
     for number, layer in enumerate(net.policy.layers):
         radii, tau_s = conversion.ranges[number], conversion.taus_s[number]

@@ -3,7 +3,8 @@
     y = M h + c
 
 h are the values after the last activation; before the first one, h is the observation.
-Normalisation, bias, scale and matrix products change only M and c; an activation ends a layer.
+Normalisation, bias, scale and matrix products change only M and c; an activation ends a layer. A
+clip may bound the observation before the first layer, and the action behind the last one.
 """
 
 import math
@@ -13,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from spikeport.networks.loading.ends import Clip, Squash, both
 from spikeport.networks.loading.mlp import Mlp, checked
 from spikeport.networks.policy_values import Layer
 from spikeport.reading.archive import MOST_NUMBERS
@@ -45,17 +47,24 @@ class Chain:
         The layers that ended in an activation.
     activations : tuple of str
         The activations of these layers.
+    observed : Clip, optional
+        The limits of the observation, in its own units.
+    clip : Clip, optional
+        The limits of y.
     """
 
     matrix: np.ndarray = field(default_factory=lambda: np.array(1.0))
     constant: np.ndarray = field(default_factory=lambda: np.array(0.0))
     layers: tuple[Layer, ...] = ()
     activations: tuple[str, ...] = ()
+    observed: Clip | None = None
+    clip: Clip | None = None
 
     __array_ufunc__ = None  # NumPy then leaves arithmetic with a chain to the chain
 
     def dense(self, weights: np.ndarray, bias: np.ndarray | None = None) -> "Chain":
         """Multiply by ``weights`` (n_out, n_in), and add ``bias``."""
+        self._check_open()
         try:
             constant = weights @ np.broadcast_to(self.constant, weights.shape[1:])
             # Before the first dense layer, the matrix is a factor for each value, which scales
@@ -71,14 +80,40 @@ class Chain:
         """End a layer with an activation."""
         if not self._is_matrix:
             raise MismatchError("a dense layer before every activation", f"{name} without one")
-        return Chain(layers=(*self.layers, self._layer()), activations=(*self.activations, name))
+        self._check_open()
+        layers, activations = (*self.layers, self._layer()), (*self.activations, name)
+        return Chain(layers=layers, activations=activations, observed=self.observed)
+
+    def clipped(self, low: ArrayLike | None, high: ArrayLike | None) -> "Chain":
+        """Bound the values; None is no limit."""
+        limits = Clip(
+            _vector(-np.inf if low is None else low), _vector(np.inf if high is None else high)
+        )
+        if not (limits.low <= limits.high).all():
+            raise MismatchError("a lower limit of a clip below its upper one", "one above it")
+        if self.layers or self._is_matrix:
+            return replace(self, clip=both(self.clip, limits))
+        # In units of the observation: it is clipped before it is scaled and shifted.
+        of_input = limits.shifted(-self.constant).scaled(1 / self.matrix)
+        return replace(self, observed=both(self.observed, of_input))
 
     def mlp(self) -> Mlp:
-        """Return the whole chain, with a dense layer at its end."""
-        if not self._is_matrix:
+        """Return the whole chain: a dense layer is at its end, and perhaps tanh or a clip."""
+        if self._is_matrix:
+            mlp = checked((*self.layers, self._layer()), self.activations)
+            factor, offset, tanh = np.array(1.0), np.array(0.0), False
+        elif self.activations[-1:] == ("tanh",):
+            mlp = checked(self.layers, self.activations[:-1])
+            factor, offset, tanh = self.matrix, self.constant, True
+        else:
             found = f"{self.activations[-1]} at its end" if self.activations else "none"
-            raise MismatchError("a linear last layer", found)
-        return checked((*self.layers, self._layer()), self.activations)
+            raise MismatchError("a linear last layer, or tanh behind it", found)
+        is_linear = self.clip is None and not tanh
+        squash = None if is_linear else Squash(tanh, factor, offset, self.clip)
+        for end, size in ((self.observed, mlp.sizes[0]), (squash, mlp.sizes[-1])):
+            if end is not None:
+                end.check(size)
+        return replace(mlp, observed=self.observed, squash=squash)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -92,6 +127,11 @@ class Chain:
     def _layer(self) -> Layer:
         return Layer(self.matrix, self.constant)
 
+    def _check_open(self) -> None:
+        """Refuse a further operation on clipped values: no weights compute a clip."""
+        if self.clip is not None:
+            raise MismatchError("a clip of the observation or the action", "one between layers")
+
     def __add__(self, other: ArrayLike) -> "Chain":
         # `NotImplemented` makes Python raise a TypeError, which `BoundedEvaluation` turns into a
         # refusal: the sum of two chains is a connection around layers, which no perceptron has.
@@ -100,14 +140,16 @@ class Chain:
         constant = self.constant + _vector(other)
         if self._is_matrix:
             constant = np.broadcast_to(constant, self.matrix.shape[:1])
-        return replace(self, constant=constant)
+        clip = self.clip and self.clip.shifted(_vector(other))
+        return replace(self, constant=constant, clip=clip)
 
     def __mul__(self, other: ArrayLike) -> "Chain":
         if isinstance(other, Chain | Sigmoid):
             return NotImplemented
         factor = _vector(other)
         rows = factor.reshape(-1, 1) if self._is_matrix else factor
-        return replace(self, matrix=rows * self.matrix, constant=factor * self.constant)
+        clip = self.clip and self.clip.scaled(factor)
+        return replace(self, matrix=rows * self.matrix, constant=factor * self.constant, clip=clip)
 
     def __sub__(self, other: ArrayLike) -> "Chain":
         return NotImplemented if isinstance(other, Chain) else self + -_vector(other)

@@ -66,7 +66,7 @@ def translated(mlp: Mlp, theirs: Description, ours: Description) -> WalkingPolic
     Raises
     ------
     MismatchError
-        The perceptron has another shape or activation.
+        The perceptron has another shape or activation, or functions around its layers.
     """
     _check_shape(mlp, len(ours.joints))
     (p, s), (p_ours, s_ours) = (_pose_and_scale(one, ours.joints) for one in (theirs, ours))
@@ -119,6 +119,10 @@ def _parts(columns: np.ndarray, order: list[int]) -> list[np.ndarray]:
 def _check_shape(mlp: Mlp, n_joints: int) -> None:
     if mlp.activation != "elu":
         raise MismatchError("activation elu", mlp.activation)
+    if mlp.observed is not None:
+        raise MismatchError("an observation without a clip", "one with a clip")
+    if mlp.squash is not None:
+        raise MismatchError("a linear last layer", f"{mlp.squash.words} behind it")
     wanted, found = (HEAD + 3 * n_joints, n_joints), (mlp.sizes[0], mlp.sizes[-1])
     if found != wanted:
         in_words = ("{} observations and {} actions".format(*sizes) for sizes in (wanted, found))

@@ -7,7 +7,8 @@ import numpy as np
 
 from spikeport.arrays import Floats
 from spikeport.networks.activations import ACTIVATIONS
-from spikeport.networks.policy_values import Layer
+from spikeport.networks.loading.ends import Clip, Squash
+from spikeport.networks.policy_values import Layer, exact
 from spikeport.reading.mismatch import MismatchError
 
 
@@ -30,16 +31,31 @@ class Mlp:
         The function of the hidden layers, one of `spikeport.networks.activations.ACTIVATIONS`.
     trained_on : Moments, optional
         The moments of the inputs in training, if the file has them.
+    observed : Clip, optional
+        The limits of the inputs, in their own units: values beyond them count as the limits.
+    squash : Squash, optional
+        The function behind the last layer.
     """
 
     layers: tuple[Layer, ...]
     activation: str
     trained_on: Moments | None = None
+    observed: Clip | None = None
+    squash: Squash | None = None
 
     @property
     def sizes(self) -> tuple[int, ...]:
         """Inputs, units of every hidden layer, outputs."""
         return (self.layers[0].weights.shape[1], *(len(layer.bias) for layer in self.layers))
+
+    def exact(self, observations: np.ndarray) -> list[np.ndarray]:
+        """Return pre-activations of the hidden layers, and the action, of (n,) or (m, n) inputs."""
+        *hidden, last = exact(self.layers, self.clipped(observations), self.activation)
+        return [*hidden, last if self.squash is None else self.squash(last)]
+
+    def clipped(self, observations: np.ndarray) -> np.ndarray:
+        """Return observations within the limits of the inputs."""
+        return observations if self.observed is None else self.observed(observations)
 
 
 def check_activation(name: str) -> None:

@@ -106,6 +106,7 @@ OPERATIONS: Operations = {
     "Relu": lambda x: x.activated("relu"),
     "Tanh": lambda x: x.activated("tanh"),
     "Gelu": lambda x, approximate=b"none": gelu(x, approximate.decode()),
+    "Clip": lambda x, min=None, max=None: x.clipped(min, max),
     "BatchNormalization": _batch_norm,
     "Swish": lambda x: x.activated("silu"),
     "Sigmoid": Sigmoid,  # torch writes SiLU as its product with its own input

@@ -12,7 +12,9 @@ import torch
 
 from spikeport import Simulator, compile_network
 from spikeport.experiments.loop import Loop, Port
-from spikeport.networks.policy import Layer, PolicyOptions, policy, record_ranges
+from spikeport.networks.loading.mlp import Mlp
+from spikeport.networks.perceptron import perceptron
+from spikeport.networks.policy import Layer, PolicyOptions
 from spikeport.simulation.run import SimulationOptions, run
 
 ROOT = Path(__file__).parents[2]
@@ -79,14 +81,12 @@ def test_a_perceptron_in_place_of_the_controller_balances_the_pole(own_robot):
     gains = own_robot.GAINS[np.newaxis]
     mixed = rng.uniform(0.5, 1.5, (8, 1)) * np.repeat([[1], [-1]], 4, axis=0)
     # Four units pass a positive force on, four a negative force, and each unit a quarter of it.
-    layers = [Layer(mixed @ gains, np.zeros(8)), Layer(1 / (4 * mixed.T), np.zeros(1))]
+    layers = (Layer(mixed @ gains, np.zeros(8)), Layer(1 / (4 * mixed.T), np.zeros(1)))
     observations = rng.uniform(-1, 1, (500, 4)) * own_robot.RADII
-    ranges = record_ranges(layers, observations, activation_name="relu")
-    options = PolicyOptions(n_neurons=20, activation="relu")
     plant = own_robot.CartPole()
     loop = Loop(plant, [own_robot.BalancePort(plant)])
     with nengo.Network(seed=0) as network:
-        net = policy(layers, ranges, options, observations=observations)
+        net = perceptron(Mlp(layers, "relu"), observations, PolicyOptions(n_neurons=20))
         loop.connect([net.observation], [net.action])
     with Simulator(network, pipeline="compact") as sim:
         plant.reset(tilt_rad=own_robot.TILT_RAD)
@@ -141,7 +141,7 @@ def test_the_pages_policy_balances_the_pole(programs, own_robot, monkeypatch, tm
         action.weight[:] = sign / (4 * own_robot.MOST_N)
         for one in (hidden, action):
             one.bias.zero_()
-    module = torch.nn.Sequential(hidden, torch.nn.ReLU(), action)
+    module = torch.nn.Sequential(hidden, torch.nn.ReLU(), action, torch.nn.Hardtanh())
     torch.jit.trace(module, torch.zeros(1, 4)).save("policy.pt")
     about_it = [one for one in programs if "observations.npz" in one]
     names = names_of(*programs[:2], *about_it)

@@ -140,10 +140,11 @@ def _training(folder: Path) -> None:
 
 
 def _onnx(folder: Path) -> None:
-    layers = nn.Sequential(nn.Linear(5, 4), nn.ELU(), nn.Linear(4, 3)).eval()
+    layers = nn.Hardtanh(-2, 2), nn.Linear(5, 4), nn.ELU(), nn.Linear(4, 3), nn.Tanh()
+    policy = nn.Sequential(*layers).eval()
     for name, beside in (("whole", False), ("beside", True)):
         path, inputs = folder / f"{name}.onnx", (torch.zeros(1, 5),)
-        torch.onnx.export(layers, inputs, path, external_data=beside, verbose=False)
+        torch.onnx.export(policy, inputs, path, external_data=beside, verbose=False)
 
 
 def _description(folder: Path) -> None:

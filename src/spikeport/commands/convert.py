@@ -64,7 +64,7 @@ def run(request: ConvertRequest) -> None:
         progress("reading the policy", None)
         walker, mlp = _read(request)
         observations = _observations(request, walker, mlp)
-        options = PolicyOptions(request.n_neurons, request.tau_fwd, activation=mlp.activation)
+        options = PolicyOptions(request.n_neurons, request.tau_fwd)
         conversion = Conversion(mlp, options, observations.values, request.seed)
         with _refusal_reported(request):
             converted = convert(conversion, request.chip, request.passes, progress)
@@ -75,7 +75,7 @@ def run(request: ConvertRequest) -> None:
         if (out := request.to.out) is not None:
             _write(out, converted.lint, walker)
     console = Console(highlight=False)
-    console.print(f"policy: {'-'.join(map(str, mlp.sizes))}, {_activation(request, mlp)}")
+    console.print(f"policy: {', '.join(_in_words(request, mlp))}")
     console.print(f"observations: {observations.origin}")
     console.print(lint_table(converted.lint))
     for line in lint_lines(converted.lint):
@@ -140,11 +140,16 @@ def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     return walker, Mlp(walker.layers, "elu")
 
 
-def _activation(request: ConvertRequest, mlp: Mlp) -> str:
-    """Return the activation, and that it is a guess if neither file nor user named it."""
-    if request.activation is None and file_format(request.policy) == "checkpoint":
-        return f"{mlp.activation} (assumed: a checkpoint names none; give it with --activation)"
-    return mlp.activation
+def _in_words(request: ConvertRequest, mlp: Mlp) -> Iterator[str]:
+    """Yield sizes, activation and ends of a policy; the user may have to correct the activation."""
+    yield "-".join(map(str, mlp.sizes))
+    is_guess = request.activation is None and file_format(request.policy) == "checkpoint"
+    hint = " (assumed: a checkpoint names none; give it with --activation)" if is_guess else ""
+    yield mlp.activation + hint
+    if mlp.observed is not None:
+        yield "clip of the observation"
+    if mlp.squash is not None:
+        yield f"{mlp.squash.words} of the action"
 
 
 def _observations(request: ConvertRequest, walker: WalkingPolicy | None, mlp: Mlp) -> Observations:

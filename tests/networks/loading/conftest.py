@@ -21,7 +21,6 @@ from spikeport.errors import UsageError
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.refusal import CURE, SAVE
-from spikeport.networks.policy_values import exact
 from tests.helpers.foreign import ENVIRONMENT, Policy, members
 from tests.helpers.watch import harm_of
 
@@ -41,7 +40,7 @@ def agrees(observations) -> Callable[[Mlp, nn.Module], None]:
     def check(mlp: Mlp, module: nn.Module) -> None:
         with torch.no_grad():
             wanted = module(torch.tensor(observations, dtype=torch.float)).numpy()
-        found = exact(mlp.layers, observations, mlp.activation)[-1]
+        found = mlp.exact(observations)[-1]
         np.testing.assert_allclose(found, wanted, rtol=1e-4, atol=1e-5)
         assert np.abs(wanted).max() > 0.1
 

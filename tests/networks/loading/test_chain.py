@@ -34,14 +34,57 @@ def test_a_chain_can_be_subtracted_from_numbers() -> None:
     assert chain.constant.tolist() == [3, 3, 3]
 
 
+def test_clips_around_the_layers_are_kept() -> None:
+    """Compute them step by step, as the operations of a file do."""
+    mean, std, scale = np.array([1.0, -2.0]), np.array([2.0, 0.5]), np.array([3.0, -1.0, 0.5])
+    clipped = ((Chain() - mean) / std).clipped(-1, 1).clipped(None, [[0.5, 1.0]])
+    hidden = (2.0 - clipped).dense(W).activated("relu")
+    mlp = (scale * hidden.dense(np.eye(3), np.ones(3)).clipped([0.0, 5.0, 1.0], 8) + 1.0).mlp()
+    for x in (np.array([9.0, 9.0]), np.array([-9.0, -9.0]), np.array([1.5, -2.2])):
+        normal = np.minimum(np.clip((x - mean) / std, -1, 1), [0.5, 1.0])
+        action = np.maximum(W @ (2 - normal), 0) + 1
+        wanted = scale * np.clip(action, [0.0, 5.0, 1.0], 8) + 1
+        np.testing.assert_allclose(mlp.exact(x)[-1], wanted)
+    assert mlp.squash.words == "clip"
+
+
+def test_tanh_behind_the_last_layer_is_kept_with_its_scale() -> None:
+    hidden = Chain().dense(W).activated("relu")
+    mlp = (hidden.dense(0.1 * V).activated("tanh") * 2.0 - 1.0).mlp()
+    x = np.array([0.5, -0.3])
+    wanted = 2 * np.tanh(0.1 * V @ np.maximum(W @ x, 0)) - 1
+    np.testing.assert_allclose(mlp.exact(x)[-1], wanted)
+    assert (len(mlp.layers), mlp.activation, mlp.squash.words) == (2, "relu", "tanh")
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: Chain().activated("elu"), "expected a dense layer before every activation"),
-        (lambda: Chain().mlp(), "expected a linear last layer, found none"),
+        (lambda: Chain().mlp(), "expected a linear last layer, or tanh behind it, found none"),
         (
             lambda: Chain().dense(W).activated("elu").mlp(),
-            "expected a linear last layer, found elu at its end",
+            "expected a linear last layer, or tanh behind it, found elu at its end",
+        ),
+        (
+            lambda: Chain().dense(W).clipped(0, 6).dense(V),
+            "expected a clip of the observation or the action, found one between layers",
+        ),
+        (
+            lambda: Chain().dense(W).clipped(0, 6).activated("elu"),
+            "expected a clip of the observation or the action, found one between layers",
+        ),
+        (
+            lambda: Chain().clipped(1, [0.0, 2.0]),
+            "expected a lower limit of a clip below its upper one, found one above it",
+        ),
+        (
+            lambda: Chain().dense(W).activated("elu").dense(V).clipped([0.0, 1.0], 2).mlp(),
+            "expected operations around the layers on 1 values, found an array of shape (2,)",
+        ),
+        (
+            lambda: (0.0 * Chain()).clipped(1, 2).dense(W).activated("elu").dense(V).mlp(),
+            "expected limits of a clip that are numbers, found NaN or infinity",
         ),
         (
             lambda: Chain().dense(W).dense(np.eye(2)),

@@ -213,7 +213,10 @@ STATES = "with actor_state_dict or model_state_dict"
             {"actor_state_dict": {"mlp.0.weight": 1}},
             "expected tensors in actor_state_dict, found other values",
         ),
-        ({"model_state_dict": {"std": torch.ones(1)}}, "expected a linear last layer, found none"),
+        (
+            {"model_state_dict": {"std": torch.ones(1)}},
+            "expected a linear last layer, or tanh behind it, found none",
+        ),
         (
             {"actor_state_dict": {}},
             "expected a Gaussian action with one standard deviation, found another distribution",

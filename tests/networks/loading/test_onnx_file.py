@@ -8,11 +8,13 @@ import torch
 from onnx import TensorProto, helper, numpy_helper
 
 from spikeport.networks.loading.files import load_mlp
+from spikeport.networks.policy_values import exact
 
 RNG = np.random.default_rng(5)
 W, V = RNG.standard_normal((4, 2)), RNG.standard_normal((3, 4))
 MEAN, B = np.array([[1.0, 2.0]]), RNG.standard_normal(4)
-CONSTANTS = {"W": W, "V": V, "B": B, "MEAN": MEAN, "HALF": np.array(0.5)}
+NUMBERS = {"HALF": np.array(0.5), "QUARTER": np.array(0.25)}
+CONSTANTS = {"W": W, "V": V, "B": B, "MEAN": MEAN, **NUMBERS}
 
 
 @pytest.fixture
@@ -65,6 +67,25 @@ def test_normalisation_gemm_and_activation_are_read(write, path, operation, name
     np.testing.assert_allclose(mlp.layers[0].bias, B - 2 * W @ MEAN[0], rtol=1e-6)
     np.testing.assert_allclose(mlp.layers[1].weights, 2 * V, rtol=1e-6)
     np.testing.assert_allclose(mlp.layers[1].bias, np.zeros(3))
+
+
+@pytest.mark.parametrize(
+    ("limits", "options", "wanted"),
+    [
+        (("QUARTER", "HALF"), {}, [0.25, 0.5]),
+        (("", "HALF"), {}, [-9, 0.5]),
+        (("QUARTER",), {}, [0.25, 9]),
+        ((), {"min": 0.25, "max": 0.5}, [0.25, 0.5]),  # before opset 11
+    ],
+)
+def test_clips_and_tanh_around_the_layers_are_read(write, path, limits, options, wanted):
+    layers = [HIDDEN, ("Elu", ("x",), {}), LAST]
+    write(("Clip", ("x", *limits), options), *layers, ("Tanh", ("x",), {}))
+    x = np.array([-9.0, 9.0])
+    mlp, inside = load_mlp(path), np.clip(x, *wanted)
+    np.testing.assert_array_equal(mlp.clipped(x), inside)
+    *_, z = exact(mlp.layers, inside)
+    np.testing.assert_array_equal(mlp.exact(x)[-1], np.tanh(z))
 
 
 @pytest.mark.parametrize("factors", [("x", "y0"), ("y0", "x")])
@@ -264,7 +285,7 @@ def test_gemm_may_omit_its_bias(model, watched, name):
         (lambda made: setattr(made.graph.output[0], "name", "W"), "one output that depends on"),
         (
             lambda made: setattr(made.graph.output[0], "name", "x"),
-            "a linear last layer, found none",
+            "a linear last layer, or tanh behind it, found none",
         ),
         (lambda made: setattr(made.graph.output[0], "name", ""), "one output that depends on"),
         (lambda made: made.graph.ClearField("output"), "1 inputs, 0 outputs"),

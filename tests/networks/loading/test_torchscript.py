@@ -106,6 +106,36 @@ def test_arithmetic_is_folded_into_the_layers(path, agrees):
     agrees(load_mlp(path), module)
 
 
+class Bounded(nn.Module):
+    """A policy that clips its normalised observation and its action, as rl_games' do."""
+
+    def __init__(self, module):
+        super().__init__()
+        self.module = module
+        self.register_buffer("mean", torch.randn(5))
+        self.register_buffer("var", torch.rand(5) + 0.1)
+
+    def forward(self, x):
+        y = torch.clamp((x - self.mean) / torch.sqrt(self.var + 1e-5), -1.0, 1.0)
+        return nn.functional.hardtanh(self.module(y).clamp_(min=-0.3), -0.5, 0.2)
+
+
+@pytest.mark.parametrize("form", SAVED)
+def test_clips_of_observation_and_action_are_read(path, sequential, agrees, form):
+    module = Bounded(sequential()).eval()
+    SAVED[form](module).save(path)
+    agrees(load_mlp(path), module)
+
+
+@pytest.mark.parametrize("form", SAVED)
+def test_tanh_behind_the_last_layer_is_read(path, sequential, agrees, form):
+    module = nn.Sequential(sequential(nn.ReLU), nn.Tanh()).eval()
+    SAVED[form](module).save(path)
+    mlp = load_mlp(path)
+    assert (mlp.activation, mlp.squash.words) == ("relu", "tanh")
+    agrees(mlp, module)
+
+
 class Converted(nn.Module):
     """A policy around which types, devices and a constant tensor are converted."""
 
@@ -178,13 +208,21 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         ),
         (
             nn.Sequential(nn.Linear(5, 3), nn.Tanh()),
-            "expected a linear last layer, found tanh at its end",
+            "expected at least one hidden layer, found none",
+        ),
+        (
+            nn.Sequential(nn.Linear(5, 3), nn.ReLU(), nn.Linear(3, 2), nn.ReLU()),
+            "expected a linear last layer, or tanh behind it, found relu at its end",
+        ),
+        (
+            nn.Sequential(nn.Linear(5, 3), nn.ReLU6(), nn.Linear(3, 2)),
+            "expected a clip of the observation or the action, found one between layers",
         ),
         (
             nn.Sequential(nn.Tanh(), nn.Linear(5, 3)),
             "expected a dense layer before every activation, found tanh without one",
         ),
-        (nn.Identity(), "expected a linear last layer, found none"),
+        (nn.Identity(), "expected a linear last layer, or tanh behind it, found none"),
         (nn.Sequential(nn.Linear(5, 3), nn.Softplus()), f"{CHAIN} aten::softplus"),
         (nn.LayerNorm(5), f"{CHAIN} aten::layer_norm"),
         (Skip(), f"{CHAIN} aten::add with operands it does not take"),

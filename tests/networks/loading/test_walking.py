@@ -56,9 +56,17 @@ def refused(path, description=None):
             "expected 69 observations and 19 actions, found 48 observations and 12 actions",
         ),
         ([nn.Linear(69, 8), nn.GELU(), nn.Linear(8, N)], "expected activation elu, found gelu"),
+        (
+            [nn.Hardtanh(), nn.Linear(69, 8), nn.ELU(), nn.Linear(8, N)],
+            "expected an observation without a clip, found one with a clip",
+        ),
+        (
+            [nn.Linear(69, 8), nn.ELU(), nn.Linear(8, N), nn.Tanh(), nn.Hardtanh()],
+            "expected a linear last layer, found tanh and clip behind it",
+        ),
     ],
 )
-def test_a_policy_of_other_sizes_or_activation_is_refused(tmp_path, environment, layers, complaint):
+def test_a_policy_of_another_form_is_refused(tmp_path, environment, layers, complaint):
     path = tmp_path / "policy.pt"
     torch.jit.script(nn.Sequential(*layers)).save(path)
     assert refused(path, environment()) == f"policy file '{path}': {complaint}{WITH}"

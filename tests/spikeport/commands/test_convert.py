@@ -213,6 +213,17 @@ def test_the_default_activation_of_checkpoints_is_refused_if_the_file_names_anot
 
 
 @pytest.mark.slow
+def test_bounds_of_observation_and_action_are_named(spikeport, tmp_path):
+    path = tmp_path / "bounded.pt"
+    layers = nn.Hardtanh(), nn.Linear(3, 4), nn.ReLU(), nn.Linear(4, 2), nn.Tanh()
+    torch.jit.script(nn.Sequential(*layers)).save(path)
+    done = spikeport("convert", path, "-n", "2")
+    assert done.out.splitlines()[0] == (
+        "policy: 3-4-2, relu, clip of the observation, tanh of the action"
+    )
+
+
+@pytest.mark.slow
 def test_the_activation_that_the_file_names_may_be_given(spikeport, tiny):
     done = spikeport("convert", tiny, "--activation", "tanh", "-n", "2")
     assert (done.code, done.out.splitlines()[0]) == (0, "policy: 3-4-4-2, tanh")
