@@ -92,8 +92,15 @@ def _cast(x: object, to: int, saturate: int = 1) -> object:
     return x
 
 
+def _flatten(x: Chain, axis: int = 1) -> Chain:
+    if axis != 1:
+        raise MismatchError("observations in rows", f"Flatten with axis {axis}")
+    return x
+
+
 OPERATIONS: Operations = {
     "Identity": lambda x: x,
+    "Flatten": _flatten,
     "Cast": _cast,
     "Gemm": _gemm,
     "MatMul": operator.matmul,

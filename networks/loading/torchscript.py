@@ -88,6 +88,12 @@ def _evaluated(training: object) -> None:
         raise MismatchError(wanted, found, cure="call eval() before the trace")
 
 
+def _flatten(x: Chain, start_dim: int = 0, end_dim: int = -1) -> Chain:
+    if start_dim != 1 or end_dim not in (1, -1):
+        raise MismatchError("observations in rows", f"flatten of axes {start_dim} to {end_dim}")
+    return x
+
+
 def _dropout(x: Chain, p: float, train: object) -> Chain:
     _evaluated(train)
     return replace(x)  # another object: see aten::clone
@@ -152,6 +158,7 @@ OPERATIONS: Operations = {
     "aten::clamp": lambda x, min=None, max=None: x.clipped(min, max),
     "aten::clip": lambda x, min=None, max=None: x.clipped(min, max),
     "aten::hardtanh": lambda x, min_val=-1, max_val=1: x.clipped(min_val, max_val),
+    "aten::flatten": _flatten,
     "aten::t": lambda W: _array(W).T,
     "aten::sqrt": lambda x: np.sqrt(_array(x)),
     "aten::ones": _ones,

@@ -79,7 +79,7 @@ def test_normalisation_gemm_and_activation_are_read(write, path, operation, name
     ],
 )
 def test_clips_and_tanh_around_the_layers_are_read(write, path, limits, options, wanted):
-    layers = [HIDDEN, ("Elu", ("x",), {}), LAST]
+    layers = [("Flatten", ("x",), {}), HIDDEN, ("Elu", ("x",), {}), LAST]
     write(("Clip", ("x", *limits), options), *layers, ("Tanh", ("x",), {}))
     x = np.array([-9.0, 9.0])
     mlp, inside = load_mlp(path), np.clip(x, *wanted)
@@ -198,6 +198,10 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         (
             [("Gemm", ("x", "W"), {"transA": 1, "transB": 1})],
             "expected observations in rows, found Gemm with transA",
+        ),
+        (
+            [("Flatten", ("x",), {"axis": 0}), HIDDEN, ("Elu", ("x",), {}), LAST],
+            "expected observations in rows, found Flatten with axis 0",
         ),
         (
             [HIDDEN, ("BatchNormalization", ("x", "B", "B", "B", "B"), {"training_mode": 1}), LAST],

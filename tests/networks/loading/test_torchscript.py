@@ -129,7 +129,7 @@ def test_clips_of_observation_and_action_are_read(path, sequential, agrees, form
 
 @pytest.mark.parametrize("form", SAVED)
 def test_tanh_behind_the_last_layer_is_read(path, sequential, agrees, form):
-    module = nn.Sequential(sequential(nn.ReLU), nn.Tanh()).eval()
+    module = nn.Sequential(nn.Flatten(), sequential(nn.ReLU), nn.Tanh()).eval()
     SAVED[form](module).save(path)
     mlp = load_mlp(path)
     assert (mlp.activation, mlp.squash.words) == ("relu", "tanh")
@@ -225,6 +225,7 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         (nn.Identity(), "expected a linear last layer, or tanh behind it, found none"),
         (nn.Sequential(nn.Linear(5, 3), nn.Softplus()), f"{CHAIN} aten::softplus"),
         (nn.LayerNorm(5), f"{CHAIN} aten::layer_norm"),
+        (nn.Flatten(0), "expected observations in rows, found flatten of axes 0 to -1"),
         (Skip(), f"{CHAIN} aten::add with operands it does not take"),
         (Two(), "expected a module with one input, the observation, found 2 inputs"),
     ],
