@@ -11,6 +11,7 @@ from nengo_loihi.inputs import ChipProcess
 from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
 from spikeport.compile.ground.names import End, Names, base
+from spikeport.neurons import HOST_TYPES
 
 NEURON_TYPES = (nengo.LIF, nengo.SpikingRectifiedLinear, LoihiLIF, LoihiSpikingRectifiedLinear)
 REGULAR_BASES = (nengo.LIFRate, nengo.RectifiedLinear)
@@ -56,8 +57,8 @@ class Scope:
         """Return the reason why an ensemble stays on the host; an empty text if it does not."""
         if ensemble in self._ends_of_learning:
             return "kept on the host by nengo-loihi, as a target or error source of learning"
-        if isinstance(ensemble.neuron_type, nengo.Direct):
-            return "of neuron type Direct"
+        if isinstance(ensemble.neuron_type, (nengo.Direct, *HOST_TYPES)):
+            return f"of neuron type {type(ensemble.neuron_type).__name__}"
         if self._switchable and self.network.config[ensemble].on_chip is False:
             return "with on_chip = False"
         return ""

@@ -23,6 +23,7 @@ from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.refusal import RefusedError, concerning
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import neurons_read
+from spikeport.compile.ground.settings import on_host
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
@@ -37,6 +38,7 @@ from spikeport.compile.loihi.quick_builder import quick_builder
 from spikeport.compile.loihi.shared_solves import shared_solves
 from spikeport.compile.loihi.split_synapses import split_by_tables
 from spikeport.errors import UsageError
+from spikeport.neurons import HOST_TYPES
 
 
 def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> FloatBlocks:
@@ -88,7 +90,10 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
     settings.set_on(model)
     if rewrite.input_weight is not None:
         model.node_neurons = SparseInputNeurons(dt_s, rewrite.input_weight)
+    # For nengo-loihi, only this setting keeps an ensemble on the host.
+    of_host = [e for e in network.all_ensembles if isinstance(e.neuron_type, HOST_TYPES)]
     with (
+        on_host(network, of_host),
         _without_filter_warnings(),
         numpy1_semantics(),
         quick_builder(),

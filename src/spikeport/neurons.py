@@ -233,4 +233,6 @@ def _check(
 
 
 OWN_TYPES: tuple[type[nengo.neurons.NeuronType], ...] = (IntegrateAndFire,)
-"""Types that the chip computes; the others are for the host."""
+"""Types of ours that the chip computes."""
+HOST_TYPES: tuple[type[nengo.neurons.NeuronType], ...] = (LeakyIntegrator, SpikeSource)
+"""Types of ours that are for the host, whatever the settings of their ensembles."""

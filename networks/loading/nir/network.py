@@ -5,7 +5,6 @@ sources of its biases wait until its first input can arrive. Spikes are 1/dt hig
 """
 
 import math
-import warnings
 from collections.abc import Iterator
 
 import nengo
@@ -84,9 +83,6 @@ class NirNetwork(nengo.Network):
         super().__init__(label=label, seed=0)
         self.folded, self.n_parts, self.at_once = folded, n_parts, at_once
         self.cures = dict.fromkeys(HALVED, ONE_PART if n_parts > 1 else SMALLER)
-        with warnings.catch_warnings(action="ignore"):  # nengo-loihi warns of Nengo after 3.2
-            import nengo_loihi
-        nengo_loihi.add_params(self)
         self.units = {
             name: units(one, n_parts, at_once)
             for name, one in folded.populations.items()
@@ -112,14 +108,10 @@ class NirNetwork(nengo.Network):
         if (name, late) not in self._sources:
             node = self.inputs[name]
             label = f"{name} spikes" + (f", {counted(late, 'step')} late" if late else "")
-            source = self._on_host(_ensemble(node.size_in, SpikeSource(late), label))
+            source = _ensemble(node.size_in, SpikeSource(late), label)
             nengo.Connection(node, source.neurons, synapse=None)
             self._sources[name, late] = source
         return self._sources[name, late]
-
-    def _on_host(self, ensemble: nengo.Ensemble) -> nengo.Ensemble:
-        self.config[ensemble].on_chip = False
-        return ensemble
 
     def _constants(
         self, name: str, values: np.ndarray, wait: int
@@ -128,7 +120,7 @@ class NirNetwork(nengo.Network):
         for (label, first, n_steps), weights in zip(CONSTANTS, values, strict=True):
             if weights.any():
                 kind = SpikeSource(wait=wait + first, n_steps=n_steps)
-                source = self._on_host(_ensemble(1, kind, f"{name} {label}", bias=1))
+                source = _ensemble(1, kind, f"{name} {label}", bias=1)
                 yield source, sparse.csr_matrix(weights[:, np.newaxis])
 
     def _neurons(self, population: Population) -> nengo.Ensemble:
@@ -144,7 +136,7 @@ class NirNetwork(nengo.Network):
     def _readout(self, population: Population) -> nengo.Ensemble:
         of = population.dynamics
         kind = LeakyIntegrator(of.current_decay, of.voltage_decay)
-        return self._on_host(_ensemble(population.size, kind, population.node.name))
+        return _ensemble(population.size, kind, population.node.name)
 
     def _connect(self, name: str, population: Population) -> None:
         late = self.folded.held_steps(population)
@@ -186,7 +178,7 @@ class NirNetwork(nengo.Network):
     def _add_constant(self, name: str, node: nengo.Node, signal: Signal) -> None:
         """Add a signal's constant in the signal's unit: to spikes, as a spike in every step."""
         if any(one in self.inputs or self.folded.populations[one].spikes for one in signal.parts):
-            source = self._on_host(_ensemble(1, SpikeSource(), f"{name} constant", bias=1))
+            source = _ensemble(1, SpikeSource(), f"{name} constant", bias=1)
             _to_host(source, node, sparse.csr_matrix(signal.constant[:, np.newaxis]))
         else:
             constant = nengo.Node(signal.constant, label=f"{name} constant")

@@ -217,6 +217,25 @@ def test_nengo_nodes_may_be_connected_to_inputs(tmp_path):
     assert set(np.unique(sim.data[output])) == {0, 1 / DT_S}
 
 
+@pytest.mark.parametrize("passes", ["as_written", "compact"])
+def test_a_graph_may_be_a_part_of_a_larger_network(tmp_path, passes):
+    """Play the same spikes into a graph by itself, and into one beside ensembles of Nengo's."""
+    path, rows = written(tmp_path, nir_graphs.recurrent(bias=0.3)), spikes(6, N_STEPS)
+    alone = read(spikeport.nir.load(path, DT_S), rows, "native")
+    with nengo.Network(seed=1) as network:
+        graph = spikeport.nir.load(path, DT_S)
+        graph.feeds["input"].play(rows, DT_S)
+        output = nengo.Probe(graph.outputs["output"])
+        count = nengo.Ensemble(60, 1, radius=2, label="count")
+        total = np.full((1, graph.outputs["output"].size_out), DT_S)
+        nengo.Connection(graph.outputs["output"], count, transform=total)
+        nengo.Connection(count, nengo.Ensemble(50, 1))
+    with spikeport.Simulator(network, pipeline=passes) as sim:
+        sim.run_steps(len(rows))
+        np.testing.assert_array_equal(sim.data[output], alone)
+        assert any("count" in block.label for block in sim.image.manifest.blocks)
+
+
 def read(network: NirNetwork, rows: np.ndarray, backend: str) -> np.ndarray:
     """Return the output of a network in each step."""
     network.feeds["input"].play(rows, DT_S)
