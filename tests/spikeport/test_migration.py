@@ -1,5 +1,6 @@
 """Every row of docs/migrating.md: nengo-loihi's simulator beside ours, or the refusal in words."""
 
+import threading
 import warnings
 from pathlib import Path
 
@@ -330,6 +331,46 @@ def counts_come_besides():
         assert sim.report()["energy"]
 
 
+class Slider(nengo.Process):
+    """A node's output, as nengo-gui replaces it: a slider's value once it was moved."""
+
+    def __init__(self, usual):
+        super().__init__(default_size_in=0, default_size_out=1)
+        self.usual, self.value = usual, None
+
+    def make_step(self, _shape_in, _shape_out, _dt, _rng, _state=None):
+        return lambda t: self.usual(t) if self.value is None else self.value
+
+
+def the_gui_plots_values_and_overrides_nodes():
+    """Do what nengo-gui 0.6.0 does: it adds objects for the build alone, and steps in a thread."""
+    net, shown = network(), []
+    (stimulus,), slider = net.nodes, Slider(net.nodes[0].output)
+    with net:
+        plot = nengo.Node(lambda _t, x: shown.append(x.copy()), size_in=1)
+        link = nengo.Connection(net.ensembles[1], plot, synapse=0.01)
+    usual, stimulus.output = stimulus.output, slider
+    sim = Simulator(net, progress_bar=nengo.utils.progress.NoProgressBar())
+    shown.clear()  # Nengo calls a function once to see how many values it returns
+    stimulus.output = usual
+    net.nodes.remove(plot)
+    net.connections.remove(link)
+
+    def steps():
+        for _ in range(STEPS):
+            sim.step()
+
+    for value in (None, -0.7, 0.7):
+        slider.value = value
+        thread = threading.Thread(target=steps)
+        thread.start()
+        thread.join()
+    sim.close()
+    assert len(shown) == 3 * STEPS
+    assert np.mean(shown[2 * STEPS - 20 : 2 * STEPS]) < -0.2
+    assert np.mean(shown[3 * STEPS - 20 :]) > 0.2
+
+
 ROWS = {
     "Simulator(net)": the_plain_call,
     "Simulator(net, 0.002, 5)": dt_and_seed_go_by_name,
@@ -357,6 +398,7 @@ ROWS = {
     "sim.model.utilization_summary()": the_report_is_printed,
     "sim.reset()": a_simulator_starts_over,
     "sim.run(1.0)": counts_come_besides,
+    "nengo -b nengo_loihi script.py": the_gui_plots_values_and_overrides_nodes,
 }
 
 
