@@ -70,7 +70,7 @@ softcore: $(STAMP)  ## a bitstream with soft cores: BOARD=ulx3s-85f, ulx3s-25f o
 	@hardware_models/softcore/board/build.sh "$(BOARD)" "$(IMAGE)" "$(LINK)" $(BIN) $(REFEREES)/ecp5/bin
 
 referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Norse, snnTorch, Menagerie's H1, Debian's packages
-	@$(MAKE) --no-print-directory --keep-going debian \
+	@$(MAKE) --no-print-directory --keep-going --jobs=2 debian \
 	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt nir.txt menagerie.txt ecp5.txt) || \
 	  echo "referees: not all can be had here, as said above; the tests that need them are skipped"
 

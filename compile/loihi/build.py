@@ -6,6 +6,7 @@ The builder is used as it is, since it defines the arithmetic; `OrderedModel` ma
 import contextlib
 import warnings
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Literal
 
@@ -90,10 +91,8 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
     settings.set_on(model)
     if rewrite.input_weight is not None:
         model.node_neurons = SparseInputNeurons(dt_s, rewrite.input_weight)
-    # For nengo-loihi, only this setting keeps an ensemble on the host.
-    of_host = [e for e in network.all_ensembles if isinstance(e.neuron_type, HOST_TYPES)]
     with (
-        on_host(network, of_host),
+        _host_types_stay(network),
         _without_filter_warnings(),
         numpy1_semantics(),
         quick_builder(),
@@ -116,6 +115,13 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
         except Exception as error:  # the builder refuses by errors of any kind, not only its own
             raise refused_or_not_finite(model.building, error) from error
     return model
+
+
+def _host_types_stay(network: nengo.Network) -> AbstractContextManager[None]:
+    """Keep ensembles of our types for the host there: nengo-loihi asks for a setting of each."""
+    ensembles = [e for e in network.all_ensembles if isinstance(e.neuron_type, HOST_TYPES)]
+    # Other networks are left alone: several threads may build one at once.
+    return on_host(network, ensembles) if ensembles else contextlib.nullcontext()
 
 
 @contextlib.contextmanager
