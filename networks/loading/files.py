@@ -26,7 +26,7 @@ ZIPS = {".npy": "npz", "constants.pkl": "TorchScript", "data.pkl": "checkpoint"}
 """Formats of archives by their members; a TorchScript file has a data.pkl too."""
 
 
-def load_mlp(path: Path, activation: str | None = None) -> Mlp:
+def load_mlp(path: Path, activation: str | None = None, output: str | None = None) -> Mlp:
     """Read the layers of a policy, with all normalisation folded into them.
 
     Parameters
@@ -36,6 +36,8 @@ def load_mlp(path: Path, activation: str | None = None) -> Mlp:
     activation : str, optional
         The activation of a checkpoint's actor, by default `ACTIVATION`. Other files contain their
         activation: if this argument is passed, it must equal the file's.
+    output : str, optional
+        The name of the action among several outputs of an ONNX file.
 
     Raises
     ------
@@ -47,7 +49,11 @@ def load_mlp(path: Path, activation: str | None = None) -> Mlp:
     with refusing(path):
         if activation is not None:
             check_activation(activation)
-        mlp = READERS[file_format(path)](path, activation or ACTIVATION)
+        kind = file_format(path)
+        if output is not None and kind != "ONNX":
+            cure = "leave out --output"
+            raise MismatchError("an ONNX file, whose outputs have names", kind, cure=cure)
+        mlp = READERS[kind](path, activation or ACTIVATION, output)
         if activation not in (None, mlp.activation):
             raise MismatchError(
                 f"activation {activation}, as --activation says",
@@ -93,9 +99,9 @@ def _npz(path: Path) -> Mlp:
     return Mlp(walking_policy.load(path).layers, "elu")
 
 
-READERS: dict[str, Callable[[Path, str], Mlp]] = {
-    "npz": lambda path, _: _npz(path),
-    "TorchScript": lambda path, _: torchscript.read(path),
-    "checkpoint": checkpoint.read,
-    "ONNX": lambda path, _: onnx_file.read(path),
+READERS: dict[str, Callable[[Path, str, str | None], Mlp]] = {
+    "npz": lambda path, _activation, _output: _npz(path),
+    "TorchScript": lambda path, _activation, _output: torchscript.read(path),
+    "checkpoint": lambda path, activation, _output: checkpoint.read(path, activation),
+    "ONNX": lambda path, _activation, output: onnx_file.read(path, output),
 }

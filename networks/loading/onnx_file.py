@@ -120,15 +120,19 @@ OPERATIONS: Operations = {
 }
 
 
-def read(path: Path) -> Mlp:
-    """Return the layers of a model's graph."""
+def read(path: Path, output: str | None = None) -> Mlp:
+    """Return the layers of a model's graph; ``output`` names the action, if it has other outputs.
+
+    Nodes that the action does not depend on are not computed: exports of trainers also return
+    values and deviations.
+    """
     with _whole():
         model = Message(read_bytes(path))
         graphs = list(model.messages(GRAPH))
         if len(graphs) != 1:
             raise WireError(f"{len(graphs)} graphs")
         own = {_kind(function, FUNCTION_DOMAIN, NAME) for function in model.messages(FUNCTION)}
-        return _Graph(path, own).chain(graphs[0]).mlp()
+        return _Graph(path, own).chain(graphs[0], output).mlp()
 
 
 def external_files(path: Path) -> list[Path]:
@@ -164,6 +168,26 @@ def _kind(message: Message, domain: int, name: int) -> str:
     return ".".join([space] * (space not in STANDARD) + [message.text(name)])
 
 
+def _chosen(outputs: list[str], output: str | None) -> str:
+    """Return the name of the action."""
+    found = ", ".join(outputs) or "none"
+    if output is None and len(outputs) != 1:
+        raise MismatchError("one output", found, cure="name the action with --output")
+    if output is not None and output not in outputs:
+        raise MismatchError(f"an output {output}, as --output says", found, cure="name one of them")
+    return output or outputs[0]
+
+
+def _needed(graph: Message, output: str) -> list[Message]:
+    """Return the nodes that an output depends on, in their order: values are made before use."""
+    names, nodes = {output}, []
+    for node in reversed(list(graph.messages(NODE))):
+        if not names.isdisjoint(node.texts(MADE)):
+            names.update(node.texts(OF))
+            nodes.append(node)
+    return nodes[::-1]
+
+
 def _constant(options: Mapping[str, object]) -> np.ndarray:
     """Return the numbers of a constant."""
     if len(options) != 1 or not options.keys() <= set(CONSTANTS):
@@ -185,20 +209,19 @@ class _Graph:
         self._values: dict[str, object] = {}
         self._stored: dict[str, Message] = {}
 
-    def chain(self, graph: Message) -> Chain:
-        """Return the graph's output for the observation, as a chain."""
+    def chain(self, graph: Message, output: str | None) -> Chain:
+        """Return an output of the graph for the observation, as a chain."""
         self._stored = {t.text(onnx_tensor.NAME): t for t in graph.messages(INITIALIZER)}
         named = [x.text(NAME) for x in graph.messages(INPUT)]
         # Early versions of ONNX list stored tensors among the inputs as well.
         inputs = [name for name in named if name not in self._stored]
-        outputs = [y.text(NAME) for y in graph.messages(OUTPUT)]
-        if (len(inputs), len(outputs)) != (1, 1):
-            found = f"{len(inputs)} inputs, {len(outputs)} outputs"
-            raise MismatchError("one input and one output", found)
+        if len(inputs) != 1:
+            raise MismatchError("one input, the observation", ", ".join(inputs) or "none")
+        wanted = _chosen([y.text(NAME) for y in graph.messages(OUTPUT)], output)
         self._values[inputs[0]] = Chain()
-        for node in graph.messages(NODE):
+        for node in _needed(graph, wanted):
             self._make(node)
-        return only([self._value(outputs[0])])
+        return only([self._value(wanted)])
 
     def _make(self, node: Message) -> None:
         # As in ONNX, one node makes a value, and no later node replaces it.

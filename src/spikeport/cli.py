@@ -336,6 +336,9 @@ def convert_command(
         str | None,
         typer.Option(help="Activation of a checkpoint, which does not contain it; by default elu."),
     ] = None,
+    output: Annotated[
+        str | None, typer.Option(help="Name of the action, if an ONNX file has other outputs.")
+    ] = None,
     neurons: Annotated[
         int, typer.Option("--neurons", "-n", help="Number of neurons for each unit.")
     ] = 20,
@@ -361,6 +364,7 @@ def convert_command(
             description=description,
             observations=observations,
             activation=activation,
+            output=output,
             n_neurons=neurons,
             tau_fwd=tau_fwd,
             chip=chip,

@@ -44,6 +44,7 @@ class ConvertRequest:
     description: Path | None
     observations: Path | None
     activation: str | None
+    output: str | None
     n_neurons: int
     tau_fwd: float
     chip: str
@@ -133,7 +134,9 @@ def _smaller(n_neurons: int) -> str:
 def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     """Return the walking policy, if the file holds one, and the layers."""
     if request.description is None and file_format(request.policy) != "npz":
-        return None, load_mlp(request.policy, request.activation)
+        return None, load_mlp(request.policy, request.activation, request.output)
+    if request.output is not None:
+        raise UsageError("--output: a walking policy has one output; cure: leave out --output")
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
 
     walker = load_policy(request.policy, request.description, request.activation)

@@ -7,7 +7,9 @@ import pytest
 import torch
 from onnx import TensorProto, helper, numpy_helper
 
+from spikeport.errors import UsageError
 from spikeport.networks.loading.files import load_mlp
+from spikeport.networks.loading.refusal import CURE
 from spikeport.networks.policy_values import exact
 
 RNG = np.random.default_rng(5)
@@ -22,13 +24,13 @@ def path(tmp_path):
     return tmp_path / "policy.onnx"
 
 
-def save(path, nodes, inputs, output, constants):
+def save(path, nodes, inputs, outputs, constants):
     floats = {"elem_type": TensorProto.FLOAT, "shape": ["n", None]}
     graph = helper.make_graph(
         nodes,
         "policy",
         [helper.make_tensor_value_info(name, **floats) for name in inputs],
-        [helper.make_tensor_value_info(output, **floats)],
+        [helper.make_tensor_value_info(name, **floats) for name in outputs],
         [numpy_helper.from_array(a.astype(np.float32), name) for name, a in constants.items()],
     )
     opset = [helper.make_opsetid("", 20)]
@@ -45,7 +47,7 @@ def write(path):
             names = [last if name == "x" else name for name in names]
             last = f"y{number}"
             made.append(helper.make_node(kind, names, [last], **options))
-        save(path, made, inputs, last, CONSTANTS)
+        save(path, made, inputs, [last], CONSTANTS)
 
     return rows
 
@@ -109,7 +111,7 @@ def test_constants_may_be_nodes_and_first_operands(path):
         node("Neg", ["w"], "y"),
     ]
     constants = {"V": V.T, "two": np.array(2.0)}
-    save(path, nodes, ["x"], "y", constants)
+    save(path, nodes, ["x"], ["y"], constants)
     mlp = load_mlp(path)
     np.testing.assert_allclose(mlp.layers[0].weights, W, rtol=1e-6)
     np.testing.assert_allclose(mlp.layers[1].weights, -2 * V, rtol=1e-6)
@@ -144,7 +146,7 @@ def test_constants_may_be_numbers_and_lists(path, option, wanted):
         helper.make_node("MatMul", ["h", "VT"], ["v"]),
         helper.make_node("Mul", ["v", "c"], ["y"]),
     ]
-    save(path, nodes, ["x"], "y", {"WT": W.T, "VT": V.T})
+    save(path, nodes, ["x"], ["y"], {"WT": W.T, "VT": V.T})
     np.testing.assert_allclose(load_mlp(path).layers[1].weights, 2 * wanted, rtol=1e-6)
 
 
@@ -159,7 +161,7 @@ def test_constants_may_be_numbers_and_lists(path, option, wanted):
 )
 def test_constants_other_than_numbers_are_refused(path, refusal, option, complaint):
     nodes = [helper.make_node("Constant", [], ["c"], **option)]
-    save(path, [*nodes, helper.make_node("Mul", ["x", "c"], ["y"])], ["x"], "y", {})
+    save(path, [*nodes, helper.make_node("Mul", ["x", "c"], ["y"])], ["x"], ["y"], {})
     assert complaint in refusal(path)
 
 
@@ -220,7 +222,33 @@ def test_a_graph_other_than_a_perceptron_is_refused(write, path, refusal, nodes,
 
 def test_two_inputs_are_refused(write, path, refusal):
     write(HIDDEN, inputs=("x", "z"))
-    assert refusal(path) == "expected one input and one output, found 2 inputs, 1 outputs"
+    assert refusal(path) == "expected one input, the observation, found x, z"
+
+
+@pytest.fixture
+def three(path):
+    """Write a graph that returns an action, its deviation and a value, as trainers' exports do."""
+    made = [
+        helper.make_node("Gemm", ["x", "W", "B"], ["z"], transB=1),
+        helper.make_node("Elu", ["z"], ["h"]),
+        helper.make_node("Gemm", ["h", "V"], ["mu"], transB=1),
+        helper.make_node("Exp", ["h"], ["sigma"]),
+        helper.make_node("ReduceSum", ["sigma"], ["value"]),
+    ]
+    save(path, made, ["x"], ["mu", "sigma", "value"], CONSTANTS)
+    return path
+
+
+def test_the_action_is_named_among_several_outputs(three):
+    np.testing.assert_allclose(load_mlp(three, output="mu").layers[1].weights, V, rtol=1e-6)
+    for output, complaint in (
+        (None, "expected one output, found mu, sigma, value; name the action with --output"),
+        ("nu", "expected an output nu, as --output says, found mu, sigma, value; name one of them"),
+        ("sigma", f"{CHAIN} Exp; {CURE}"),
+    ):
+        with pytest.raises(UsageError) as refused:
+            load_mlp(three, output=output)
+        assert str(refused.value) == f"policy file '{three}': {complaint}"
 
 
 def test_a_file_that_is_not_onnx_is_refused(path, refusal):
@@ -255,6 +283,17 @@ def products(made: onnx.ModelProto) -> None:
     nodes = [helper.make_node("MatMul", [a, "S"], [b]) for a, b in pairwise(names)]
     for one in reversed(nodes):
         made.graph.node.insert(0, one)
+    made.graph.node[50].input[1] = names[-1]  # the first layer's weights
+
+
+def made_again(name: str) -> Callable[[onnx.ModelProto], None]:
+    """Make a value again behind the first node, which makes z of x and W."""
+
+    def change(made: onnx.ModelProto) -> None:
+        made.graph.node.insert(1, helper.make_node("Identity", ["z"], [name]))
+        made.graph.node[2].input[0] = name
+
+    return change
 
 
 @pytest.mark.parametrize("name", ["", None])
@@ -275,9 +314,8 @@ def test_gemm_may_omit_its_bias(model, watched, name):
         ),
         (node(0, input=["missing", "W"]), "found 'missing'"),
         (node(0, input=["y", "W"]), "found 'y'"),
-        (node(0, output=["W"]), "operations that make one new value, found W"),
-        (node(0, output=["x"]), "operations that make one new value, found x"),
-        (node(0, output=[]), "operations that make one new value, found none"),
+        *((made_again(x), f"operations that make one new value, found {x}") for x in "zxW"),
+        (node(0, output=[]), "values that are made before they are used, found 'z'"),
         (node(0, output=["z", "zz"]), "operations that make one new value, found z, zz"),
         (node(0, op_type="Loop"), "operation Loop"),
         (node(0, domain="com.evil"), "operation com.evil.Gemm"),
@@ -292,7 +330,7 @@ def test_gemm_may_omit_its_bias(model, watched, name):
             "a linear last layer, or tanh behind it, found none",
         ),
         (lambda made: setattr(made.graph.output[0], "name", ""), "one output that depends on"),
-        (lambda made: made.graph.ClearField("output"), "1 inputs, 0 outputs"),
+        (lambda made: made.graph.ClearField("output"), "one output, found none"),
         (lambda made: made.ClearField("graph"), "found a damaged one (0 graphs)"),
         (lambda made: made.functions.add(name="Gemm"), "a function Gemm of the file"),
         (products, "2,000,000,000 multiplications of constants"),

@@ -235,6 +235,15 @@ def test_a_module_other_than_a_perceptron_is_refused(path, refusal, module, comp
     assert refusal(path) == complaint
 
 
+def test_outputs_have_no_names(path, sequential):
+    torch.jit.script(sequential()).save(path)
+    with pytest.raises(UsageError) as refused:
+        load_mlp(path, output="mu")
+    assert str(refused.value).endswith(
+        "expected an ONNX file, whose outputs have names, found TorchScript; leave out --output"
+    )
+
+
 def test_nan_is_refused(path, sequential, refusal):
     module = sequential()
     module[2].weight.data[0, 0] = torch.nan

@@ -212,6 +212,12 @@ def test_the_default_activation_of_checkpoints_is_refused_if_the_file_names_anot
     assert "expected activation elu, as --activation says, found tanh; leave out" in done.err
 
 
+def test_a_walking_policy_has_one_output(spikeport):
+    done = spikeport("convert", "h1_walk", "--output", "mu")
+    assert (done.code, done.out) == (2, "")
+    assert done.err.endswith("a walking policy has one output; cure: leave out --output\n")
+
+
 @pytest.mark.slow
 def test_bounds_of_observation_and_action_are_named(spikeport, tmp_path):
     path = tmp_path / "bounded.pt"
