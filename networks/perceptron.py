@@ -7,7 +7,7 @@ import numpy as np
 
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.policy import PolicyNetwork, PolicyOptions, policy, record_ranges
-from spikeport.networks.policy_values import check_observations
+from spikeport.networks.policy_values import Ranges, check_observations
 from spikeport.node_functions import Held
 
 
@@ -34,10 +34,10 @@ def perceptron(
         inputs.
     """
     options = replace(options or PolicyOptions(), activation=mlp.activation)
-    check_observations(observations, mlp.sizes[0])
-    inputs = mlp.clipped(observations)
-    ranges = record_ranges(mlp.layers, inputs, activation_name=mlp.activation)
-    net = policy(mlp.layers, ranges, options, seed, observations=inputs)
+    if mlp.observed is not None:  # the host clips what the first layer observes
+        options = replace(options, observes_host=True)
+    ranges = ranges_of(mlp, observations)
+    net = policy(mlp.layers, ranges, options, seed, observations=mlp.clipped(observations))
     with net:
         if mlp.observed is not None:
             inside, n = net.observation, net.observation.size_in
@@ -50,3 +50,10 @@ def perceptron(
             inside.label = "last layer"
             nengo.Connection(inside, net.action, synapse=None)
     return net
+
+
+def ranges_of(mlp: Mlp, observations: np.ndarray) -> list[Ranges]:
+    """Return the ranges of the units of every hidden layer; see `perceptron`."""
+    check_observations(observations, mlp.sizes[0])
+    inputs = mlp.clipped(observations)
+    return record_ranges(mlp.layers, inputs, activation_name=mlp.activation)

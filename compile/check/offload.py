@@ -1,5 +1,6 @@
 """Moves to the host of ensembles that refusals name, until the rest of a network is accepted."""
 
+import contextlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Generic, NamedTuple, TypeVar
 
@@ -9,7 +10,7 @@ from spikeport.compile.check.violation import DoesNotFitError, Offloaded
 from spikeport.compile.ground.names import End, Named, Names, base
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
-from spikeport.compile.ground.settings import on_host
+from spikeport.compile.ground.settings import add_params
 
 Result = TypeVar("Result")
 OF_THE_NETWORK = "SP0"
@@ -167,3 +168,27 @@ def _ensembles_of(obj: Named | End) -> Iterator[nengo.Ensemble]:
             yield from _ensembles_of(end)
     elif isinstance(obj, nengo.Probe):
         yield from _ensembles_of(obj.target)
+
+
+@contextlib.contextmanager
+def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iterator[None]:
+    """Keep ensembles on the host for a while, then restore the network's settings."""
+    classes = [of for kind, of in network.config.params.items() if isinstance(kind, type)]
+    options = [dict(of._extra_params) for of in classes]
+    add_params(network)
+    # An ensemble without a value of its own follows its class's value, which may change later.
+    own = {e: network.config[e].on_chip for e in ensembles if "on_chip" in network.config[e]}
+    try:
+        for ensemble in ensembles:
+            network.config[ensemble].on_chip = False
+        yield
+    finally:
+        for ensemble in ensembles:
+            if ensemble in own:
+                network.config[ensemble].on_chip = own[ensemble]
+            else:
+                del network.config[ensemble].on_chip
+        # If added options remained, they would change the network's identity, by which compiles
+        # are cached.
+        for of, before in zip(classes, options, strict=True):
+            of._extra_params = before

@@ -6,8 +6,7 @@
     network.config[connection].decode_path = "direct"
 """
 
-import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import nengo
@@ -54,30 +53,6 @@ def set_defaults() -> None:
     zero. The change holds for all networks that this process builds afterwards.
     """
     nengo_loihi.set_defaults()
-
-
-@contextlib.contextmanager
-def on_host(network: nengo.Network, ensembles: Sequence[nengo.Ensemble]) -> Iterator[None]:
-    """Keep ensembles on the host for a while, then restore the network's settings."""
-    classes = [of for kind, of in network.config.params.items() if isinstance(kind, type)]
-    options = [dict(of._extra_params) for of in classes]
-    add_params(network)
-    # An ensemble without a value of its own follows its class's value, which may change later.
-    own = {e: network.config[e].on_chip for e in ensembles if "on_chip" in network.config[e]}
-    try:
-        for ensemble in ensembles:
-            network.config[ensemble].on_chip = False
-        yield
-    finally:
-        for ensemble in ensembles:
-            if ensemble in own:
-                network.config[ensemble].on_chip = own[ensemble]
-            else:
-                del network.config[ensemble].on_chip
-        # If added options remained, they would change the network's identity, by which compiles
-        # are cached.
-        for of, before in zip(classes, options, strict=True):
-            of._extra_params = before
 
 
 class Unread(NamedTuple):

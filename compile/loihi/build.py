@@ -6,7 +6,6 @@ The builder is used as it is, since it defines the arithmetic; `OrderedModel` ma
 import contextlib
 import warnings
 from collections.abc import Iterator
-from contextlib import AbstractContextManager
 from dataclasses import replace
 from typing import Literal
 
@@ -24,13 +23,13 @@ from spikeport.compile.ground.names import Names, base
 from spikeport.compile.ground.refusal import RefusedError, concerning
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import neurons_read
-from spikeport.compile.ground.settings import on_host
 from spikeport.compile.image.manifest import BlockEntry, Encoding, Filter, InputEntry
 from spikeport.compile.loihi.blocks import FloatBlocks, OutputName, first_of
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
 from spikeport.compile.loihi.error_parts import error_parts_placed
 from spikeport.compile.loihi.host_neurons import SparseInputNeurons
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
+from spikeport.compile.loihi.host_types import host_types_stay
 from spikeport.compile.loihi.learned_targets import learned_targets_stay
 from spikeport.compile.loihi.merged_connections import merged_in_full
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
@@ -39,7 +38,6 @@ from spikeport.compile.loihi.quick_builder import quick_builder
 from spikeport.compile.loihi.shared_solves import shared_solves
 from spikeport.compile.loihi.split_synapses import split_by_tables
 from spikeport.errors import UsageError
-from spikeport.neurons import HOST_TYPES
 
 
 def build(rewrite: Rewrite, dt_s: float, settings: BuildSettings = AS_USUAL) -> FloatBlocks:
@@ -92,11 +90,11 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
     if rewrite.input_weight is not None:
         model.node_neurons = SparseInputNeurons(dt_s, rewrite.input_weight)
     with (
-        _host_types_stay(network),
         _without_filter_warnings(),
         numpy1_semantics(),
         quick_builder(),
         connections_probed_on_host(),
+        host_types_stay(),
         learned_targets_stay(),
         error_parts_placed(),
         merged_in_full(model.failed_at),
@@ -115,13 +113,6 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
         except Exception as error:  # the builder refuses by errors of any kind, not only its own
             raise refused_or_not_finite(model.building, error) from error
     return model
-
-
-def _host_types_stay(network: nengo.Network) -> AbstractContextManager[None]:
-    """Keep ensembles of our types for the host there: nengo-loihi asks for a setting of each."""
-    ensembles = [e for e in network.all_ensembles if isinstance(e.neuron_type, HOST_TYPES)]
-    # Other networks are left alone: several threads may build one at once.
-    return on_host(network, ensembles) if ensembles else contextlib.nullcontext()
 
 
 @contextlib.contextmanager

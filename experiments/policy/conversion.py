@@ -21,8 +21,8 @@ from spikeport.experiments.policy.lint import ConversionLint, LayerLint
 from spikeport.hardware_models.activity import Activity
 from spikeport.networks.activations import activation
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.perceptron import perceptron
-from spikeport.networks.policy import PolicyNetwork, PolicyOptions, Ranges, record_ranges
+from spikeport.networks.perceptron import perceptron, ranges_of
+from spikeport.networks.policy import PolicyNetwork, PolicyOptions, Ranges
 from spikeport.progress import Progress
 from spikeport.simulator import Simulator
 
@@ -72,8 +72,7 @@ class Conversion:
     @cached_property
     def ranges(self) -> list[Ranges]:
         """Ranges of the units of every hidden layer."""
-        inputs, name = self.mlp.clipped(self.observations), self.mlp.activation
-        return record_ranges(self.mlp.layers, inputs, activation_name=name)
+        return ranges_of(self.mlp, self.observations)
 
     @cached_property
     def sample(self) -> np.ndarray:

@@ -53,9 +53,10 @@ def load_policy(
     description: Path | None = None,
     activation: str | None = None,
     describe: str = DESCRIBE,
+    output: str | None = None,
 ) -> WalkingPolicy:
     """Load a policy for the H1; see `spikeport.networks.loading.walking.load_walking`."""
-    return load_walking(path, H1, description, activation, describe)
+    return load_walking(path, H1, description, activation, describe, output)
 
 
 @dataclass(frozen=True, kw_only=True)

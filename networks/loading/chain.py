@@ -80,21 +80,28 @@ class Chain:
         """End a layer with an activation."""
         if not self._is_matrix:
             raise MismatchError("a dense layer before every activation", f"{name} without one")
-        self._check_open()
+        clip = self.clip
+        if clip is not None and name == "tanh":
+            clip = Clip(np.tanh(clip.low), np.tanh(clip.high))  # tanh rises: limits pass through it
+        else:
+            self._check_open()
         layers, activations = (*self.layers, self._layer()), (*self.activations, name)
-        return Chain(layers=layers, activations=activations, observed=self.observed)
+        return Chain(layers=layers, activations=activations, observed=self.observed, clip=clip)
 
     def clipped(self, low: ArrayLike | None, high: ArrayLike | None) -> "Chain":
         """Bound the values; None is no limit."""
+        if low is None and high is None:
+            return self
         limits = Clip(
             _vector(-np.inf if low is None else low), _vector(np.inf if high is None else high)
         )
         if not (limits.low <= limits.high).all():
-            raise MismatchError("a lower limit of a clip below its upper one", "one above it")
+            raise MismatchError(
+                "a lower limit of a clip that is not above its upper one", "another"
+            )
         if self.layers or self._is_matrix:
             return replace(self, clip=both(self.clip, limits))
-        # In units of the observation: it is clipped before it is scaled and shifted.
-        of_input = limits.shifted(-self.constant).scaled(1 / self.matrix)
+        of_input = limits.before(self.matrix, self.constant)
         return replace(self, observed=both(self.observed, of_input))
 
     def mlp(self) -> Mlp:

@@ -26,12 +26,22 @@ class Clip:
 
     def scaled(self, factor: Floats) -> "Clip":
         """Return the limits of ``factor x``."""
-        ends = factor * self.low, factor * self.high
+        # A factor of 0 makes 0 of any value, whether it has limits or not.
+        ends = [np.where(factor == 0, 0.0, factor * end) for end in (self.low, self.high)]
         return Clip(np.minimum(*ends), np.maximum(*ends))
 
     def shifted(self, offset: Floats) -> "Clip":
         """Return the limits of ``x + offset``."""
         return Clip(self.low + offset, self.high + offset)
+
+    def before(self, factor: Floats, offset: Floats) -> "Clip":
+        """Return the limits of x that are these of ``factor x + offset``."""
+        room = self.shifted(-offset)
+        of_input = room.scaled(1 / factor)
+        # Where the factor hides x, no limit of x is needed if the offset is within these.
+        free = (factor == 0) & (room.low <= 0) & (room.high >= 0)
+        low, high = np.where(free, -np.inf, of_input.low), np.where(free, np.inf, of_input.high)
+        return Clip(low, high)
 
     def then(self, later: "Clip") -> "Clip":
         """Return the clip that is the same as this one and a later one."""

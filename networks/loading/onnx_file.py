@@ -45,6 +45,7 @@ CONSTANTS = ("value", "value_float", "value_int", "value_floats", "value_ints")
 FLOATS = (1, 11)
 """ONNX's numbers of the types of single and double precision."""
 
+NAME_IT = "name the action with --output of `spikeport convert`, or export it alone"
 FUNCTION_DOMAIN = 10
 STANDARD = ("", "ai.onnx")
 """Names of the domain of ONNX's standard operations."""
@@ -92,8 +93,9 @@ def _cast(x: object, to: int, saturate: int = 1) -> object:
     return x
 
 
-def _flatten(x: Chain, axis: int = 1) -> Chain:
-    if axis != 1:
+def _flatten(x: Chain | np.ndarray, axis: int = 1) -> Chain | np.ndarray:
+    # A vector would become a column.
+    if axis != 1 or (isinstance(x, np.ndarray) and x.ndim != 2):
         raise MismatchError("observations in rows", f"Flatten with axis {axis}")
     return x
 
@@ -172,7 +174,7 @@ def _chosen(outputs: list[str], output: str | None) -> str:
     """Return the name of the action."""
     found = ", ".join(outputs) or "none"
     if output is None and len(outputs) != 1:
-        raise MismatchError("one output", found, cure="name the action with --output")
+        raise MismatchError("one output", found, cure=NAME_IT)
     if output is not None and output not in outputs:
         raise MismatchError(f"an output {output}, as --output says", found, cure="name one of them")
     return output or outputs[0]
@@ -183,7 +185,7 @@ def _needed(graph: Message, output: str) -> list[Message]:
     names, nodes = {output}, []
     for node in reversed(list(graph.messages(NODE))):
         if not names.isdisjoint(node.texts(MADE)):
-            names.update(node.texts(OF))
+            names.update(filter(None, node.texts(OF)))  # an omitted input has no name
             nodes.append(node)
     return nodes[::-1]
 

@@ -295,7 +295,8 @@ class Interpreter:
             raise MismatchError(CHAIN, f"operation {kind} with operands it does not take")
         made = self._evaluation.apply(kind.removesuffix("_"), *operands, **named)
         # A chain never changes: under other names it is still without this operation.
-        self._changed.append(operands[0])
+        if made is not operands[0]:
+            self._changed.append(operands[0])
         return made
 
     def _unchanged(self, value: object) -> object:

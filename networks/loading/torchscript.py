@@ -96,7 +96,7 @@ def _flatten(x: Chain, start_dim: int = 0, end_dim: int = -1) -> Chain:
 
 def _dropout(x: Chain, p: float, train: object) -> Chain:
     _evaluated(train)
-    return replace(x)  # another object: see aten::clone
+    return x  # the same tensor, as in evaluation mode of torch
 
 
 def _batch_norm(

@@ -30,6 +30,7 @@ def load_walking(
     description: Path | None = None,
     activation: str | None = None,
     describe: str = DESCRIBE,
+    output: str | None = None,
 ) -> WalkingPolicy:
     """Read a walking policy, for our robot and in its order of joints.
 
@@ -45,6 +46,8 @@ def load_walking(
         The activation, as `load_mlp` takes it.
     describe : str
         The caller's option for a description, for the error message.
+    output : str, optional
+        The name of the action, as `load_mlp` takes it.
 
     Raises
     ------
@@ -53,7 +56,7 @@ def load_walking(
     MissingExtraError
         The package that reads the format is absent.
     """
-    mlp = load_mlp(path, activation)
+    mlp = load_mlp(path, activation, output)
     if file_format(path) == "npz":
         if description is not None:
             raise UsageError(

@@ -135,11 +135,11 @@ def _read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     """Return the walking policy, if the file holds one, and the layers."""
     if request.description is None and file_format(request.policy) != "npz":
         return None, load_mlp(request.policy, request.activation, request.output)
-    if request.output is not None:
-        raise UsageError("--output: a walking policy has one output; cure: leave out --output")
     from spikeport.experiments.policy.settings import load_policy  # needs the robot
 
-    walker = load_policy(request.policy, request.description, request.activation)
+    walker = load_policy(
+        request.policy, request.description, request.activation, output=request.output
+    )
     return walker, Mlp(walker.layers, "elu")
 
 

@@ -1,4 +1,4 @@
-"""The process of a command: its standard streams, its folders and the width of its texts."""
+"""The process of a command: standard streams, folders, environment, the width of its texts."""
 
 import contextlib
 import io
@@ -45,8 +45,9 @@ def prepare() -> None:
     # A terminal without a size has 0 columns, in which rich would print nothing.
     if os.environ.get("COLUMNS") == "0":
         del os.environ["COLUMNS"]
-    # Pictures of a command are files. A notebook's shell names a backend that may be absent here.
-    os.environ["MPLBACKEND"] = "agg"
+    # A notebook's shell names a backend of matplotlib that may be absent here; ours writes files.
+    if os.environ.get("MPLBACKEND", "").startswith("module://"):
+        os.environ["MPLBACKEND"] = "agg"
 
 
 def _open_closed() -> None:
@@ -89,9 +90,10 @@ def check_environment() -> None:
         raise UsageError(
             f"user {os.getuid()} has no home folder; cure: set HOME to a folder, as HOME=/tmp"
         ) from None
-    threads = os.environ.get("NUMBA_NUM_THREADS", "")
-    # numba takes no notice of a setting that is no number.
-    if threads.lstrip("-").isdecimal() and int(threads) < 1:
+    threads, n_threads = os.environ.get("NUMBA_NUM_THREADS", ""), 1
+    with contextlib.suppress(ValueError):  # numba, too, takes no notice of what is no number
+        n_threads = int(threads)
+    if n_threads < 1:
         raise UsageError(
             f"NUMBA_NUM_THREADS is {threads}, and numba needs one thread at least; "
             "cure: unset NUMBA_NUM_THREADS"

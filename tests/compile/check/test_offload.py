@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from spikeport import Simulator
-from spikeport.compile.check.offload import Offload, problems
+from spikeport.compile.check.offload import Offload, on_host, problems
 from spikeport.compile.check.violation import DoesNotFitError, NothingOnChipError, Violation
 from spikeport.compile.ground.identity import identity
 from spikeport.compile.ground.refusal import RefusedError, concerning
@@ -180,11 +180,37 @@ def test_all_ensembles_of_a_problem_are_moved_if_no_single_move_solves_it() -> N
     assert [move.ensemble for move in search.moves] == [a, b]
 
 
+def test_settings_are_restored_after_an_error() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(5, 1), nengo.Ensemble(5, 1)
+    nengo_loihi.add_params(network)
+    network.config[a].on_chip = True
+
+    def fail() -> None:
+        with on_host(network, [a, b]):
+            assert network.config[b].on_chip is False
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        fail()
+    assert network.config[a].on_chip is True
+    assert "on_chip" not in network.config[b]
+
+
 def test_offloading_leaves_the_identity_of_a_network_with_settings_unchanged() -> None:
     network = mixed()
     nengo_loihi.add_params(network)
     before = identity(network)
     compile_network(network, offload=True)
+    assert identity(network) == before
+
+
+def test_keeping_an_ensemble_on_the_host_leaves_no_settings_in_the_network() -> None:
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(5, 1)
+    before = identity(network)
+    with on_host(network, [a]):
+        assert network.config[a].on_chip is False
     assert identity(network) == before
 
 

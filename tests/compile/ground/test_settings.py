@@ -4,8 +4,7 @@ import nengo
 import nengo_loihi
 import pytest
 
-from spikeport.compile.ground.identity import identity
-from spikeport.compile.ground.settings import NetworkSettings, add_params, on_host
+from spikeport.compile.ground.settings import NetworkSettings, add_params
 
 
 def pair() -> tuple[nengo.Ensemble, nengo.Ensemble, nengo.Connection]:
@@ -103,29 +102,3 @@ def test_options_that_others_add_are_not_listed_as_unread() -> None:
     assert [(one.obj, one.name) for one in NetworkSettings(network).unread()] == [(a, "on_chip")]
     network.config[a].on_chip = False
     assert not list(NetworkSettings(network).unread())
-
-
-def test_settings_are_restored_after_an_error() -> None:
-    with nengo.Network(seed=1) as network:
-        a, b = nengo.Ensemble(5, 1), nengo.Ensemble(5, 1)
-    nengo_loihi.add_params(network)
-    network.config[a].on_chip = True
-
-    def fail() -> None:
-        with on_host(network, [a, b]):
-            assert network.config[b].on_chip is False
-            raise KeyError
-
-    with pytest.raises(KeyError):
-        fail()
-    assert network.config[a].on_chip is True
-    assert "on_chip" not in network.config[b]
-
-
-def test_keeping_an_ensemble_on_the_host_leaves_no_settings_in_the_network() -> None:
-    with nengo.Network(seed=1) as network:
-        a = nengo.Ensemble(5, 1)
-    before = identity(network)
-    with on_host(network, [a]):
-        assert network.config[a].on_chip is False
-    assert identity(network) == before

@@ -48,6 +48,15 @@ def test_clips_around_the_layers_are_kept() -> None:
     assert mlp.squash.words == "clip"
 
 
+def test_limits_pass_through_tanh() -> None:
+    mlp = (
+        Chain().dense(W).activated("relu").dense(0.1 * V).clipped(-0.4, 0.2).activated("tanh").mlp()
+    )
+    for x in (np.array([0.5, -0.3]), np.array([5.0, 3.0]), np.array([-1.0, 2.0])):
+        wanted = np.tanh(np.clip(0.1 * V @ np.maximum(W @ x, 0), -0.4, 0.2))
+        np.testing.assert_allclose(mlp.exact(x)[-1], wanted)
+
+
 def test_tanh_behind_the_last_layer_is_kept_with_its_scale() -> None:
     hidden = Chain().dense(W).activated("relu")
     mlp = (hidden.dense(0.1 * V).activated("tanh") * 2.0 - 1.0).mlp()
@@ -76,14 +85,14 @@ def test_tanh_behind_the_last_layer_is_kept_with_its_scale() -> None:
         ),
         (
             lambda: Chain().clipped(1, [0.0, 2.0]),
-            "expected a lower limit of a clip below its upper one, found one above it",
+            "expected a lower limit of a clip that is not above its upper one, found another",
         ),
         (
             lambda: Chain().dense(W).activated("elu").dense(V).clipped([0.0, 1.0], 2).mlp(),
             "expected operations around the layers on 1 values, found an array of shape (2,)",
         ),
         (
-            lambda: (0.0 * Chain()).clipped(1, 2).dense(W).activated("elu").dense(V).mlp(),
+            lambda: Chain().clipped(np.inf, None).dense(W).activated("elu").dense(V).mlp(),
             "expected limits of a clip that are numbers, found NaN or infinity",
         ),
         (

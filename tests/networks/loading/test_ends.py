@@ -10,10 +10,24 @@ X = np.linspace(-4, 4, 41)
 LIMITS = Clip(np.array(-1.5), np.array(2.0))
 
 
+@pytest.mark.parametrize("factor", [2.0, -0.5])
+def test_limits_of_a_scaled_value_are_found_for_the_value(factor: float) -> None:
+    before = LIMITS.before(np.array(factor), np.array(0.3))
+    np.testing.assert_allclose(factor * before(X) + 0.3, LIMITS(factor * X + 0.3))
+
+
+def test_a_hidden_value_needs_no_limits() -> None:
+    with np.errstate(all="ignore"):
+        before = LIMITS.before(np.array([0.0, 1.0]), np.array([2.0, 0.0]))
+    assert (before.low.tolist(), before.high.tolist()) == ([-np.inf, -1.5], [np.inf, 2.0])
+
+
 @pytest.mark.parametrize("factor", [2.0, -0.5, 0.0])
 def test_a_clip_can_be_scaled_and_shifted_with_its_values(factor: float) -> None:
     scaled = LIMITS.scaled(np.array(factor)).shifted(np.array(0.3))
     np.testing.assert_allclose(scaled(factor * X + 0.3), factor * LIMITS(X) + 0.3)
+    above = Clip(np.array(0.0), np.array(np.inf)).scaled(np.array(factor))
+    np.testing.assert_allclose(above(factor * X), factor * np.maximum(X, 0))
 
 
 @pytest.mark.parametrize(("low", "high"), [(-1, 1), (-3, 3), (2.5, 3), (-3, -2), (-np.inf, 0)])

@@ -9,6 +9,7 @@ from onnx import TensorProto, helper, numpy_helper
 
 from spikeport.errors import UsageError
 from spikeport.networks.loading.files import load_mlp
+from spikeport.networks.loading.onnx_file import NAME_IT
 from spikeport.networks.loading.refusal import CURE
 from spikeport.networks.policy_values import exact
 
@@ -206,6 +207,10 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
             "expected observations in rows, found Flatten with axis 0",
         ),
         (
+            [("Flatten", ("B",), {}), HIDDEN],
+            "expected observations in rows, found Flatten with axis 1",
+        ),
+        (
             [HIDDEN, ("BatchNormalization", ("x", "B", "B", "B", "B"), {"training_mode": 1}), LAST],
             "expected BatchNormalization in evaluation mode, found one with training_mode",
         ),
@@ -242,7 +247,7 @@ def three(path):
 def test_the_action_is_named_among_several_outputs(three):
     np.testing.assert_allclose(load_mlp(three, output="mu").layers[1].weights, V, rtol=1e-6)
     for output, complaint in (
-        (None, "expected one output, found mu, sigma, value; name the action with --output"),
+        (None, f"expected one output, found mu, sigma, value; {NAME_IT}"),
         ("nu", "expected an output nu, as --output says, found mu, sigma, value; name one of them"),
         ("sigma", f"{CHAIN} Exp; {CURE}"),
     ):

@@ -127,6 +127,24 @@ def test_clips_of_observation_and_action_are_read(path, sequential, agrees, form
     agrees(load_mlp(path), module)
 
 
+class ClippedBehindDropout(nn.Module):
+    """Dropout in evaluation mode returns its own input, which the clip then changes in place."""
+
+    def __init__(self, module):
+        super().__init__()
+        self.module = module
+
+    def forward(self, x):
+        y = nn.functional.dropout(x, 0.5, False)
+        y.clamp_(-0.1, 0.1)
+        return self.module(x)
+
+
+def test_a_value_that_was_changed_under_another_name_is_refused(path, sequential, refusal):
+    torch.jit.script(ClippedBehindDropout(sequential()).eval()).save(path)
+    assert refusal(path).endswith("found a value that is used after it was changed in place")
+
+
 @pytest.mark.parametrize("form", SAVED)
 def test_tanh_behind_the_last_layer_is_read(path, sequential, agrees, form):
     module = nn.Sequential(nn.Flatten(), sequential(nn.ReLU), nn.Tanh()).eval()

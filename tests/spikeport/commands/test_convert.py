@@ -215,7 +215,7 @@ def test_the_default_activation_of_checkpoints_is_refused_if_the_file_names_anot
 def test_a_walking_policy_has_one_output(spikeport):
     done = spikeport("convert", "h1_walk", "--output", "mu")
     assert (done.code, done.out) == (2, "")
-    assert done.err.endswith("a walking policy has one output; cure: leave out --output\n")
+    assert done.err.endswith("whose outputs have names, found npz; leave out --output\n")
 
 
 @pytest.mark.slow
