@@ -42,12 +42,14 @@ class Perturbation:
     coefficient. ``mass`` scales all masses and inertias, ``payload`` adds kg to the torso, and
     ``com_x`` and ``com_y`` move its centre of mass forwards and to the left, in m. ``gains`` scales
     the gains of the joints, ``strength`` their torque limits. ``action_delay`` and
-    ``observation_delay`` are in s. ``sensor_noise`` scales the noise of `robot.senses`. ``push``
-    changes the horizontal velocity by this many m/s in a random direction, about every
-    ``push_every`` s. ``terrain`` is ``flat``, ``slope:DEGREES``, ``boxes:M`` or ``relief:M``
-    (`robot.terrain`). ``estimator`` finds the motion that policy and follower observe: ``truth``,
-    ``leg-odometry`` or ``ekf``. Noise and delays affect only these observations; the arm observes
-    the truth.
+    ``observation_delay`` are in s, multiples of 0.005; the first delays the commands of all joints,
+    the arm's too. ``sensor_noise`` scales the noise of sensors; 1 is Isaac Lab's (docs/walk.md).
+    ``push`` changes the horizontal velocity by this many m/s in a random direction, about every
+    ``push_every`` s. ``terrain`` is ``flat``, ``slope:DEGREES`` or ``slope:DEGREES:SIDE``,
+    ``boxes:M`` (boxes of 0.4 m, up to M m high) or ``relief:M`` (waves up to M m high).
+    ``estimator`` finds the motion that policy and follower observe: ``truth``, ``leg-odometry`` or
+    ``ekf``. Sensor noise, a delay of the observation and the estimator affect only the observations
+    of these two; the arm observes the truth.
     """
 
     robot_model: str = OWN

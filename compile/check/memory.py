@@ -98,7 +98,7 @@ def _text(path: Path) -> str:
 
 
 def estimate(network: nengo.Network) -> int:
-    """Estimate the bytes that compiling a network takes, within a factor of 2."""
+    """Estimate the bytes that compiling a network takes, within a factor of about 2."""
     # An ensemble that several networks list is built once.
     ensembles = dict.fromkeys(network.all_ensembles)
     objects = sum(ENSEMBLE + COMPARTMENT * e.n_neurons for e in ensembles)

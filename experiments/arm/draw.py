@@ -30,7 +30,7 @@ class DrawSettings(ArmSettings):
     """Settings of the experiment, see `ArmSettings`.
 
     ``digit`` is the digit to draw, 0 to 9. ``x_m``, ``y_m`` and ``z_m`` are the centre of the
-    upright sheet in front of the robot, ``width_m`` and ``height_m`` its size (`Sheet`). If
+    upright sheet in front of the robot, ``width_m`` and ``height_m`` its size. If
     ``recognise`` is true, a classifier reads the drawing; by default it does if scikit-learn is
     installed.
     """

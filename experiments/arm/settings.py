@@ -19,13 +19,13 @@ FARTHEST_M = 100.0
 class ArmSettings:
     """Settings of the controller, and the robot's appearance.
 
-    ``preset`` is the size of the controller, ``lean`` or ``paper``; ``m1``, ``cb`` and ``s1``
-    replace its neurons per axis, ensemble and dimension. ``network_seed`` draws the neurons. With
-    ``efference_copy`` CB learns from a copy of M1's torque (`networks.arm`). ``calibrated`` refits
-    the torque's decoders to the firing of the neurons on the backend
-    (`experiments.arm.calibration`), or names a file that ``spikeport calibrate`` wrote, with the
-    decoders. ``appearance`` is the robot's look in pictures: ``primitive``, or ``menagerie`` for
-    meshes.
+    ``preset`` is the size of the controller, ``lean`` or ``paper``; ``m1``, ``cb`` and ``s1`` are
+    the neurons for each axis of M1 (motor cortex), each ensemble of CB (cerebellum) and each
+    dimension of S1 (somatosensory cortex), by default those of the preset. ``network_seed`` draws
+    the neurons. With ``efference_copy`` CB learns from a copy of M1's torque. ``calibrated`` refits
+    the torque's decoders to the firing of the neurons on the backend, or names a file that
+    ``spikeport calibrate`` wrote, with the decoders. ``appearance`` is the robot's look in
+    pictures: ``primitive``, or ``menagerie`` for meshes.
     """
 
     preset: str = "lean"

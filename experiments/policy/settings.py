@@ -66,13 +66,14 @@ class PolicySettings(Perturbation):
     ``policy`` is a shipped policy, ``h1_walk`` or ``h1_robust``, ``spiking`` for the first of them,
     or the file of a policy to convert in its place; ``description`` is the file of Isaac Lab's
     environment that comes with a foreign policy. ``n_neurons`` is the number of neurons of a hidden
-    unit, half of them for each sign. ``tau_fwd`` and ``tau_out`` are the time constants of the
-    filters between layers and of the action, in s. ``units`` is the type of the units (``hybrid``,
-    ``lif``, ``relu`` or ``if``), and ``solve`` the way their weights are found (``unit`` or
-    ``layer``; see `spikeport.networks.policy.PolicyOptions`). ``network_seed`` draws the neurons.
-    ``gait`` is ``calm`` or ``rough`` (`GAITS`): neurons that are made and calibrated for a calm
-    gait do not know the observations of a robot that is pushed, or that walks on a slope.
-    ``calibrated`` fits read-out and trim to the spikes of the neurons on the backend
+    unit, an even number, half of them for each sign. ``tau_fwd`` and ``tau_out`` are the time
+    constants of the filters between layers and of the action, in s. ``units`` is the neurons of a
+    unit: ``hybrid`` is spiking rectified linear for positive and LIF for negative input; ``lif``,
+    ``relu`` or ``if`` (integrate-and-fire) is the same for both. ``solve`` is ``unit`` if the
+    policy's weights are kept, ``layer`` if those between two layers are solved for anew.
+    ``network_seed`` draws the neurons. ``gait`` is ``calm`` or ``rough``: neurons that are made and
+    calibrated for a calm gait do not know the observations of a robot that is pushed, or that walks
+    on a slope. ``calibrated`` fits read-out and trim to the spikes of the neurons on the backend
     (`experiments.policy.calibration`), or names a file that ``spikeport calibrate`` wrote, with
     both. If it is false, the policy is used as converted, as in the paper; ``auto`` fits it on a
     chip, but not in float, where this takes many minutes. ``appearance`` is the robot's look in

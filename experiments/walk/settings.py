@@ -20,7 +20,7 @@ class WalkSettings(PolicySettings):
     ``path`` is ``line``, ``s-curve``, ``figure-eight`` or ``loop``, walked at ``speed`` m/s, which
     the reference reaches in ``ramp`` s, or a CSV file with columns ``t_s,x_m,y_m``.
     ``follower`` is ``spiking`` or ``exact``; ``law`` is the way to obey its commands,
-    ``turn-first`` or ``paper`` (see `experiments.walk.approach`). ``policy`` can also be ``mlp``,
+    ``turn-first`` or ``paper`` (docs/walk.md). ``policy`` can also be ``mlp``,
     the shipped policy without neurons. ``silence`` is the share of the policy's ensembles that are
     inhibited from ``silence_at`` s on.
     """

@@ -33,6 +33,7 @@ from spikeport.commands.options import (
     SettingsOption,
     Target,
     Workers,
+    seed_of,
     written,
 )
 from spikeport.commands.options_of_links import Link, RobotLink, Tls
@@ -63,8 +64,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 MODEL = (
-    "FILE.py or FILE.ipynb, in which the network is called `model`; FILE.py:NAME or module:NAME of "
-    "a network, or of a function that makes one; or graph.nir."
+    "FILE.py or FILE.ipynb, with a network called `model` or `net`, or with a single network or "
+    "function that makes one; FILE.py:NAME, FILE.ipynb:NAME or module:NAME of a network, or of a "
+    "function that makes one; or graph.nir."
 )
 RateHz = Annotated[
     list[str] | None,
@@ -85,11 +87,12 @@ BuildTimeout = Annotated[
         metavar="SECONDS",
         min=0.001,
         max=10**6,
-        help="Give up if building the network takes longer.",
+        help="Give up if your code takes longer to make the network; the compile has no limit.",
     ),
 ]
 GraphStep = Annotated[
-    float | None, typer.Option(metavar="SECONDS", help="Time step of a NIR graph.")
+    float | None,
+    typer.Option(metavar="SECONDS", help="Time step of a NIR graph, which needs one, in s."),
 ]
 ExperimentName = Annotated[str, typer.Argument(help="The experiment: draw, reach, switch or walk.")]
 ImageFolder = Annotated[Path | None, written("Write image and report to this folder.")]
@@ -295,7 +298,10 @@ def step_command(
     out: Annotated[Path, written("Write outputs and activity to this npz file.")],
     spikes: Annotated[
         Path | None,
-        typer.Option(help="Read spikes from this npz file, with arrays `steps` and `sources`."),
+        typer.Option(
+            help="Read spikes from this npz file: in step steps[i], counted from 0, source "
+            "sources[i] spikes; see docs/image.md."
+        ),
     ] = None,
     seed: SeedOption = 0,
 ) -> None:
@@ -340,7 +346,8 @@ def convert_command(
         str | None, typer.Option(help="Name of the action, if an ONNX file has other outputs.")
     ] = None,
     neurons: Annotated[
-        int, typer.Option("--neurons", "-n", help="Number of neurons for each unit.")
+        int,
+        typer.Option("--neurons", "-n", help="Number of neurons for each unit, an even one."),
     ] = 20,
     tau_fwd: Annotated[
         float, typer.Option(help="Time constant of the filter between layers, in s.")
@@ -349,7 +356,7 @@ def convert_command(
     passes: Annotated[
         str, typer.Option("--passes", "-p", metavar="PASSES", help=PASSES_HELP)
     ] = "compact",
-    seed: SeedOption = 0,
+    seed: Annotated[int, seed_of("the neurons")] = 0,
     out: ImageFolder = None,
     json: ReportFile = None,
     html: ReportPage = None,
@@ -445,7 +452,7 @@ def train_command(
     out: Annotated[Path, written("Folder of the run; an earlier run in it is resumed.")] = Path(
         "runs/train-walk"
     ),
-    seed: SeedOption = 0,
+    seed: Annotated[int, seed_of("the training")] = 0,
     steps: Annotated[
         int,
         typer.Option(
@@ -454,7 +461,8 @@ def train_command(
         ),
     ] = 48_000_000,
     threads: Annotated[
-        int | None, typer.Option(help="Number of threads; by default all cores.", min=1)
+        int | None,
+        typer.Option(help="Number of threads; by default one for each processor core.", min=1),
     ] = None,
     no_hidden_noise: Annotated[
         bool,
@@ -488,7 +496,10 @@ def figure_command(
     options: RunOptions,
     workers: Workers,
 ) -> None:
-    """Make a figure of the paper: do the run or the sweep that it shows."""
+    """Make a figure of the paper by its run, or by its sweep for 5a and 5b.
+
+    Figure 2 is drawn from the network, without a run. Options of another kind are refused.
+    """
     from spikeport.commands.figure import FigureRequest, make
 
     request = FigureRequest(figure=figure, target=target, options=options, workers=workers)
@@ -518,7 +529,8 @@ def sweep_command(
         bool, typer.Option("--probes", help="Keep the time series of each run, too.")
     ] = False,
     out: Annotated[
-        Path | None, written("Folder of the sweep; an earlier sweep in it is resumed.")
+        Path | None,
+        written("Folder of the sweep, by default a new one in runs/; an earlier sweep is resumed."),
     ] = None,
     no_cache: NoCache = False,
     workers: Workers,
@@ -555,14 +567,17 @@ def evaluate_command(
     episodes: Annotated[
         int, typer.Option(help="Number of episodes for each row.", min=1, max=MOST_POINTS)
     ] = 20,
-    seed: SeedOption = 0,
+    seed: Annotated[int, seed_of("the first episode; each further episode has the next")] = 0,
     target: Target,
     seconds: Annotated[
         float | None, typer.Option(help="Length of an episode, in s; by default 20.")
     ] = None,
     settings: SettingsOption,
     out: Annotated[
-        Path | None, written("Folder of the evaluation; an earlier one in it is resumed.")
+        Path | None,
+        written(
+            "Folder of the evaluation, by default a new one in runs/; an earlier one is resumed."
+        ),
     ] = None,
     no_cache: NoCache = False,
     workers: Workers,
@@ -588,7 +603,7 @@ def evaluate_command(
 def cache_command(
     clear: Annotated[bool, typer.Option("--clear", help="Remove all cached results.")] = False,
 ) -> None:
-    """List the results that are cached for later runs: compiles, calibrations, rehearsals."""
+    """List the results that are cached for later runs, such as compiles, calibrations and gaits."""
     from spikeport.commands.cache import run
 
     run(clear)

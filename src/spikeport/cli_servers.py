@@ -55,8 +55,8 @@ def board_write_command(
     chip: Annotated[
         str | None,
         typer.Option(
-            help="A chip with soft cores, or its TOML file; by default the image's own, or "
-            "softcore-ecp5-85f."
+            help="A chip with soft cores, or its TOML file; by default the image's own if it "
+            "has soft cores, else softcore-ecp5-85f."
         ),
     ] = None,
 ) -> None:
@@ -90,7 +90,7 @@ def robot_listen_command(
     *,
     interface: InterfaceOption = "lo",
     domain: DomainOption = 1,
-    seconds: Annotated[float, typer.Option(help="Time to listen.", min=0.1, max=3600)] = 3.0,
+    seconds: Annotated[float, typer.Option(help="Time to listen, in s.", min=0.1, max=3600)] = 3.0,
 ) -> None:
     """Print what a robot publishes, sending nothing; exit with 1 if controllers would refuse it."""
     from spikeport.commands.robot import listen

@@ -31,14 +31,20 @@ These are the rules that `spikeport compile` checks. Messages contain the id of 
 | SP4xx | a hint: the network compiles, but something is lost or left out |
 | SP5xx | the network is refused on this machine |
 
+A *block* is the neurons of an ensemble, of a relay or of a read-out, as they lie on a core. A
+*relay* decodes the values of one ensemble and sends them on to another as spikes; the host
+reads the voltages of a *read-out* as values. An *axon* is an entry in a core's table of sources
+or targets, a *profile* a set of constants that compartments or synapses share. A *passthrough
+node* is a node without a function.
+
 This page is made from `compile/check/rules.toml` by `python -m spikeport.documents docs`."""
 
 
 COMMANDS_HEAD = """# Command line
 
 This page lists all commands with their arguments and options, as `--help` does; `spikeport
---version` prints the version. Exit codes: 0 done, 1 the network does not fit or something failed, 2
-the command was used wrongly, 130 interrupted by Ctrl-C.
+--version` prints the version. Exit codes: 0 done, 1 the network does not fit, something failed, or
+a check or comparison found a difference, 2 the command was used wrongly, 130 interrupted by Ctrl-C.
 
 This page is made from the commands by `python -m spikeport.documents docs`."""
 
@@ -93,8 +99,8 @@ def _row(row: Any) -> str:
         names = f"`{_argument(row)}`"
     elif row.metavar:
         names += f" `{row.metavar}`"
-    plain = isinstance(row.default, str | int | float) and not isinstance(row.default, bool)
-    default = f"`{row.default}`" if plain else ""
+    plain = isinstance(row.default, str | int | float | Path) and not isinstance(row.default, bool)
+    default = f"`{row.default}`" if plain and row.default != "" else ""
     if row.secondary_opts:  # a pair, one of which holds without either
         default = f"`{(row.opts if row.default else row.secondary_opts)[0]}`"
     if row.required and row.param_type_name == "option":  # its name cannot mark it with brackets

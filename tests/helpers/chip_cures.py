@@ -255,13 +255,13 @@ CASES = [
     ),
     Case(
         "SP106",
-        "put blocks of different thresholds on different cores",
+        "place blocks by their thresholds",
         together(partial(fan_out, [4], [4]), threshold_profiles=1),
         (apart(partial(fan_out, [4], [4]), threshold_profiles=1),),
     ),
     Case(
         "SP107",
-        "put blocks of different weight formats on different cores, or, if it is one block",
+        "place blocks by their weight formats",
         lambda: (
             together(learning, synapse_profiles=1)()
             & on(partial(fan_in, [0.1, 0.01]), synapse_profiles=1)()
@@ -274,7 +274,7 @@ CASES = [
     ),
     Case(
         "SP108",
-        "put blocks of different settings on different cores",
+        "place blocks by their settings",
         together(partial(kinds, nengo.LIF(), nengo.LIF(min_voltage=-1))),
         (apart(partial(kinds, nengo.LIF(), nengo.LIF(min_voltage=-1))),),
     ),
@@ -361,7 +361,7 @@ CASES = [
     ),
     Case(
         "SP303",
-        "spread the fullest core over several, lower the firing rates, or raise --max-step-us",
+        "compile with one block a core, `-p unpacked` or `-p compact_unpacked`, lower the firing",
         budgeted(dense, Budget(step_us=1)),
         (
             budgeted(partial(dense, [10, 10]), Budget(step_us=1)),
@@ -377,7 +377,7 @@ CASES = [
     ),
     Case(
         "SP501",
-        "where the estimate is too high, set another limit: SPIKEPORT_MEMORY_GB=64",
+        "where the estimate is too high, set another limit, in GB, by the environment variable",
         in_memory(3, 8000),
         (in_memory(3, 8000, memory_gb=64),),
     ),

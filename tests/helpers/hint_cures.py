@@ -252,7 +252,7 @@ def into_neurons(value: float, scale: float) -> None:
 CASES = [
     Case(
         "SP409",
-        "give all connections of spikes to its neurons one synapse, of 5 ms",
+        "give one synapse to all connections that reach its neurons as spikes, of 5 ms",
         hinted(partial(inhibited, 0.02)),
         (hinted(partial(inhibited, 0.005)),),
     ),
@@ -307,7 +307,7 @@ CASES = [
     ),
     Case(
         "SP403",
-        "scale rows with the pass `scale_rows`",
+        "scale rows, `-p scale_rows,as_written`",
         hinted(strong_neuron),
         (hinted(strong_neuron, passes="scale_rows"),),
     ),
@@ -341,7 +341,7 @@ CASES = [
     ),
     Case(
         "SP407",
-        "lower the maximum rates, or take a shorter dt",
+        "lower the maximum rates, or, from Python, take a shorter dt",
         measured(partial(rates, 900)),
         (measured(partial(rates, 50)), measured(partial(rates, 900), dt_s=0.0001)),
     ),
@@ -391,7 +391,7 @@ CASES = [
     ),
     Case(
         "SP417",
-        "lower the maximum rates, or take a shorter dt",
+        "lower the maximum rates, or, from Python, take a shorter dt",
         hinted(partial(from_host, nengo.SpikingRectifiedLinear(), bias=2500)),
         (
             hinted(partial(from_host, nengo.SpikingRectifiedLinear(), bias=900)),
@@ -455,7 +455,7 @@ CASES = [
     ),
     Case(
         "SP424",
-        "lower the maximum rates, or gains and biases, or take a shorter dt",
+        "lower the maximum rates, or gains and biases, or, from Python, take a shorter dt",
         lambda: hinted(partial(rates, 3000))() & hinted(partial(biased, 3000.0))(),
         (
             hinted(partial(rates, 300)),

@@ -306,7 +306,7 @@ CASES = [
     ),
     Case(
         "SP019",
-        "set it in the config that is named as the limit, after spikeport.add_params",
+        "set it in the config that the message names as its limit",
         linted(inner_setting),
         (linted(partial(inner_setting, outermost=True)),),
     ),

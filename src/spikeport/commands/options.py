@@ -60,13 +60,21 @@ SecondsOption = Annotated[
     float | None,
     typer.Option(help="Simulated time, in s; by default as docs/experiments.md says."),
 ]
-SeedOption = Annotated[int, typer.Option(help="Seed of the run.", min=0, max=LARGEST_SEED)]
+
+
+def seed_of(what: str) -> Any:
+    """Return the option of a seed, which may be of something other than a run."""
+    return typer.Option(help=f"Seed of {what}.", min=0, max=LARGEST_SEED)
+
+
+SeedOption = Annotated[int, seed_of("the run")]
 SettingsOption = Annotated[
     list[str],
     typer.Option(
         "--set",
         metavar="KEY=VALUE",
-        help="Set a value of the network or experiment; repeatable.",
+        help="Set an argument of the function that makes the network, or a setting of the "
+        "experiment (docs/settings.md); repeatable.",
         default_factory=list,
         show_default=False,
     ),
@@ -108,7 +116,9 @@ class Workers:
 
     n: Annotated[
         int | None,
-        typer.Option("--workers", help="Number of processes; by default one for each core.", min=1),
+        typer.Option(
+            "--workers", help="Number of processes; by default one for each processor core.", min=1
+        ),
     ] = None
     scheduler: Annotated[
         str | None,

@@ -16,7 +16,8 @@ FaultsOption = Annotated[
     typer.Option(
         metavar="KIND@STEP",
         help="Inject a fault into the answers of the stub (or of this board, with board serve), "
-        "such as cut@20, slow=5@20 (5 ms) or loss:0.1 (in a tenth of the steps); repeatable.",
+        "such as cut@20, slow=5@20 (5 ms) or loss:0.1 (in a tenth of the steps); kinds: "
+        "docs/link.md; repeatable.",
         default_factory=list,
         show_default=False,
     ),
@@ -40,7 +41,8 @@ class Link:
     hold: Annotated[
         int,
         typer.Option(
-            help="In real time, hold the last outputs for at most so many steps of a late board.",
+            help="In real time, hold the last outputs for at most this many steps while the board "
+            "is late.",
             min=0,
             max=1000,
         ),
@@ -55,7 +57,8 @@ class Link:
 RobotFaultsOption = typer.Option(
     metavar="KIND@STEP",
     help="In lock-step, inject a fault into commands or states, such as restart@200, delay=20:1 "
-    "(20 ms in every step) or state-loss:0.1 (in a tenth of the steps); repeatable.",
+    "(20 ms in every step) or state-loss:0.1 (in a tenth of the steps); kinds: docs/robot.md; "
+    "repeatable.",
     default_factory=list,
     show_default=False,
 )
@@ -190,7 +193,11 @@ class RobotService:
         ),
     ] = False
     rate_hz: Annotated[
-        float | None, typer.Option(help="Physics steps and states per second: 200, 500 or 1000.")
+        float | None,
+        typer.Option(
+            help="Physics steps and states per second: 200, 500 or 1000; by default 500, with "
+            "--lock-step 200."
+        ),
     ] = None
     priority: Annotated[
         int | None,

@@ -274,8 +274,8 @@ CASES: list[tuple[Callable[[], None], str]] = [
     (
         setting_of_an_inner_network,
         "inner.a: SP019 setting in another config: on_chip in the config of inner, limit in the "
-        "config of the outermost network; cure: set it in the config that is named as the limit, "
-        "after spikeport.add_params on that network",
+        "config of the outermost network; cure: set it in the config that the message names as "
+        "its limit, after spikeport.add_params on that network",
     ),
     (dict_of_rules, RULE.format("dict of PES, RLS")),
     (

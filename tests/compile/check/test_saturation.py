@@ -47,7 +47,8 @@ def test_rates_above_a_spike_per_step_get_a_hint(pipeline: str) -> None:
     network = driven(**at(3000))
     assert hints(network, pipeline=pipeline) == [
         "a: SP424 more than one spike in a step: up to 3,000 Hz, in 20 of 20 neurons, limit "
-        "1,000 Hz; cure: lower the maximum rates, or gains and biases, or take a shorter dt"
+        "1,000 Hz; cure: lower the maximum rates, or gains and biases, or, from Python, "
+        "take a shorter dt: Simulator(network, dt=0.0005)"
     ]
 
 

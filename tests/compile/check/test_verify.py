@@ -139,8 +139,8 @@ def test_blocks_of_different_voltage_bounds_on_one_core_are_reported() -> None:
     blocks = replace(image.blocks, core=np.array([0, 0]), vmin=np.array([0, -3]))
     packed = replace(image, blocks=blocks)
     assert [str(violation) for violation in verify_settings(packed, chip)] == [
-        "a + b: SP108 shared settings: 2 of clipping, limit 1; cure: put blocks of different "
-        "settings on different cores"
+        "a + b: SP108 shared settings: 2 of clipping, limit 1; cure: place blocks by their "
+        "settings, with the pass pack of `-p as_written`"
     ]
     assert verify_settings(image, chip) == []
 
