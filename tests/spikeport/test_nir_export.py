@@ -97,7 +97,7 @@ def test_a_converted_policy_is_exported_with_the_same_spikes(tmp_path):
     rng = np.random.default_rng(0)
     sizes = [(3, 2), (1, 3)]
     layers = tuple(Layer(rng.normal(0, 0.7, size), np.zeros(size[0])) for size in sizes)
-    conversion = Conversion(Mlp(layers, "relu"), PolicyOptions(10), rng.normal(0, 1, (20, 2)))
+    conversion = Conversion(Mlp(layers, "elu"), PolicyOptions(10), rng.normal(0, 1, (20, 2)))
     image = convert(conversion, "loihi", "compact", lambda *_: None).compilation.image
     assert assert_spikes_are_native(image, tmp_path, 0.3) > 100
 
