@@ -74,10 +74,13 @@ def say(line: str) -> None:
 
 
 def check_environment() -> None:
-    """Raise UsageError for an environment in which Nengo or numba cannot be imported.
+    """Raise UsageError for an environment in which a package cannot be imported."""
+    _check_folders()
+    _check_variables()
 
-    Nengo needs a current folder and a home, numba a number of threads that is not 0.
-    """
+
+def _check_folders() -> None:
+    """Refuse a process without a current folder or a home, which Nengo needs."""
     try:
         os.getcwd()
     except FileNotFoundError:
@@ -90,6 +93,10 @@ def check_environment() -> None:
         raise UsageError(
             f"user {os.getuid()} has no home folder; cure: set HOME to a folder, as HOME=/tmp"
         ) from None
+
+
+def _check_variables() -> None:
+    """Refuse settings with which numba or matplotlib cannot be imported."""
     threads, n_threads = os.environ.get("NUMBA_NUM_THREADS", ""), 1
     with contextlib.suppress(ValueError):  # numba, too, takes no notice of what is no number
         n_threads = int(threads)
@@ -98,3 +105,11 @@ def check_environment() -> None:
             f"NUMBA_NUM_THREADS is {threads}, and numba needs one thread at least; "
             "cure: unset NUMBA_NUM_THREADS"
         )
+    if backend := os.environ.get("MPLBACKEND"):
+        try:
+            with contextlib.suppress(ImportError):
+                import matplotlib  # noqa: F401
+        except ValueError:
+            raise UsageError(
+                f"MPLBACKEND is {backend}, which matplotlib does not know; cure: unset MPLBACKEND"
+            ) from None

@@ -101,3 +101,11 @@ def test_a_notebooks_backend_of_matplotlib_is_not_used() -> None:
     work = "import matplotlib.pyplot as plt; print(plt.get_backend())"
     backend = "module://matplotlib_inline.backend_inline"
     assert done(command(work), MPLBACKEND=backend).stdout == "agg\n"
+
+
+def test_an_unknown_backend_of_matplotlib_is_refused() -> None:
+    ended = done(command(WORK), MPLBACKEND="zz")
+    assert (ended.returncode, ended.stdout) == (2, "")
+    assert ended.stderr == (
+        "error: MPLBACKEND is zz, which matplotlib does not know; cure: unset MPLBACKEND\n"
+    )
