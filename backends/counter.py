@@ -88,7 +88,7 @@ class Counter:
             often it spikes in this step.
         """
         counts = np.zeros((6, self._n_cores), dtype=np.int64)  # rows as in `step`
-        if len(spikes):
+        if len(spikes):  # exact controllers have no neurons, and each of these calls takes time
             self._delivered += delivered
             sources = np.flatnonzero(delivered)
             times = delivered[sources]

@@ -80,7 +80,7 @@ class DirectErrors:
         link : nengo.Connection
             The link, which is wired directly.
         direct : set of nengo.Connection
-            The links that are; relays send the values of the others.
+            The links that are wired directly; relays send the values of the others.
         tau_s : float
             The time constant of the target's compartments, in seconds.
         """
@@ -112,7 +112,7 @@ class DirectErrors:
         free : sequence of nengo.Connection
             The links among them that may be relayed.
         direct : set of nengo.Connection
-            The links that are wired directly, without exception.
+            Every link that is wired directly.
         filters : mapping of nengo.Ensemble to float
             The time constant of each target's compartments, in seconds.
         """

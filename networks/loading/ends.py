@@ -35,7 +35,7 @@ class Clip:
         return Clip(self.low + offset, self.high + offset)
 
     def before(self, factor: Floats, offset: Floats) -> "Clip":
-        """Return the limits of x that are these of ``factor x + offset``."""
+        """Return the limits of x that keep ``factor x + offset`` within these limits."""
         room = self.shifted(-offset)
         of_input = room.scaled(1 / factor)
         # Where the factor hides x, no limit of x is needed if the offset is within these.
@@ -48,7 +48,7 @@ class Clip:
         return Clip(later(self.low), later(self.high))
 
     def check(self, size: int) -> None:
-        """Raise MismatchError if the limits are none of ``size`` numbers."""
+        """Raise MismatchError if these cannot be the limits of ``size`` numbers."""
         _check_size(size, self.low, self.high)
         if not ((self.low < np.inf).all() and (self.high > -np.inf).all()):
             raise MismatchError("limits of a clip that are numbers", "NaN or infinity")
@@ -79,7 +79,7 @@ class Squash:
         return scaled if self.clip is None else self.clip(scaled)
 
     def check(self, size: int) -> None:
-        """Raise MismatchError if this is no function of ``size`` numbers."""
+        """Raise MismatchError if this cannot be a function of ``size`` numbers."""
         _check_size(size, self.factor, self.offset)
         if not (np.isfinite(self.factor).all() and np.isfinite(self.offset).all()):
             raise MismatchError("finite numbers", "NaN or infinity behind the last layer")

@@ -63,7 +63,7 @@ SecondsOption = Annotated[
 
 
 def seed_of(what: str) -> Any:
-    """Return the option of a seed, which may be of something other than a run."""
+    """Return the option ``--seed`` of a command; ``what`` the seed is for is in its help."""
     return typer.Option(help=f"Seed of {what}.", min=0, max=LARGEST_SEED)
 
 

@@ -105,7 +105,8 @@ def _check_variables() -> None:
             f"NUMBA_NUM_THREADS is {threads}, and numba needs one thread at least; "
             "cure: unset NUMBA_NUM_THREADS"
         )
-    if backend := os.environ.get("MPLBACKEND"):
+    backend = os.environ.get("MPLBACKEND")
+    if backend not in (None, "", "agg"):  # to import matplotlib takes longer than most commands
         try:
             with contextlib.suppress(ImportError):
                 import matplotlib  # noqa: F401
