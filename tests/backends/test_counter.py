@@ -1,6 +1,5 @@
 """Counts of a run, against a slow count from the objects of nengo-loihi's own emulator."""
 
-import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ import pytest
 
 import spikeport
 from spikeport.hardware_models.activity import PER_STEP, Activity
-from spikeport.hardware_models.chip import BUILT_IN
+from tests.helpers.chip_files import chip_file
 
 STEPS = 120
 
@@ -121,14 +120,6 @@ class SlowCount:
                 self.counts["learning_updates"][t, core] += sum(w.size for w in synapse.weights)
 
 
-def with_passes(passes: str, folder: Path) -> Path:
-    """Return Loihi with another default pipeline."""
-    text = (BUILT_IN / "loihi.toml").read_text(encoding="utf-8")
-    chip = folder / "chip.toml"
-    chip.write_text(re.sub("^pipeline = .*", f'pipeline = "{passes}"', text, flags=re.MULTILINE))
-    return chip
-
-
 @pytest.mark.parametrize("passes", ["", "pack"])
 @pytest.mark.parametrize(
     "make", [closed_loop, convolution, learning], ids=lambda make: make.__name__
@@ -141,7 +132,7 @@ def test_counts_equal_those_of_a_slow_count(
 ) -> None:
     with nengo.Network(seed=2) as network:
         make()
-    chip = with_passes(passes, tmp_path)
+    chip = chip_file(tmp_path / "chip.toml", pipeline=passes)
     with spikeport.Simulator(network, chip, backend="nengo-loihi", seed=5) as ours:
         ours.run_steps(STEPS)
         activity, block_core = ours.activity, ours.image.blocks.core

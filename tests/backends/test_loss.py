@@ -20,7 +20,7 @@ from spikeport.compile.loihi.blocks import IntegerBlocks
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.discretise import discretise
 from spikeport.compile.loihi.extract import extract
-from spikeport.compile.loihi.numbers import restored, wanted
+from spikeport.compile.loihi.numbers import wanted
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import BackendError
@@ -84,15 +84,6 @@ def test_float_blocks_have_the_spikes_and_voltages_of_nengo_loihis() -> None:
         assert voltage == pytest.approx(their_voltage, abs=1e-4)  # theirs are float32
         spikes += spiked.sum()
     assert spikes > 100
-
-
-def test_restored_numbers_are_near_the_exact_ones() -> None:
-    blocks = built(feedforward())
-    exact, rounded = wanted(blocks), restored(blocks)
-    for name in ("weights", "bias", "vth", "decay_u", "decay_v"):
-        a, b = getattr(exact, name), getattr(rounded, name)
-        assert not np.array_equal(a, b)
-        assert np.linalg.norm(a - b) < 0.02 * np.linalg.norm(a)
 
 
 def measured_of(network: nengo.Network, seconds: float = 0.3) -> MeasuredLoss:

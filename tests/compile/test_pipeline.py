@@ -14,7 +14,7 @@ from spikeport.compile.loihi.build_settings import BuildSettings
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.rewriting.relays import compartments_at_least
 from spikeport.errors import CompileError
-from spikeport.hardware_models import chip as chips
+from tests.helpers.chip_files import chip_file
 from tests.helpers.small_networks import scope_of
 
 
@@ -125,28 +125,6 @@ def test_weights_of_zero_compile_with_a_hint() -> None:
     assert ("SP402", "b") in hints
 
 
-def test_a_network_without_a_seed_is_compiled_reproducibly() -> None:
-    def digest() -> str:
-        with nengo.Network() as network:
-            nengo.Connection(*pair())
-        return compile_network(network).image.digest
-
-    assert digest() == digest()
-
-
-def test_zero_neurons_are_refused_by_nengo() -> None:
-    with nengo.Network(), pytest.raises(nengo.exceptions.ValidationError, match="n_neurons"):
-        nengo.Ensemble(0, 1)
-
-
-def small_cores(folder: Path, compartments: int) -> Path:
-    """Write a Loihi whose cores have fewer compartments, and return its path."""
-    text = (chips.BUILT_IN / "loihi.toml").read_text()
-    small = folder / "small.toml"
-    small.write_text(text.replace("value = 1024", f"value = {compartments}"))
-    return small
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "settings",
@@ -163,12 +141,13 @@ def test_a_network_that_fits_with_the_settings_of_its_build_is_not_refused(
             nengo.Connection(node, post, synapse=None)
     # With the usual settings, 128 cores of 12 compartments are too few.
     assert compartments_at_least(scope_of(network)) == 60 * 8 + 59 * 20 > 128 * 12
-    image = compile_network(network, small_cores(tmp_path, 12), settings=settings).image
+    small = chip_file(tmp_path / "small.toml", compartments=12)
+    image = compile_network(network, small, settings=settings).image
     assert image.n_compartments < 128 * 12
 
 
 def test_every_block_that_is_too_large_for_the_chip_is_listed(tmp_path: Path) -> None:
-    small = small_cores(tmp_path, 4)
+    small = chip_file(tmp_path / "small.toml", compartments=4)
     with nengo.Network(seed=1) as network:
         nengo.Connection(*pair())
     with pytest.raises(DoesNotFitError) as raised:

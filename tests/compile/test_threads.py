@@ -39,25 +39,30 @@ def shared():
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_compiles_in_threads_give_the_images_of_sequential_ones_and_leave_nothing_patched():
+    def digest(seed):
+        return compile_network(network(seed)).image.digest
+
     before = shared()
-    alone = [compile_network(network(seed)).image.digest for seed in range(N_NETWORKS)]
+    alone = [digest(seed) for seed in range(N_NETWORKS)]
     with ThreadPoolExecutor(4) as pool:
-        together = pool.map(lambda seed: compile_network(network(seed)).image.digest, range(12))
+        together = pool.map(digest, range(N_NETWORKS))
         assert list(together) == alone
     assert shared() == before
 
 
 @pytest.mark.parametrize("section", [numpy1_semantics, collected_warnings])
 def test_a_section_that_changes_shared_state_waits_for_its_turn(section):
-    entered, before = threading.Event(), shared()
+    started, entered, before = threading.Event(), threading.Event(), shared()
 
     def enter():
+        started.set()
         with section():
             entered.set()
 
     other = threading.Thread(target=enter)
     with section():
         other.start()
+        assert started.wait(20)
         assert not entered.wait(0.1)
     assert entered.wait(20)
     other.join()

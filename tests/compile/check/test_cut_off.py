@@ -124,7 +124,7 @@ def test_a_loop_of_passthrough_nodes_is_not_known() -> None:
     assert len(hints(network)) == 1
 
 
-def test_ensembles_on_the_host_keep_to_their_radius() -> None:
+def test_ensembles_on_the_host_keep_to_their_radius_unless_they_are_direct() -> None:
     def decoded(radius: float, kind: nengo.neurons.NeuronType) -> nengo.Network:
         with driven([0.5]) as network:
             spikeport.add_params(network)
@@ -132,11 +132,13 @@ def test_ensembles_on_the_host_keep_to_their_radius() -> None:
             network.config[host].on_chip = False
             neurons = network.all_ensembles[0].neurons
             nengo.Connection(host, neurons, transform=np.ones((20, 1)))
-            nengo.Connection(host.neurons, neurons, transform=np.eye(20))
+            if not isinstance(kind, nengo.Direct):
+                nengo.Connection(host.neurons, neurons, transform=np.eye(20))
         return network
 
     assert hints(decoded(1.0, nengo.LIF())) == []
     assert len(hints(decoded(2.0, nengo.LIF()))) == 1
+    assert len(hints(decoded(1.0, nengo.Direct()))) == 1
 
 
 def test_values_at_evaluation_points_are_known() -> None:

@@ -103,7 +103,8 @@ def test_memory_to_solve_the_decoders_of_a_probe_is_counted() -> None:
     before = estimate(network)
     with network:
         nengo.Probe(ensemble)
-    assert estimate(network) - before == pytest.approx(85e6, rel=1)  # the growth observed
+    grown = 85e6  # observed
+    assert grown < estimate(network) - before < 2 * grown
 
 
 def test_evaluation_points_of_a_connection_itself_are_counted() -> None:

@@ -132,6 +132,7 @@ def test_a_subclass_is_still_refused():
 def test_the_loss_to_rounding_can_be_measured():
     from spikeport.backends.loss import measure
 
-    net = network(IntegrateAndFire(2.0**15, 0.5, 0.1), np.full((5, 2), 7000.0))
+    # A decay of 0.0123 is 50/4096 on the chip, and costs a spike now and then.
+    net = network(IntegrateAndFire(2.0**15, 0.5, 0.0123), np.full((5, 2), 7000.0))
     loss = measure(net, spikeport.compile_network(net), 0.1, 0, lambda *_: None).loss
-    assert 0 <= loss.output_error < 0.2
+    assert 0 < loss.output_error < 0.2

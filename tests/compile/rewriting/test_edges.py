@@ -34,6 +34,12 @@ RNG = np.random.RandomState(1)
 NEURONS_OF_B = EdgeTarget("neurons", 1)
 
 
+@pytest.fixture(autouse=True)
+def _same_numbers() -> None:
+    """Draw the same numbers in a test whichever tests ran before."""
+    RNG.seed(1)
+
+
 def two(n_a: int = 6, n_b: int = 5, **options: Any) -> nengo.Network:
     with nengo.Network(seed=1) as network:
         spikeport.add_params(network)

@@ -4,10 +4,12 @@ from spikeport.backends.board.nxsdk.recording import Board, Contact
 
 
 class Stepping:
+    """A run that only knows if it was closed."""
+
     closed = False
 
     def close(self) -> None:
-        Stepping.closed = True
+        self.closed = True
 
 
 def test_ids_of_cores_start_at_4_on_each_chip() -> None:
@@ -39,15 +41,17 @@ def test_a_board_that_only_records_starts_and_stops_without_a_run() -> None:
 
 
 def test_a_board_starts_and_stops_the_run_that_it_is_given() -> None:
+    stepping = Stepping()
+
     class Alive(Board):
-        runs = staticmethod(lambda _board: Stepping())
+        runs = staticmethod(lambda _board: stepping)
 
     board = Alive(1, 1, [1], [[0]])
     assert not board.executor.hasStarted()
     board.start()
     assert board.executor.hasStarted()
     board.run(3, aSync=True)
-    assert not Stepping.closed
+    assert not stepping.closed
     board.disconnect()
-    assert Stepping.closed
+    assert stepping.closed
     assert not board.executor.hasStarted()
