@@ -10,6 +10,7 @@ import pickle
 import sys
 import sysconfig
 import warnings
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from types import BuiltinFunctionType, ModuleType
@@ -73,8 +74,24 @@ def _copied(network: nengo.Network) -> nengo.Network:
     pickler = _Pickler(file, Parts(_owners(network)))
     pickler.dump(network)
     file.seek(0)
-    copy: nengo.Network = _Unpickler(file, pickler.code).load()
+    with _new_classes():
+        copy: nengo.Network = _Unpickler(file, pickler.code).load()
     return copy
+
+
+@contextlib.contextmanager
+def _new_classes() -> Iterator[None]:
+    """Make classes of a script anew within the context: their methods change its variables, too.
+
+    cloudpickle has a table of the classes that it pickled, and would return these.
+    """
+    module = cloudpickle.cloudpickle
+    table = module._DYNAMIC_CLASS_TRACKER_BY_ID
+    module._DYNAMIC_CLASS_TRACKER_BY_ID = weakref.WeakValueDictionary()
+    try:
+        yield
+    finally:
+        module._DYNAMIC_CLASS_TRACKER_BY_ID = table
 
 
 class _Pickler(cloudpickle.Pickler):

@@ -37,6 +37,17 @@ class Counter:
         return self.calls
 
 
+class Clock:
+    """A callable that counts in a variable of its class and in one of this module."""
+
+    calls = 0
+
+    def __call__(self, _t: float) -> float:
+        Clock.calls += 1
+        CALLS[0] += 1
+        return Clock.calls + 1000 * CALLS[0]
+
+
 def closing_over() -> Callable[[float], float]:
     calls, counter = [0], Counter()
 
@@ -74,7 +85,7 @@ def neighbour(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return importlib.import_module("counting_neighbour")
 
 
-@pytest.mark.parametrize("function", [counts, Counter().step, closing_over()])
+@pytest.mark.parametrize("function", [counts, Counter().step, closing_over(), Clock()])
 def test_copies_record_the_same_as_the_network_and_share_no_state(
     function: Callable[[float], float],
 ) -> None:
