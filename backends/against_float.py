@@ -61,7 +61,7 @@ def error_against_float(
         return None
     dt_s = loop.compilation.image.manifest.dt_s
     wanted = _float_run(copy, n_steps, dt_s, seed)
-    steps = [probe.sample_every or dt_s for probe in probes]
+    steps = [max(probe.sample_every or dt_s, dt_s) for probe in probes]
     ours = _joined([loop.data(probe) for probe in probes], steps)
     exact = _joined([wanted[twin] for twin in probes.values()], steps)
     # No error is relative to zero.

@@ -47,12 +47,12 @@ class Counter:
         learning_updates: np.ndarray | None = None,
         from_host: int = 0,
     ) -> None:
-        """Count one step, in which no source spikes more than once.
+        """Count one step.
 
         Parameters
         ----------
         delivered : (n,) int array
-            Sources whose spikes arrive at synapses in this step.
+            Sources whose spikes arrive at synapses in this step; one that is listed twice has two.
         spiked : (n_compartments,) bool array
             A mask of the compartments that spike in this step.
         active : (n_compartments,) bool array

@@ -31,7 +31,7 @@ MAGIC = b"SPKLREC1"
 ENTRY = struct.Struct("<IB3x")
 CRC = struct.Struct("<I")
 STEP = struct.Struct("<QIBB2x")
-"""Step of the board, bytes that the host sent, their flags, and 1 if the board answered."""
+"""Step of the board, bytes of the host's body, its flags, and 1 if the board answered."""
 MOST = 1 << 28
 """Bytes in the largest entry."""
 FLUSH_S = 0.2
@@ -56,7 +56,8 @@ class RecordedStep(NamedTuple):
     Attributes
     ----------
     board_step, flags, sent : int, int, bytes
-        The step that the board was in, and the flags and body that the host sent.
+        The step that the board was in, and the flags and body of the host. In real time, a body
+        is not sent while the board is still in an earlier step.
     answer : bytes or None
         The board's answer; None if the last outputs were held.
     totals : bytes or None

@@ -16,16 +16,21 @@ import nengo
 import numpy as np
 from nengo.base import NengoObject
 from nengo.dists import Distribution
+from nengo_loihi.neurons import LoihiLIF, LoihiSpikingRectifiedLinear
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.ground.scope import Scope, is_plain
+from spikeport.compile.loihi.quick_builder import height_in_rates
 
 LOST = 0.05
 """Share of spikes beyond one a step up to which their loss is not worth a hint: neurons that shall
 spike in every step are driven a little harder."""
+
+
+LOIHI_TYPES = (LoihiLIF, LoihiSpikingRectifiedLinear)
 
 
 class Range(NamedTuple):
@@ -58,8 +63,9 @@ def saturation_hints(
         ranges = [_range(one) for one in readers.get(ensemble, [])]
         unknown = not ranges and ensemble.gain is not None and ensemble in reached
         switches = bool(ranges) and all(map(_is_point, ranges))
-        # Types of our own spike at most once in a step, in float Nengo, too.
-        if unknown or switches or not is_plain(ensemble.neuron_type):
+        # Other types spike at most once in a step in float Nengo, too.
+        kind = ensemble.neuron_type
+        if unknown or switches or not is_plain(kind) or isinstance(kind, LOIHI_TYPES):
             continue
         rates_hz = _highest_hz(ensemble, built[ensemble], ranges)
         n_beyond = int((rates_hz * dt_s > 1 + LOST).sum())
@@ -96,7 +102,7 @@ def _highest_hz(ensemble: nengo.Ensemble, built: Built, ranges: Sequence[Range])
     driven = np.max(drives, axis=0) if drives else np.zeros(ensemble.n_neurons)
     kind = ensemble.neuron_type
     rates: np.ndarray = kind.rates(driven[np.newaxis], built.gain, built.bias)[0]
-    return rates / getattr(kind, "amplitude", 1.0)
+    return rates / height_in_rates(kind)
 
 
 def _drive(encoders: np.ndarray, found: Range) -> np.ndarray:

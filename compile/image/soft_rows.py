@@ -53,25 +53,31 @@ def row_words(row: np.ndarray, index: np.ndarray, weight: np.ndarray, n_rows: in
     n_rows : int
         The number of rows; those without a weight take no words.
     """
-    kept = np.flatnonzero(weight)
-    row, index, weight = row[kept], index[kept], weight[kept].astype(np.int64)
-    n, union, size = (np.zeros(n_rows, dtype=np.int64) for _ in range(3))
+    rest = weight.astype(np.int64)
+    union, size = (np.zeros(n_rows, dtype=np.int64) for _ in range(2))
+    np.bitwise_or.at(union, row, rest)
+    np.maximum.at(size, row, np.where(rest < 0, -rest - 1, rest))
+    zeros = np.log2(np.maximum(union & -union, 1)).astype(np.int64)
+    bits = np.ceil(np.log2((size >> zeros) + 1.0)).astype(np.int64) + 1
+    digits = 1 + np.maximum(-(-(bits - WEIGHT_BITS) // DIGIT_BITS), 0)
+    rest >>= zeros[row]
+    words = np.zeros(n_rows, dtype=np.int64)
+    for digit in range(1, int(digits.max(initial=0)) + 1):
+        # The last digit of a row has the sign, and all bits above the digits before it.
+        entry = np.where(digits[row] == digit, rest, rest & ((1 << DIGIT_BITS) - 1))
+        mine = (digits[row] >= digit) & (entry != 0)
+        words += _digit_words(row[mine], index[mine], n_rows)
+        rest >>= DIGIT_BITS
+    return words
+
+
+def _digit_words(row: np.ndarray, index: np.ndarray, n_rows: int) -> np.ndarray:
+    """Return the words of rows with a digit of 8 bits for each of these targets, (n_rows,)."""
+    n = np.bincount(row, minlength=n_rows)
     first, last = np.full(n_rows, np.iinfo(np.int64).max), np.full(n_rows, -1)
-    np.add.at(n, row, 1)
-    np.bitwise_or.at(union, row, weight)
-    np.maximum.at(size, row, np.where(weight < 0, -weight - 1, weight))
     np.minimum.at(first, row, index)
     np.maximum.at(last, row, index)
     span = last - first + 1
     dense, sparse = -(-span // 2), n + span // MOST_GAP
     words: np.ndarray = HEADER_WORDS + np.where(span <= DENSE_MOST * n, dense, sparse)
-    words *= np.where(n > 0, _digits(size, union), 0)
-    return words
-
-
-def _digits(size: np.ndarray, union: np.ndarray) -> np.ndarray:
-    """Return the number of rows for weights, by their largest size and the union of their bits."""
-    zeros = np.log2(np.maximum(union & -union, 1)).astype(np.int64)
-    bits = np.ceil(np.log2((size >> zeros) + 1.0)).astype(np.int64) + 1
-    digits: np.ndarray = 1 + np.maximum(-(-(bits - WEIGHT_BITS) // DIGIT_BITS), 0)
-    return digits
+    return np.where(n > 0, words, 0)

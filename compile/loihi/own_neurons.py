@@ -85,7 +85,7 @@ def discretise_own(block: LoihiBlock, label: str, dt_s: float) -> float:
     state.vmin, state.vmax, state.noise_exp = -VOLTAGE, VOLTAGE, 1
     state.discretize_info = {
         "w_exp": 0,
-        "w_scale": dt_s / UNIT,  # weights with exponent 0 are multiples of a unit
+        "w_scale": dt_s / UNIT,
         "v_scale": dt_s,
         "b_scale": dt_s,
     }

@@ -15,10 +15,10 @@ MARGIN = 1.05
 def readout_scale(decoders: np.ndarray, ensemble: nengo.Ensemble, dt_s: float) -> np.ndarray:
     r"""Return the divisor of each decoded value.
 
-    .. math:: s_r = c \max_n |D_{rn}|
+    .. math:: s_r = 1.05 \, c \max_n |D_{rn}|
 
     Every row thus makes the same use of the weights' bits; c is the least factor for which no
-    threshold is reached even if all neurons spike at once.
+    threshold is reached even if all neurons spike at once, and 1.05 allows for rounding.
 
     Parameters
     ----------

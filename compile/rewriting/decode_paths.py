@@ -24,8 +24,8 @@ from spikeport.hardware_models.chip import Limits
 
 WEIGHT_BITS = 9
 """Bits of a synapse: an 8-bit weight, and its share of the headers of lists."""
-LEVELS = 255
-"""Steps of a weight, relative to the largest of its block."""
+LEVELS = 127
+"""Steps from zero to the largest weight of a block: 7 bits, and the sign."""
 N_STEPS = 400
 """Simulated steps of a relay, of which the second half counts."""
 EPSILON_S = 1e-9
@@ -143,7 +143,7 @@ def _cores(limits: Limits, **used: float) -> float:
 
 
 def rounding(weights: sparse.csr_array) -> float:
-    """Return the relative rms error of weights, rounded to steps of 1/255 of the largest."""
+    """Return the relative rms error of weights, rounded to steps of 1/127 of the largest."""
     if weights.nnz == 0:
         return 0.0
     step = np.abs(weights.data).max() / LEVELS

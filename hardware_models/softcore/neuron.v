@@ -1,4 +1,4 @@
-// The update of one compartment, one a cycle, six cycles late.
+// The update of one compartment, one a cycle, five cycles late.
 //
 //     u <- wrap24(decay(u, keep_u) + q)
 //     v <- clip(decay(v, keep_v) + wrap24(u + bias), vmin, vmax);   0 while refractory > 0

@@ -102,6 +102,11 @@ def converted(
         The name of a key in messages, e.g. ``"key of network 'arm'"``.
     where : str
         The source of the pairs, for messages, e.g. ``"--set"``.
+
+    Raises
+    ------
+    UsageError
+        If a key is unknown or repeated, or a text is not of its type.
     """
     values: dict[str, SettingValue] = {}
     for key, text in pairs:

@@ -79,14 +79,15 @@ class IntegrateAndFire(Integrator):
 
     The chip computes them in integers, :math:`\theta` in units of its voltage: weights become
     multiples of 64, of 8 bits with a scale for each connection, so that a large threshold keeps
-    more of their precision. The voltage has no lower limit here; on the chip it is -2^23.
+    more of their precision. The voltage has no limits here; on the chip it stays between
+    -(2^23 - 1) and 2^23 - 1.
 
     Parameters
     ----------
     threshold : float or (n,) array
         The threshold :math:`\theta`, in the unit of weights, above 0.
     current_decay, voltage_decay, leak : float or (n,) array
-        See `Integrator`; on the chip decays are multiples of 1/4096.
+        See `Integrator`; on the chip decays are multiples of 1/4096, a voltage's at most 4095/4096.
     correction : float or (n,) array
         The value that the chip adds to the leak, to make up for the rounding of constant input;
         floating point, which does not round, leaves it out.
@@ -210,7 +211,7 @@ class SpikeSource(NeuronType):
 def chip_decays(
     current_decay: np.ndarray | float, voltage_decay: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return decays as the chip rounds them, in 1/4096; a current's decays are above 0."""
+    """Return decays as the chip rounds them, in 1/4096: a current's from 1, a voltage's to 4095."""
     current = np.clip(np.round(np.asarray(current_decay) * DECAY_UNITS), 1, DECAY_UNITS)
     voltage = np.clip(np.floor(np.asarray(voltage_decay) * DECAY_UNITS + 0.5), 0, DECAY_UNITS - 1)
     return current.astype(int), voltage.astype(int)

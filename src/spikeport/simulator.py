@@ -305,6 +305,8 @@ class Simulator:
     def clear_probes(self) -> None:
         """Delete the data that the probes recorded so far."""
         self._execution.clear_probes()
+        if self.closed:
+            self.data.freeze()
 
     def reset(self, seed: int | None = None) -> None:
         """Start over: all state at rest, nothing recorded; the compiled network stays as it is.

@@ -36,7 +36,7 @@ def snips_hardware() -> HardwareModules:
     from spikeport.backends.board.nxsdk.recording import BANKS
 
     hardware = recording_hardware(modules(Live))
-    hardware.allow_thresholds(BANKS["vthProfileCfg"])
+    hardware.allow_profiles(BANKS["cxProfileCfg"], BANKS["vthProfileCfg"])
     return hardware
 
 

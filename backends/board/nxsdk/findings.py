@@ -16,10 +16,12 @@ from spikeport.backends.board.nxsdk.traps import (
     INDICES,
     LEARNERS,
     MOST_BASE,
+    MOST_PROFILES,
     MOST_THRESHOLDS,
     NOISES,
     PHANTOMS,
     POPULATIONS,
+    PROFILES,
     RANGES,
     REFRACTORY,
     SCATTERED,
@@ -32,7 +34,7 @@ from spikeport.backends.board.nxsdk.traps import (
 )
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
-from spikeport.compile.image.usage import INDEXED, is_consecutive
+from spikeport.compile.image.usage import INDEXED, PROFILE, is_consecutive
 
 
 def findings(image: ChipImage, placement: Placement) -> list[Finding]:
@@ -40,13 +42,19 @@ def findings(image: ChipImage, placement: Placement) -> list[Finding]:
     return [found for look in LOOKS for found in look(image, placement)]
 
 
-def _thresholds(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+def _profiles(image: ChipImage, placement: Placement) -> Iterator[Finding]:
+    """Yield cores with as many profiles as the chip has, one more than the builder takes."""
     core = placement.core[image.compartment_block]
-    for number in np.unique(core):
-        n = np.unique(image.compartments.vth[core == number]).size
-        if n > MOST_THRESHOLDS:
-            used = f"{n}, nengo-loihi's builder takes up to {MOST_THRESHOLDS}"
-            yield Finding(THRESHOLDS, f"core {number}", used)
+    for trap, names, most in (
+        (THRESHOLDS, ("vth",), MOST_THRESHOLDS),
+        (PROFILES, PROFILE, MOST_PROFILES),
+    ):
+        values = np.stack([getattr(image.compartments, name) for name in names])
+        for number in np.unique(core):
+            n = np.unique(values[:, core == number], axis=1).shape[1]
+            if n > most:
+                used = f"{n}, nengo-loihi's builder takes up to {most}"
+                yield Finding(trap, f"core {number}", used)
 
 
 def _shared(image: ChipImage, placement: Placement) -> Iterator[Finding]:
@@ -195,7 +203,7 @@ def _shutdowns(image: ChipImage, placement: Placement) -> Iterator[Finding]:
 
 
 LOOKS: tuple[Callable[[ChipImage, Placement], Iterator[Finding]], ...] = (
-    *(_thresholds, _shared, _populations, _learners, _dummies),
+    *(_profiles, _shared, _populations, _learners, _dummies),
     *(_bases, _spikes, _phantoms, _indices, _seeds, _refractory, _shutdowns),
 )
-"""The functions that look for findings in an image, in the order of ids."""
+"""The functions that look for findings in an image."""

@@ -25,10 +25,11 @@ class HardwareModules(NamedTuple):
     builder: Any
     interface: Any
 
-    def allow_thresholds(self, most: int) -> None:
-        """Let this import of the builder accept up to ``most`` threshold profiles on a core."""
-        # nengo-loihi asserts that there are fewer than this.
-        self.builder.MAX_VTH_CFGS = most + 1
+    def allow_profiles(self, compartments: int, thresholds: int) -> None:
+        """Let this import of the builder accept as many profiles on a core as the chip has."""
+        # nengo-loihi asserts that there are fewer than these.
+        self.builder.MAX_COMPARTMENT_CFGS = compartments + 1
+        self.builder.MAX_VTH_CFGS = thresholds + 1
 
 
 def recording_hardware(modules: Mapping[str, ModuleType]) -> HardwareModules:

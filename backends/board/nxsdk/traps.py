@@ -2,8 +2,9 @@
 
 from typing import NamedTuple
 
-MOST_THRESHOLDS = 7
-"""Threshold profiles that nengo-loihi's builder accepts on a core: it asserts fewer than 8."""
+MOST_THRESHOLDS, MOST_PROFILES = 7, 31
+"""Profiles of thresholds and of compartments that nengo-loihi's builder accepts on a core: it
+asserts fewer than the 8 and 32 of the chip."""
 MOST_BASE = 256
 """The largest compartment that targets may count from: nengo-loihi's builder asserts it."""
 DEFAULT_SPIKES = 50
@@ -14,7 +15,11 @@ SINGLE = "one block a core: compile with -p unpacked, or compact_unpacked"
 
 
 class Trap(NamedTuple):
-    """A way to go wrong: its id and name, whether nengo-loihi refuses it, and the cure."""
+    """A way to go wrong: its id and name, whether nengo-loihi refuses it, and the cure.
+
+    The numbers of profiles (NX01, NX15) are refused on a board alone: `check` and `snips` raise
+    nengo-loihi's limits to the chip's.
+    """
 
     id: str
     name: str
@@ -75,6 +80,7 @@ SHUTDOWNS = Trap(
     False,
     "none needed on `board serve`, which reads answers itself; elsewhere, run again",
 )
+PROFILES = Trap("NX15", "compartment profiles of a core", False, SINGLE)
 
 
 class Finding(NamedTuple):

@@ -50,7 +50,7 @@ def write(
         If nengo-loihi's builder refuses the image; the message has its words.
     """
     hardware = recording_hardware(modules(None)) if hardware is None else hardware
-    hardware.allow_thresholds(recording.BANKS["vthProfileCfg"])
+    hardware.allow_profiles(recording.BANKS["cxProfileCfg"], recording.BANKS["vthProfileCfg"])
     model = model_of(image, placement)._replace(probes=[])
     try:
         allocated = Allocator(placement)(model, n_chips(placement))

@@ -60,7 +60,12 @@ def _slice(part: slice | list[int]) -> str:
 
 def records_spikes(probe: nengo.Probe) -> bool:
     """Return whether a probe records spikes as they are, unfiltered."""
-    return isinstance(probe.obj, Neurons) and probe.attr in SPIKES and probe.synapse is None
+    return (
+        isinstance(probe.obj, Neurons)
+        and probe.obj.ensemble.neuron_type.spiking
+        and probe.attr in SPIKES
+        and probe.synapse is None
+    )
 
 
 def probe_outputs(network: nengo.Network) -> list[nengo.Probe]:

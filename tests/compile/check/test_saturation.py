@@ -5,6 +5,7 @@ from typing import Any
 import nengo
 import numpy as np
 import pytest
+from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 
 import spikeport
 from spikeport.compile.pipeline import compile_network
@@ -105,6 +106,22 @@ def test_evaluation_points_of_a_connection_are_in_units_of_the_radius_or_not() -
 def test_neurons_that_spike_once_in_a_step_in_float_too_get_none() -> None:
     kind = IntegrateAndFire(threshold=1.0)
     assert hints(driven(neuron_type=kind, **by_gain(0, 1e5))) == []
+
+
+@pytest.mark.parametrize(("amplitude", "rate_hz", "hinted"), [(2.0, 1500, True), (0.4, 600, False)])
+def test_the_height_of_a_spike_is_not_its_rate(
+    amplitude: float, rate_hz: float, hinted: bool
+) -> None:
+    for kind in (
+        nengo.SpikingRectifiedLinear(amplitude=amplitude),
+        nengo.RegularSpiking(nengo.RectifiedLinear(), amplitude=amplitude),
+    ):
+        assert bool(hints(driven(neuron_type=kind, **by_gain(rate_hz)))) == hinted
+
+
+def test_nengo_loihis_own_neurons_saturate_in_float_too() -> None:
+    kind = LoihiSpikingRectifiedLinear()
+    assert hints(driven(neuron_type=kind, **by_gain(1200)), dt_s=0.002) == []
 
 
 def test_basal_ganglia_whose_gates_fire_in_every_step_get_none() -> None:

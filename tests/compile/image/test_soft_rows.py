@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 
+from spikeport.backends.softcore.rows import encoded
 from spikeport.backends.softcore.writer import written
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.soft_rows import WORD_BITS, soft_row_bits
+from spikeport.compile.image.soft_rows import MOST_GAP, WORD_BITS, row_words, soft_row_bits
 from tests.helpers.images import Block, Group, Parts, Route
 from tests.helpers.soft_images import soft_images, wide_image
 
@@ -50,3 +51,17 @@ def test_the_words_of_a_row_agree_with_a_count_by_hand() -> None:
     assert counted_words([64, 64], [0, 600]) == 2 + 2 + 2  # gaps of up to 255
     assert counted_words([64 * 128]) == 2 + 1  # a shifted weight takes no more bits
     assert counted_words([64 * 129]) == 2 * (2 + 1)  # a weight of 9 bits takes two rows
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rows_of_wide_weights_take_the_words_that_are_written(seed: int) -> None:
+    """Digits of zero leave gaps: a row that is dense as a whole may not be so in its parts."""
+    rng = np.random.RandomState(seed)
+    targets = np.sort(rng.choice(400, 100, replace=False)) if seed % 2 else np.arange(100)
+    weights = rng.randint(-(2**14), 2**14, 100) << rng.choice([0, 7], 100)
+    weights[rng.uniform(size=100) < 0.2] = 0
+    (counted,) = row_words(np.zeros(100, dtype=int), targets, weights, 1)
+    parts = encoded(0, targets, weights, 0)
+    bridges = len(parts) * (np.ptp(targets) // MOST_GAP)  # one for each full gap that may be there
+    assert len(parts) > 1
+    assert counted - bridges <= sum(map(len, parts)) <= counted

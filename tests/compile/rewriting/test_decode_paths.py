@@ -62,8 +62,8 @@ def test_noise_of_relays_equals_that_of_a_simulation_in_the_steady_state(path: s
 
 
 def test_rounding_is_relative_to_the_largest_weight() -> None:
-    assert rounding(sparse.csr_array([[255.0, 1.0, 0.0]])) == 0
-    assert rounding(sparse.csr_array([[255.0, 0.4]])) == pytest.approx(0.4 / 255, rel=1e-4)
+    assert rounding(sparse.csr_array([[127.0, 1.0, 0.0]])) == 0
+    assert rounding(sparse.csr_array([[127.0, 0.4]])) == pytest.approx(0.4 / 127, rel=1e-4)
     assert rounding(sparse.csr_array((3, 2))) == 0
 
 

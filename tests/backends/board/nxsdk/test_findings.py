@@ -27,6 +27,13 @@ def test_a_plain_image_has_no_findings() -> None:
 
 CASES: list[tuple[str, Parts, list[str], list[str]]] = [
     ("thresholds", Parts([Block(1, vth=64 * (i + 1)) for i in range(8)]), ["NX01"], []),
+    (
+        "compartment profiles",
+        Parts([Block(1, refract_delay=i + 1) for i in range(32)]),
+        ["NX15"],
+        [],
+    ),
+    ("31 profiles", Parts([Block(1, refract_delay=i + 1) for i in range(31)]), [], []),
     ("seven thresholds", Parts([Block(1, vth=64 * (i + 1)) for i in range(7)]), [], []),
     (
         "noise that differs",

@@ -27,11 +27,11 @@ def test_the_second_import_has_the_recording_nxsdk_and_the_first_none() -> None:
     assert "nxsdk" not in sys.modules
 
 
-def test_a_limit_is_lifted_in_one_import_alone() -> None:
+def test_limits_are_lifted_in_one_import_alone() -> None:
     one, other = recording_hardware(modules(None)), recording_hardware(modules(None))
-    one.allow_thresholds(8)
-    assert one.builder.MAX_VTH_CFGS == 9
-    assert other.builder.MAX_VTH_CFGS == 8
+    one.allow_profiles(32, 8)
+    assert (one.builder.MAX_COMPARTMENT_CFGS, one.builder.MAX_VTH_CFGS) == (33, 9)
+    assert (other.builder.MAX_COMPARTMENT_CFGS, other.builder.MAX_VTH_CFGS) == (32, 8)
 
 
 def test_without_nxsdk_the_error_says_where_it_comes_from() -> None:

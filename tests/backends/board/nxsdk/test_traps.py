@@ -7,7 +7,7 @@ from spikeport.backends.board.nxsdk.traps import BASES, THRESHOLDS, Finding, Tra
 def test_ids_are_in_order() -> None:
     ids = [trap.id for trap in vars(traps).values() if isinstance(trap, Trap)]
     assert ids == [f"NX{i + 1:02}" for i in range(len(ids))]
-    assert len(ids) == 14
+    assert len(ids) == 15
 
 
 def test_a_finding_names_its_trap_its_place_and_the_cure() -> None:
