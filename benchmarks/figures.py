@@ -49,10 +49,10 @@ class Differing(NamedTuple):
 
 
 def results_in(folder: Path) -> Results:
-    """Return the results in the folder of a command; an empty list if it has not finished.
+    """Return the results in the folder of a command; an empty list if there are none.
 
-    A run has one result, a sweep one for each point, an evaluation one for all its points, and a
-    compile its report.
+    A run has one result, a sweep one for each point that is finished, an evaluation one for all its
+    points, and a compile its report.
     """
     for pattern in ("result.json", "points/*.json", "report.json"):
         if files := sorted(folder.glob(pattern)):

@@ -30,6 +30,8 @@ from spikeport.key_values import parse
 RESULTS = Path("build/walk_runs")
 OF_NEURONS = (*OF_POLICY, "calibrated", "follower", "silence", "silence_at")
 """Settings that a walk without neurons does not have."""
+CHOSEN = {"n_neurons", "path", "network_seed"}
+"""Settings that the options --n-neurons, --path and --seed choose."""
 SIZES = (20, 10)
 SEEDS = range(5)
 WORST = (
@@ -107,6 +109,8 @@ def main() -> None:
     chosen = parser.parse_args()
     paths, seeds = chosen.path or list(SHAPES), chosen.seed or list(SEEDS)
     asked = parse(chosen.pairs, WalkSettings, "the walk")
+    for key in CHOSEN & set(asked):
+        parser.error(f"--set {key}=...: has an option of its own")
     shared = {key: value for key, value in asked.items() if key not in OF_NEURONS}
     exact = walks(paths, seeds, "analytic", chosen.seconds, **shared)
     for n_neurons in chosen.n_neurons or SIZES:

@@ -61,6 +61,8 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     ------
     UsageError
         If the trial asks for something that cannot be done, or one of its files changes meanwhile.
+    DoesNotFitError, CompileError, BackendError
+        If its network cannot be compiled, or the chip cannot be opened.
     RenderError, MissingExtraError
         If it asks for a video that cannot be made on this machine.
     DivergedError
@@ -127,6 +129,8 @@ def prepare(trial: Trial[K, R]) -> Ready[K]:
     ------
     UsageError
         If the trial asks for something that cannot be done.
+    DoesNotFitError, CompileError, BackendError
+        If its network cannot be compiled, or the chip cannot be opened.
     """
     closed = trial.close_loop(trial.plant())
     return Ready(closed, simulator(closed.network, trial.options))

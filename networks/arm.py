@@ -49,7 +49,7 @@ class ArmSizes:
 
     @property
     def total(self) -> int:
-        """The number of neurons in the whole controller."""
+        """The number of neurons in the whole controller, without an efference copy's."""
         return 3 * self.m1 + 5 * self.cb + STATE_SIZE * self.s1
 
 

@@ -108,7 +108,8 @@ def path_follower(
         inner = [body, _speed(lengths, net.command[0], gains, options)]
     # A compartment has one filter: a gate needs that of the neurons' other inputs.
     outer = [ensemble for ensemble in net.ensembles if ensemble not in inner]
-    net.filters = {TAU_HOST_S: outer, options.tau_fwd: inner}
+    net.filters = {TAU_HOST_S: outer}
+    net.filters.setdefault(options.tau_fwd, []).extend(inner)
     return net
 
 

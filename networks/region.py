@@ -18,7 +18,11 @@ SIDES = ("centre", "half")
 
 @dataclass(frozen=True)
 class Box:
-    """An axis-aligned box that is mapped onto [-1, 1] in every dimension."""
+    """An axis-aligned box that is mapped onto [-1, 1] in every dimension.
+
+    ``half``, half of each edge, must be above 0 wherever values are normalised: `at_least` widens a
+    box of samples that do not vary.
+    """
 
     centre: Floats
     half: Floats

@@ -97,7 +97,8 @@ def load(path: Path = SHIPPED) -> WalkingPolicy:
     ------
     UsageError
         The file holds something else, layers do not fit each other, a number is not finite, the
-        action scale or a gain is not above 0, or a joint is there twice.
+        action scale or a gain is not above 0, a gain is above `LARGEST_GAIN`, or a joint is there
+        twice.
     """
     with refusing(path, cure=CURE):
         return _policy(npz.read(path))

@@ -23,7 +23,8 @@ ENCODED = ("-an", "-vcodec", "libx264", "-pix_fmt", "yuv420p", "-f", "mp4")
 class VideoWriter:
     """Writer of frames of one even size as H.264; use it as a context manager.
 
-    Leaving the context puts the file at ``path``; leaving it with an error leaves no file.
+    Leaving the context puts the file at ``path``, if it has a frame; leaving it with an error
+    leaves no file.
 
     Parameters
     ----------

@@ -26,9 +26,9 @@ Interface: `spikeport.robot.walk_interface`; joints in the order of
 
 ## How it walks
 
-Random commands of the last stage for 20 s, which change no faster than stated there. Errors are
-means of the absolute difference, smoothed over 0.2 s, the first second after a change of command
-left out. "As trained" has the delays, bodies, noise and pushes of the last stage; "jumping
+Random commands of the stage `{goal}` for 20 s, which change no faster than stated there{reached}.
+Errors are means of the absolute difference, smoothed over 0.2 s, the first second after a change of
+command left out. "As trained" has the delays, bodies, noise and pushes of that stage; "jumping
 commands" has them with commands that change at once, "exact targets" without offsets and noise of
 the joint targets; "undisturbed" is the robot as it is described. Clearance is the mean height of a
 foot's highest point in a step; the last column counts steps while asked to stand.
@@ -54,11 +54,21 @@ def card(
     evaluations: dict[str, Evaluation],
     stages: tuple[Stage, ...],
 ) -> str:
-    """Return the card's text; ``made`` has the command, seed, step, number of robots and gains."""
+    """Return the card's text.
+
+    ``made`` has the command, seed, step, number of robots and gains, and the name of the stage that
+    the policy was evaluated in; ``stages`` are those that the training reached.
+    """
+    reached = made["goal"] in [stage.name for stage in stages]
     versions = ", ".join(f"{package} {metadata.version(package)}" for package in PACKAGES)
     rows = "\n".join(_row(robots, e) for robots, e in evaluations.items())
     return _TEXT.format(
-        name=name, rows=rows, versions=versions, stages="\n".join(_changes(stages)), **made
+        name=name,
+        rows=rows,
+        versions=versions,
+        reached="" if reached else "; the\ntraining ended before this stage",
+        stages="\n".join(_changes(stages)),
+        **made,
     )
 
 

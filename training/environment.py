@@ -52,7 +52,10 @@ class TrainingTask:
 
 
 class StepOutcome(NamedTuple):
-    """The outcome of one control step of n robots: ``(n,)`` each, and every term of the reward."""
+    """The outcome of one control step of n robots: ``(n,)`` each, and every term of the reward.
+
+    Without terms the reward is the number 0.
+    """
 
     reward: Floats
     fallen: Flags

@@ -96,6 +96,8 @@ def train(options: TrainOptions, progress: Progress) -> list[Entry]:
     ------
     UsageError
         The folder holds a run with other options, or a longer one.
+    WorkerLostError
+        Another process of the training has ended.
     """
     first = Worker(0, options.workers)
     learner, done, log = _start(options, first)

@@ -36,6 +36,7 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     made = {
         "command": command,
         "seed": options.seed,
+        "goal": options.stages[-1].name,
         "step": choice.step,
         "robots": options.learner.robots,
         "kp_speed": policy.gains.kp_speed,

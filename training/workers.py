@@ -52,7 +52,13 @@ ALONE = Worker()
 def others(
     number: int, work: Callable[[Worker, *Arguments], object], *args: *Arguments
 ) -> Iterator[None]:
-    """Let ``number`` other processes do ``work(worker, *args)`` beside this one, the first."""
+    """Let ``number`` other processes do ``work(worker, *args)`` beside this one, the first.
+
+    Raises
+    ------
+    WorkerLostError
+        One of them has ended before its work.
+    """
     if not number:
         yield
         return

@@ -22,8 +22,7 @@ from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Built
-from spikeport.compile.ground.scope import Scope, is_plain
-from spikeport.compile.loihi.quick_builder import height_in_rates
+from spikeport.compile.ground.scope import Scope, height_in_rates, is_plain
 
 LOST = 0.05
 """Share of spikes beyond one a step up to which their loss is not worth a hint: neurons that shall

@@ -112,6 +112,11 @@ def is_plain(kind: nengo.neurons.NeuronType) -> bool:
     return regular or type(kind) in NEURON_TYPES
 
 
+def height_in_rates(kind: nengo.neurons.NeuronType) -> float:
+    """Return the factor in a type's rates that is the height of its spikes."""
+    return 1.0 if isinstance(kind, nengo.RegularSpiking) else getattr(kind, "amplitude", 1.0)
+
+
 def probeable(obj: object) -> tuple[str, ...]:
     """Return the attributes of an object on the chip that can be probed."""
     return next((names for kind, names in PROBEABLE.items() if isinstance(obj, kind)), ())

@@ -36,7 +36,6 @@ import nengo_loihi.neurons
 import numpy as np
 from nengo import LIF, RegularSpiking
 from nengo.exceptions import BuildError
-from nengo.neurons import NeuronType
 from nengo.solvers import NoSolver
 from nengo_loihi.builder import connection, ensemble
 from nengo_loihi.decode_neurons import OnOffDecodeNeurons
@@ -140,11 +139,6 @@ def regular_rates(
     plain = RegularSpiking(neuron_type.base_type)
     rates: Floats = loihi_regularspiking_rates(plain, x, gain, bias, dt)
     return rates
-
-
-def height_in_rates(kind: NeuronType) -> float:
-    """Return the factor in a type's rates that is the height of its spikes."""
-    return 1.0 if isinstance(kind, RegularSpiking) else getattr(kind, "amplitude", 1.0)
 
 
 def quick_solve(

@@ -27,7 +27,7 @@ from nengo_loihi.neurons import loihi_rates
 
 from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
 from spikeport.compile.ground.names import base
-from spikeport.compile.loihi.quick_builder import height_in_rates
+from spikeport.compile.ground.scope import height_in_rates
 
 RELAYS = {"onoff": OnOffDecodeNeurons, "preset10": Preset10DecodeNeurons}
 ENCODERS = "decode_neuron_encoders"

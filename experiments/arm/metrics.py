@@ -72,7 +72,7 @@ def shape_error(stroke: np.ndarray, trace: np.ndarray) -> np.ndarray:
 
 
 def lag(drawn: ArmRecording) -> float:
-    """Return the time in s by which the hand lags: argmin_l sum_t |x(t + l) - target(t)|^2."""
+    """Return the time in s by which the hand lags: argmin_l mean_t |x(t + l) - target(t)|^2."""
     # The mean, as in real time the steps of a robot's own clock differ, and some take none of it.
     dt_s = (drawn.time_s[-1] - drawn.time_s[0]) / (len(drawn.time_s) - 1)
     # At least half of a drawing is compared.

@@ -20,7 +20,7 @@ REACHED_M = 0.04
 MIN_JUMP_M = 0.10
 REGION_SEEDS = (1000, 1001, 1002)
 REGION_SECONDS = 15.0
-"""The random runs that determine the region; no evaluation uses these seeds."""
+"""The random runs that determine the region; no table in docs/ uses these seeds."""
 
 
 @dataclass(frozen=True)
@@ -158,7 +158,7 @@ def rehearsals(box: TargetBox) -> list[Rehearsal]:
     """Return the runs that determine the region of a box.
 
     One run visits a grid that fills the box, so that no target lies outside the region. The others
-    follow random targets, as the task does, but targets that no evaluation uses.
+    follow random targets, as the task does, but targets that no table in docs/ uses.
     """
     tour = GridTour(box)
     random = [

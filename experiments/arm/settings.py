@@ -11,8 +11,8 @@ from spikeport.networks.option_checks import check_counts, check_name_or_file, c
 OF_NEURONS = ("preset", "m1", "cb", "s1", "efference_copy")
 """Settings that the exact law has no use for."""
 
-FARTHEST_M = 100.0
-"""The largest coordinate or size: beyond the reach of any arm, but safe to compute with."""
+FARTHEST_M = 3.0
+"""The largest coordinate or size: beyond the arm's reach, but safe to compute with."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -42,7 +42,7 @@ ROWS: tuple[Row, ...] = (
         "terrain": "boxes:0.01",
     },
 )
-"""The default rows of the table; a row with Menagerie's feet is added where they are installed."""
+"""The default rows of the table; with MENAGERIE_ROOT, one with Menagerie's feet is added."""
 
 
 def name_of(row: Row) -> str:

@@ -4,7 +4,7 @@ The read-out is refitted to the spikes of the last hidden layer:
 
 .. math::
 
-    W, b = \arg\min \sum_t |F e_t|^2 + m (\lambda \max F h)^2 |W - W_0|^2,
+    W, b = \arg\min \sum_t |F e_t|^2 + m (\lambda \max F (h - \bar h))^2 |W - W_0|^2,
     \quad e_t = W h_t + b - a(o_{t-k})
 
 ``h_t`` is the output of the halves of the last hidden layer's units after the filter of the action,
@@ -226,7 +226,8 @@ def calibrated_policy(
 def refit_lagged(nominal: Readout, *played: Played) -> Readout:
     """Return the read-out fitted to played observations, for actions `LAG` observations earlier."""
     halves = [emphasise_slow(part.halves[SETTLING + LAG :]) for part in played]
-    # Filtered part by part, since values jump from one gait to the next.
+    # Filtered part by part, since values jump from one gait to the next. The walks of a part are
+    # joined as well; the few values at their joints are left in.
     wanted = [emphasise_slow(part.wanted[SETTLING:-LAG]) for part in played]
     return refit(nominal, np.concatenate(halves), np.concatenate(wanted))
 

@@ -27,7 +27,10 @@ from spikeport.progress import Progress
 from spikeport.simulator import Simulator
 
 HOLD_S = 0.05
-"""Time for which an observation is held: on the chip, three layers settle in 40 ms."""
+"""The least time for which an observation is held: on the chip, three layers settle in 40 ms."""
+SETTLED = 4
+"""Sums of a network's time constants, after which less than 1 % of a step is missing from its
+action."""
 SAMPLE = 20
 """The number of observations that are fed in, evenly spaced among those of the ranges."""
 
@@ -88,12 +91,17 @@ class Conversion:
         n_between = len(self.ranges) - 1
         return (*[self.options.tau_fwd] * n_between, self.options.tau_out)
 
+    @property
+    def steps(self) -> int:
+        """The steps for which an observation is held, until the filters have settled."""
+        return round(max(HOLD_S, SETTLED * sum(self.taus_s)) / DT_S)
+
     def network(self, probed: bool) -> ProbedPolicy:
         """Build the spiking network; its hidden layers have probes if ``probed`` is true."""
         net = ProbedPolicy(label="conversion", seed=self.seed)
         with net:
             net.policy = perceptron(self.mlp, self.observations, self.options, self.seed)
-            play_in(net.policy.observation, self.sample, round(HOLD_S / DT_S), DT_S)
+            play_in(net.policy.observation, self.sample, self.steps, DT_S)
             net.action = nengo.Probe(net.policy.action)
             layers = zip(net.policy.layers, self.taus_s, strict=True) if probed else ()
             net.layers = [nengo.Probe(layer.output, synapse=tau) for layer, tau in layers]
@@ -124,31 +132,31 @@ def convert(conversion: Conversion, chip: str, passes: str, progress: Progress) 
         Simulator(net, chip=chip, dt=DT_S, pipeline=passes, progress=progress) as sim,
     ):
         assert sim.compilation is not None
-        _run(sim, len(conversion.sample), "running on the chip", progress)
-        chip_error = _error(sim.data[net.action], exact_action)
+        _run(sim, conversion, "running on the chip", progress)
+        chip_error = _error(conversion, sim.data[net.action], exact_action)
         compilation, activity = sim.compilation, sim.activity
     progress("running in float", None)
     # Built anew: probes of hidden layers would be read-outs on the chip, and take cores there.
     net = conversion.network(probed=True)
     with Simulator(net, backend="reference", dt=DT_S) as sim:
-        _run(sim, len(conversion.sample), "running in float", progress)
+        _run(sim, conversion, "running in float", progress)
         layers = tuple(_layers(conversion, net, sim))
-        action_error = _error(sim.data[net.action], exact_action)
+        action_error = _error(conversion, sim.data[net.action], exact_action)
     lint = ConversionLint(layers, action_error, chip_error, sum(conversion.taus_s))
     return Converted(compilation, activity, lint)
 
 
-def _run(sim: Simulator, n_shown: int, what: str, progress: Progress) -> None:
+def _run(sim: Simulator, conversion: Conversion, what: str, progress: Progress) -> None:
+    n_shown = len(conversion.sample)
     for number in range(n_shown):
         progress(what, number / n_shown)
-        sim.run_steps(round(HOLD_S / DT_S))
+        sim.run_steps(conversion.steps)
 
 
-def _error(data: np.ndarray, wanted: np.ndarray) -> float | None:
+def _error(conversion: Conversion, data: np.ndarray, wanted: np.ndarray) -> float | None:
     """Return the relative rms error at the end of every observation; None if all wanted are 0."""
-    steps = round(HOLD_S / DT_S)
-    # The last step of each observation, when filters have settled.
-    error, size = _rms(data[steps - 1 :: steps] - wanted), _rms(wanted)
+    last = data[conversion.steps - 1 :: conversion.steps]
+    error, size = _rms(last - wanted), _rms(wanted)
     return float(error / size) if size else None
 
 
@@ -177,7 +185,9 @@ def _layers(conversion: Conversion, net: ProbedPolicy, sim: Simulator) -> Iterat
             rate_hz=rate_hz,
             spikes=rate_hz * tau_s * n_neurons / n_units,
             tau_s=tau_s,
-            error=_error(sim.data[net.layers[number]], function.function(played[number])),
+            error=_error(
+                conversion, sim.data[net.layers[number]], function.function(played[number])
+            ),
         )
 
 

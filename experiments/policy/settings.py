@@ -29,7 +29,7 @@ calibrated, and need 20 times as many synaptic operations (docs/walk.md)."""
 _PUSHED = Perturbation(push=0.8, push_every=1.0)
 GAITS = {"calm": (NONE,), "rough": (_PUSHED, replace(_PUSHED, terrain="slope:6"))}
 """The perturbations of the walks that neurons are made and calibrated for, by value of ``gait``. A
-robot regains its balance, or falls, within the second between two pushes."""
+robot regains its balance, or falls, in the 0.5 to 1.5 s between two pushes."""
 
 SPIKING, EXACT = "spiking", "mlp"
 """Values of ``policy`` that name no policy: the default one in neurons, and, in some experiments,

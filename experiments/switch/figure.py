@@ -28,6 +28,7 @@ from spikeport.experiments.switch.nuclei_figure import (
 from spikeport.experiments.switch.picture import COLOURS, middles
 from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.experiments.switch.work_figure import TEMPLATE, draw_work
+from spikeport.experiments.walk.port import LEAD_S
 from spikeport.plots import legend_once
 
 MOMENT = "0.35"
@@ -159,7 +160,8 @@ def _draw_way(axes: Axes, run: SwitchRun) -> None:
     """Draw the way of the pelvis, and the paths it was to follow."""
     for goal, path in zip(run.goals, run.paths, strict=False):
         if path is not None:
-            way = np.array([path.at(t)[:2] for t in np.linspace(0, goal.phase.seconds, 200)])
+            end_s = goal.phase.seconds + LEAD_S
+            way = np.array([path.at(t)[:2] for t in np.linspace(0, end_s, 200)])
             axes.plot(*way.T, color=TEMPLATE, ls="--", lw=1.2, label="path")
     axes.plot(*run.recording.position_m.T, color=COLOURS["walk"], lw=2, label="pelvis")
     axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")

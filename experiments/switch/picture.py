@@ -8,6 +8,7 @@ from spikeport.constants import DT_S
 from spikeport.experiments.pictures import Caption, Captions, Marks
 from spikeport.experiments.switch.metrics import pen_down, within
 from spikeport.experiments.switch.recording import SwitchRun
+from spikeport.experiments.walk.port import LEAD_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.robot.perturbation import PHYSICS_DT_S, ROUNDING_S
 from spikeport.robot.render import Mark
@@ -65,7 +66,7 @@ def _paths(run: SwitchRun) -> list[Mark]:
     found = []
     for goal, path in zip(run.goals, run.paths, strict=False):
         if path is not None:
-            for t in np.arange(0, goal.phase.seconds, PATH_DT_S):
+            for t in np.arange(0, goal.phase.seconds + LEAD_S, PATH_DT_S):
                 x, y = path.at(t)[:2]
                 found.append(Mark((x, y, 0.012), 0.012, PATH_RGBA))
     return found[:MOST_MARKS]

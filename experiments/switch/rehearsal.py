@@ -29,7 +29,7 @@ from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.plant import Plant
 
 SEEDS = (1000, 1001, 1002)
-"""The seeds of rehearsals; no evaluation uses them."""
+"""The seeds of rehearsals; no table in docs/ uses them."""
 
 
 class ExactControllers(NamedTuple):

@@ -37,7 +37,7 @@ class WalkPath:
     ramp_s: float = 0.0
 
     def at(self, time_s: float) -> np.ndarray:
-        """Return (4,) position in m and velocity in m/s."""
+        """Return (4,) position in m and velocity in m/s; beyond an open end, the last ones."""
         if time_s < self.ramp_s:
             pace = time_s / self.ramp_s
             x, y, vx, vy = self._at(self._walked_s(time_s)).tolist()

@@ -130,6 +130,8 @@ def _gains(actuators: Mapping[str, Actuator]) -> dict[str, tuple[float, float]]:
             stiffness, damping = (
                 _value(where, joint, table, np.nan) for table in (group.stiffness, group.damping)
             )
+            if joint in gains:
+                raise MismatchError(f"{joint} in one group of actuators", f"another in {where}")
             gains[joint] = (stiffness, damping)
     for joint in JOINTS:
         if not np.isfinite(gains.get(joint, np.nan)).all():

@@ -61,8 +61,8 @@ def gammas(phi: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """
     theta = float(np.sqrt(phi @ phi))
     square = theta * theta
-    # Differences of nearly equal numbers lose digits: just above the limit, d is off by 3e-9.
-    # Below it, the next terms of the series are less than 1e-16.
+    # Differences of nearly equal numbers lose digits: just above the limit, the entries of Gamma_2
+    # are off by up to 5e-9. Below it, the next terms of the series are less than 1e-16.
     if theta < SMALL_RAD:
         a, b = 1 - square / 6, 0.5 - square / 24
         c, d = 1 / 6 - square / 120, 1 / 24 - square / 720

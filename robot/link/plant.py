@@ -62,6 +62,9 @@ class LinkedPlant(Plant):
     ) -> None:
         """Start over with a robot; see `Plant.reset`.
 
+        ``perturbation_rad`` moves the model that is computed here; the robot has a default of its
+        own.
+
         Raises
         ------
         BackendError

@@ -90,6 +90,11 @@ class SimulatedRobot:
         The mode that commands the robot instead of a controller; empty if none does.
     hoist : Hoist
         The robot's hoist.
+
+    Raises
+    ------
+    UsageError
+        A joint's posture is beyond its stops.
     """
 
     def __init__(self, settings: RobotSettings) -> None:

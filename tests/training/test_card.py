@@ -14,7 +14,7 @@ def test_the_card_states_figures_recipe_and_what_a_stage_changes():
     noise = HiddenNoise(white=0.5)
     stages = (STAGES[0], replace(STAGES[0], name="harder", first_step=9, hidden_noise=noise))
     made = {"command": "spikeport train walk", "seed": 7, "step": 1234567, "robots": 512}
-    made |= {"kp_speed": 1.1, "kp_heading": 3.8171}
+    made |= {"kp_speed": 1.1, "kp_heading": 3.8171, "goal": "harder"}
     text = card("h1_walk", made, {"as trained": WALKS}, stages)
     assert "1.1/s for the speed, 3.82/s for the heading" in text
     assert "1,234,567 control steps of 512 robots" in text
@@ -22,3 +22,6 @@ def test_the_card_states_figures_recipe_and_what_a_stage_changes():
     assert "Seed 7.\nVersions: mujoco " in text
     assert "- **harder**: first_step 9, hidden_noise.white 0.5\n" in text
     assert "weights.fall -200.0" in text
+    assert "Random commands of the stage `harder` for 20 s, which change no faster than" in text
+    assert "ended before this stage" not in text
+    assert "training ended before this stage" in card("h1_walk", made, {}, stages[:1])

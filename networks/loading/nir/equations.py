@@ -1,5 +1,6 @@
 """NIR's own equations, by Euler's method, for as many steps as the inputs have.
 
+Delays that all paths share (`spikeport.networks.loading.nir.checks`) are left out.
 Within a step populations are computed in order; an edge that closes a cycle takes one step.
 """
 

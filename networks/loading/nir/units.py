@@ -15,7 +15,7 @@ a neuron's weights, the largest ones. The threshold may then exceed the bound fo
 2^19: the lower end of the voltage, -2^23, is still 16 thresholds below zero. A neuron that does not
 leak and has inhibitory input never gets more than 2^19, because its inhibition adds up.
 
-A sum of more than 128 times the population's largest weight would leave that weight less than
+A sum of more than 128.5 times the population's largest weight would leave that weight less than
 255 * 2^6 units, the most that one synapse holds. The bound does not apply there, and that weight
 keeps 255 * 2^6 units.
 
@@ -83,7 +83,8 @@ def units(population: Population, n_parts: int, at_once: float = 1.0) -> Units:
     Raises
     ------
     MismatchError
-        A neuron's weights are too large for 24 bits, relative to its threshold.
+        A neuron's weights are too large for 24 bits, relative to its threshold, one by one or in
+        sum.
     """
     of, signal = population.dynamics, population.input
     weights = {name: _rows(of.gain / of.threshold, matrix) for name, matrix in signal.parts.items()}
@@ -142,8 +143,8 @@ class _Room:
         found: np.ndarray = np.minimum(by_input, by_register)
         if found.min() < THRESHOLDS[0]:
             raise MismatchError(
-                f"weights of at most {ONE_WEIGHT / THRESHOLDS[0]:,.0f} times the threshold in node "
-                f"{self._name}",
+                f"weights of at most {ONE_WEIGHT / THRESHOLDS[0]:g} times the threshold, or sums "
+                f"of at most {INPUT / THRESHOLDS[0]:,.0f} times it, in node {self._name}",
                 f"{self.largest:,.6g}",
             )
         return found

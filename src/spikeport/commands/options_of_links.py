@@ -155,9 +155,7 @@ class BoardService:
             metavar="FILE", help="Serial line of an FPGA with soft cores, which is then the board."
         ),
     ] = None
-    baud: Annotated[int, typer.Option(help="Bit rate of the serial line, in bits/s.", min=1)] = (
-        3_000_000
-    )
+    baud: Annotated[int, typer.Option(help="Bit rate of --device, in bits/s.", min=1)] = 3_000_000
     keep: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Keep the image of the last session in this file."),
@@ -195,8 +193,8 @@ class RobotService:
     rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Physics steps and states per second: 200, 500 or 1000; by default 500, with "
-            "--lock-step 200."
+            help="Physics steps and states per second, from 200 to 1000, each of whole ms; by "
+            "default 500, with --lock-step 200."
         ),
     ] = None
     priority: Annotated[

@@ -118,10 +118,10 @@ def test_a_drawing_is_read_if_the_reader_is_installed_and_recognise_is_not_false
     ("wrong", "message"),
     [
         ({"digit": 10}, "unknown digit '10'; choose from: 0, 1, 2, 3, 4, 5, 6, 7, 8, 9"),
-        ({"width_m": 0.0}, "width_m=0: a size must be above 0 and at most 100 m"),
-        ({"height_m": float("nan")}, "height_m=nan: a size must be above 0 and at most 100 m"),
-        ({"height_m": 1e300}, "height_m=1e+300: a size must be above 0 and at most 100 m"),
-        ({"x_m": float("inf")}, "x_m=inf: a place must be from -100 to 100 m"),
+        ({"width_m": 0.0}, "width_m=0: a size must be above 0 and at most 3 m"),
+        ({"height_m": float("nan")}, "height_m=nan: a size must be above 0 and at most 3 m"),
+        ({"height_m": 1e300}, "height_m=1e+300: a size must be above 0 and at most 3 m"),
+        ({"x_m": float("inf")}, "x_m=inf: a place must be from -3 to 3 m"),
         ({"preset": "fat"}, "unknown preset 'fat'; choose from: lean, paper"),
     ],
 )

@@ -145,7 +145,7 @@ def test_a_text_that_is_not_a_box_is_refused(text):
 
 
 def test_a_box_that_no_arm_reaches_is_refused():
-    with pytest.raises(UsageError, match="each edge must be from -100 to 100 m"):
+    with pytest.raises(UsageError, match="each edge must be from -3 to 3 m"):
         find_box("0.3:1e160,-0.3:0,1:1.2")
 
 

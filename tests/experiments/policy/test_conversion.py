@@ -45,6 +45,15 @@ def test_a_perceptron_is_measured_layer_by_layer(observations):
     assert converted.compilation.report.digest == converted.compilation.image.digest
 
 
+def test_slow_filters_settle_before_actions_are_compared(observations):
+    """Held for 50 ms, the action would lack a third of a step, and its error be that large."""
+    options = PolicyOptions(n_neurons=40, tau_fwd=0.05)
+    conversion = Conversion(perceptron("elu"), options, observations)
+    assert conversion.steps == 4 * 55
+    lint = convert(conversion, "loihi", "compact", silent).lint
+    assert lint.action_error < 0.15
+
+
 def test_a_layer_that_is_always_silent_has_no_relative_error(observations):
     layers = (Layer(np.zeros((3, 4)), -np.ones(3)), Layer(np.ones((2, 3)), np.zeros(2)))
     conversion = Conversion(Mlp(layers, "relu"), PolicyOptions(activation="relu"), observations)

@@ -130,5 +130,6 @@ def test_weights_of_many_times_the_threshold_are_refused():
     with pytest.raises(MismatchError) as caught:
         units(population(np.full((1, 1), 1e5), tau_mem=8e-3, r=8.0), 2)
     assert str(caught.value) == (
-        "expected weights of at most 128 times the threshold in node n, found 25,000"
+        "expected weights of at most 127.5 times the threshold, or sums of at most 16,384 times "
+        "it, in node n, found 25,000"
     )
