@@ -2,7 +2,7 @@
 
 import contextlib
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
@@ -10,6 +10,12 @@ from spikeport.hardware_models.activity import Activity
 
 SATURATED = 0.01
 """Share of steps in which spikes of an input are lost, above which a hint is due."""
+
+
+def hints_after(run: Activity, hints: Iterable[Violation]) -> Iterator[Violation]:
+    """Yield the hints of a compile and of its run, which knows the values that were cut off."""
+    yield from (one for one in hints if one.id != "SP421" or one.object not in run.cut_off)
+    yield from lost_values(run)
 
 
 def lost_values(activity: Activity) -> Iterator[Violation]:

@@ -128,7 +128,7 @@ def on_host_lines(ensembles: Iterable[OnHost]) -> list[str]:
     lines = []
     for reason, found in alike.items():
         n = sum(one.n_neurons for one in found)
-        names = _listed([one.object for one in found])
+        names = listed([one.object for one in found])
         lines.append(f"{names} ({counted(n, 'neuron')}): {reason}")
     return lines
 
@@ -161,11 +161,11 @@ def _rows(violations: Sequence[Violation]) -> str:
     alike: dict[Violation, list[str]] = {}
     for violation in sorted(violations, key=lambda violation: violation.id):
         alike.setdefault(violation._replace(object=""), []).append(violation.object)
-    lines = [f"  {one._replace(object=_listed(names))}" for one, names in alike.items()]
+    lines = [f"  {one._replace(object=listed(names))}" for one, names in alike.items()]
     return "\n".join([*lines, f"more: spikeport compile --explain {next(iter(alike)).id}"])
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
     """Return the first names in natural order (name2 before name10), and the number of others."""
     ordered = sorted(names, key=_by_number)
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""

@@ -1,12 +1,12 @@
 """The report on a compiled network: resources, energy, time, and the cost of rounding."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from spikeport.compile.check.lost_values import lost_values
+from spikeport.compile.check.lost_values import hints_after
 from spikeport.compile.check.violation import Offloaded, OnHost, Violation
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.expected import ALL, Rates
@@ -199,19 +199,15 @@ class Report:
         return rows
 
     def _hints(self, activity: Activity | None) -> Iterable[Violation]:
+        if activity is None:
+            return self.hints
         # Once, though a measured loss has these hints, too.
-        return dict.fromkeys((*self.hints, *_hints_of(activity)))
+        return dict.fromkeys(hints_after(activity, self.hints))
 
     def _neurobench(self, activity: Activity | None) -> Json | None:
         if self.neurobench is None:
             return None
         return asdict(self.neurobench) | ({} if activity is None else workload(activity))
-
-
-def _hints_of(activity: Activity | None) -> Iterator[Violation]:
-    """Yield the hints that counts of a run give."""
-    if activity is not None:
-        yield from lost_values(activity)
 
 
 def places(n_cores: int, chip: ChipModel) -> Json:

@@ -6,6 +6,8 @@ import typer
 
 from spikeport.backends.board.nxsdk.check import Checked, check
 from spikeport.backends.board.nxsdk.model import Placement
+from spikeport.backends.board.nxsdk.traps import Finding
+from spikeport.compile.check.violation import listed
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.counted import counted
 
@@ -57,4 +59,8 @@ def _lines(checked: Checked) -> list[str]:
 
 
 def _findings(checked: Checked) -> list[str]:
-    return [f"  {found}" for found in checked.findings]
+    """Return a line for each trap and use, with the first places that it concerns."""
+    alike: dict[Finding, list[str]] = {}
+    for found in checked.findings:
+        alike.setdefault(found._replace(where=""), []).append(found.where)
+    return [f"  {found._replace(where=listed(where))}" for found, where in alike.items()]

@@ -14,6 +14,7 @@ from spikeport.commands.tables import (
     loss_table,
     resource_table,
 )
+from spikeport.compile.check.lost_values import hints_after
 from spikeport.compile.check.violation import Violation, hint_lines, on_host_lines
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.report.loss import Loss
@@ -37,11 +38,19 @@ class Findings:
     loss: Loss | None = None
     modules: Modules | None = None
 
+    @property
+    def hints(self) -> tuple[Violation, ...]:
+        """The hints of the compile and, if the loss was measured, of its run."""
+        if self.loss is None or self.activity is None:
+            return self.report.hints
+        found = hints_after(self.activity, self.report.hints)
+        return tuple(dict.fromkeys((*found, *self.loss.hints)))
+
     def to_dict(self) -> Json:
         """Return plain data, ready for JSON."""
         report, loss = self.report, None
         if self.loss is not None:
-            report = replace(report, hints=(*report.hints, *self.loss.hints))
+            report = replace(report, hints=self.hints)
             loss = self.loss.to_dict()
         return report.to_dict(self.activity, self.rates, loss, self.modules)
 
@@ -63,7 +72,7 @@ def show_findings(findings: Findings, cores: bool) -> None:
     for line in pass_lines(report):
         console.print(line, style="dim")
     print_on_host(console, report)
-    print_hints(console, report, () if findings.loss is None else findings.loss.hints)
+    print_hints(console, report, findings.hints)
     console.print(verdict(report))
 
 
@@ -95,9 +104,9 @@ def print_on_host(console: Console, report: Report) -> None:
         console.print(f"on the host: {line}")
 
 
-def print_hints(console: Console, report: Report, of_run: Iterable[Violation] = ()) -> None:
-    """Print the hints of the compile and of a run, by rule, and the warnings of nengo-loihi."""
-    for line in hint_lines([*report.hints, *of_run]):
+def print_hints(console: Console, report: Report, hints: Iterable[Violation]) -> None:
+    """Print hints by rule, and the warnings of nengo-loihi."""
+    for line in hint_lines(hints):
         console.print(f"hint: {line}")
     for warning in report.warnings:
         console.print(f"nengo-loihi: {warning}", style="dim")

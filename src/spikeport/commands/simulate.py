@@ -19,7 +19,7 @@ from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_costs, print_hints, print_on_host, print_written
 from spikeport.commands.tables import resource_table
-from spikeport.compile.check.lost_values import lost_values
+from spikeport.compile.check.lost_values import hints_after
 from spikeport.compile.report.report import in_result
 from spikeport.compile.report.summary import verdict
 from spikeport.constants import DT_S
@@ -208,7 +208,7 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
         console.print(link_line(ran.link), soft_wrap=True)
     if ran.report is not None:
         print_on_host(console, ran.report)
-        print_hints(console, ran.report, lost_values(ran.activity))
+        print_hints(console, ran.report, hints_after(ran.activity, ran.report.hints))
         console.print(verdict(ran.report))
         nir.show_differences(network, ran.report)
     if played is not None:

@@ -15,7 +15,8 @@ ROWS = 12
 MOST = 240
 """Most panels: with more, a picture would have more pixels than matplotlib draws."""
 LINES = 8
-"""Most dimensions of a probe that are drawn: more lines would not be distinct."""
+"""Most dimensions of a probe that are drawn, those of the largest rms: more lines would not be
+distinct."""
 WIDTH_IN, HEIGHT_IN = 7.0, 1.9
 EXACT = "#9a9da3"
 
@@ -43,7 +44,9 @@ def figure(recorded: Mapping[str, Recorded], backend: str, title: str) -> Figure
 def _in_words(one: Recorded) -> str:
     error = one.error()
     size = one.values.shape[1]
-    hidden = f", {LINES} of {size} dimensions" if size > LINES and not one.spikes else ""
+    hidden = (
+        f", the {LINES} largest of {size} dimensions" if size > LINES and not one.spikes else ""
+    )
     text = hidden + ("" if error is None else f": {percent(error)} off")
     if (late := one.best_delay()) is not None:
         text += f", {percent(late[1])} with its delay of {1000 * late[0]:.0f} ms removed"
@@ -53,9 +56,11 @@ def _in_words(one: Recorded) -> str:
 def _draw_values(axes: Axes, one: Recorded) -> None:
     # A line through a single sample has no length: it would not be seen.
     dots = "o" if len(one.times_s) == 1 else ""
+    largest = np.sort(np.argsort(-np.linalg.norm(one.values, axis=0), kind="stable")[:LINES])
     if one.values_float is not None:
-        axes.plot(one.times_s, one.values_float[:, :LINES], dots + "-", color=EXACT, lw=2.5, ms=6)
-    axes.plot(one.times_s, one.values[:, :LINES], dots + "-", lw=1, ms=4)
+        exact = one.values_float[:, largest]
+        axes.plot(one.times_s, exact, dots + "-", color=EXACT, lw=2.5, ms=6)
+    axes.plot(one.times_s, one.values[:, largest], dots + "-", lw=1, ms=4)
 
 
 def _draw_spikes(axes: Axes, one: Recorded) -> None:

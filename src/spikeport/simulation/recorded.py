@@ -51,7 +51,7 @@ class Recorded:
 
         A chip computes later than float Nengo: values take steps from host to chip and back, and
         decode neurons have a filter of their own. None if there is no error, if it is least without
-        a delay, and for recordings of more than 10^7 values.
+        a delay or still falls at the longest, and for recordings of more than 10^7 values.
         """
         if self._filtered is None or self.values.size > MOST_VALUES:
             return None
@@ -60,7 +60,7 @@ class Recorded:
         shifts = range(min(round(LATEST_S / self._every_s) + 1, len(ours) // 2))
         errors = [_apart(ours[k:], exact[: len(exact) - k]) for k in shifts]
         best = int(np.argmin(errors))
-        return (best * self._every_s, errors[best]) if best else None
+        return (best * self._every_s, errors[best]) if 0 < best < len(errors) - 1 else None
 
     @property
     def _every_s(self) -> float:

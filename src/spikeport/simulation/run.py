@@ -121,6 +121,8 @@ def run(
         recorded = _recorded(sim, probes)
         activity, compilation, link = sim.activity, sim.compilation, sim.link
         report_json = None if compilation is None else sim.report()
+    if compilation is None:  # nothing is on the chip: float Nengo would be compared with itself
+        backend, beside = FLOAT, None
     if beside is not None:
         for name, values in _in_float(beside, options, progress).items():
             recorded[name] = replace(recorded[name], values_float=values)

@@ -1,10 +1,17 @@
 """The hints on values that read-outs and inputs lost in a run."""
 
 import nengo
+import numpy as np
 import pytest
 
 from spikeport import Simulator
-from spikeport.compile.check.lost_values import cut_off_by_design, input_hints, readout_hints
+from spikeport.compile.check.lost_values import (
+    cut_off_by_design,
+    hints_after,
+    input_hints,
+    readout_hints,
+)
+from spikeport.compile.pipeline import compile_network
 
 
 def test_spikes_of_read_outs_are_counted_against_none():
@@ -29,6 +36,19 @@ def driven(value, radius=1.0):
         nengo.Connection(nengo.Node(value), ensemble)
         nengo.Connection(nengo.Node(-0.5), ensemble)
     return network
+
+
+@pytest.mark.parametrize(("value", "expected"), [(0.9, []), (2.0, ["SP408"])])
+def test_a_run_knows_the_values_that_no_compile_foresees(value, expected):
+    with nengo.Network(seed=0) as network:
+        a = nengo.Ensemble(20, 1, label="a")
+        nengo.Connection(nengo.Node(lambda _t: value), a.neurons, transform=np.ones((20, 1)))
+    compilation = compile_network(network)
+    assert [hint.id for hint in compilation.report.hints] == ["SP421"]
+    with cut_off_by_design(), Simulator(network, progress_bar=False) as sim:
+        sim.run_steps(100)
+    hints = hints_after(sim.activity, compilation.report.hints)
+    assert [hint.id for hint in hints] == [hint["id"] for hint in sim.report()["hints"]] == expected
 
 
 def test_a_simulator_warns_of_inputs_that_are_cut_off_as_it_closes_and_reports_them():

@@ -97,6 +97,11 @@ def test_small_weights_beside_a_large_one_are_lost() -> None:
     assert error.lost_weights == pytest.approx(2 / 3)
 
 
+def test_weights_that_only_rounding_keeps_from_zero_are_not_lost() -> None:
+    _, error = discretised(np.array([[1.0, 0.5, 1e-14, -1e-16]]), np.ones(4))
+    assert error.lost_weights == 0
+
+
 def test_block_values_are_the_biases_and_the_rows_of_weights() -> None:
     block = LoihiBlock(2)
     block.compartment.bias[:] = [1, 2]

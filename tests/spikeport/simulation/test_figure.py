@@ -37,9 +37,16 @@ def test_many_probes_stand_in_columns(n, shape):
     drawn = figure({f"p{i}": one for i in range(n)}, "native", "model")
     assert len(panels(drawn)) == n
     assert drawn.axes[0].get_gridspec().get_geometry() == shape
-    assert panels(drawn)[0].get_title(loc="left") == "p0, 8 of 9 dimensions"
+    assert panels(drawn)[0].get_title(loc="left") == "p0, the 8 largest of 9 dimensions"
     assert len(panels(drawn)[0].lines) == drawing.LINES
     assert drawn.get_suptitle() == "model\ncolours: native"
+
+
+def test_the_dimensions_of_the_largest_rms_are_drawn_in_their_order():
+    values = np.zeros((2, 20))
+    values[:, 10:18] = np.arange(8, 0, -1)
+    drawn = figure({"p": Recorded(np.array([0.001, 0.002]), values, None, False)}, "native", "m")
+    assert [line.get_ydata()[0] for line in panels(drawn)[0].lines] == [8, 7, 6, 5, 4, 3, 2, 1]
 
 
 @pytest.mark.parametrize(("n", "marker"), [(1, "o"), (2, "None")])

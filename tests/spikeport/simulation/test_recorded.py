@@ -35,6 +35,9 @@ def test_the_best_delay_comes_with_the_error_that_remains():
     assert delay_s == pytest.approx(0.012)
     assert error < 1e-6 < 0.1 < late.error()
     assert Recorded(times_s, exact, exact, False).best_delay() is None
+    # The error still falls at the longest delay: none is known.
+    drifting = Recorded(times_s, np.roll(exact, 80, axis=0), exact, False)
+    assert drifting.best_delay() is None
 
 
 def test_uneven_samples_count_as_evenly_spaced_at_their_mean_distance():

@@ -34,6 +34,15 @@ def test_a_run_without_a_chip_has_no_report_and_no_float_run_beside(network):
     assert {one.error() for one in alone.recorded.values()} == {None}
 
 
+@pytest.mark.filterwarnings("ignore:no ensemble of the network")
+def test_a_network_with_nothing_on_the_chip_is_not_compared_with_itself():
+    with nengo.Network(seed=0) as net:
+        nengo.Probe(nengo.Node(np.sin), label="sine")
+    done = run(net, SimulationOptions(steps=5))
+    assert (done.backend, done.report) == ("reference", None)
+    assert done.recorded["sine"].values_float is None
+
+
 @pytest.mark.filterwarnings("ignore::UserWarning")
 def test_weights_are_recorded_row_by_row(network):
     net = network()
