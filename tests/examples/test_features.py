@@ -216,6 +216,7 @@ def test_a_feature_compiles_or_is_refused_as_its_row_says(
 
 @pytest.mark.usefixtures("nengo_defaults")
 def test_settings_and_options_of_a_simulator_are_accepted() -> None:
+    assert "yes" in ROWS["`on_chip`, `set_defaults`, `dt`, `seed`, `reset`"]
     spikeport.set_defaults()
     with nengo.Network() as network:
         spikeport.add_params(network)
@@ -232,11 +233,13 @@ def test_settings_and_options_of_a_simulator_are_accepted() -> None:
 
 
 def test_a_network_with_a_file_of_events_compiles(tmp_path: Path) -> None:
+    assert ROWS["files of DVS events"] == "yes"
     path = write_events(tmp_path / "a.events", **random_events(50, 5_000))
     spikeport.compile_network(camera_network(process_of(path)))
 
 
 def test_options_of_hardware_are_refused() -> None:
+    assert "refused" in ROWS["SNIPs and `hardware_options`"]
     with pytest.raises(UsageError, match="hardware_options"):
         spikeport.Simulator(nengo.Network(), hardware_options={"snip_max_spikes_per_step": 50})
 

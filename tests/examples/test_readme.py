@@ -27,8 +27,10 @@ def test_the_first_run_prints_the_lines_of_the_readme(monkeypatch, capsys, tmp_p
     run(monkeypatch, f"{command} --out {tmp_path / 'channel'}")
     printed = [line.rstrip() for line in capsys.readouterr().out.splitlines()]
     block = README[README.index("  probe      values") :].partition("```")[0]
-    for line in block.splitlines()[:-1]:
+    *lines, written = block.splitlines()
+    for line in lines:
         assert line in printed
+    assert printed[-1].endswith(written.partition("/channel/")[2])
 
 
 @pytest.mark.slow

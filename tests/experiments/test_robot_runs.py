@@ -81,7 +81,9 @@ def states_in_real_time() -> int | None:
     """Return the number of states of a walk in real time; None if this machine was too slow."""
     try:
         walked = run("walk", "analytic", "stub", 1.0, real_time=True)
-    except RobotLostError:
+    except RobotLostError as lost:
+        if "no new state for" not in str(lost):
+            raise
         return None
     states: Any = walked["states"]
     return int(states)
@@ -91,7 +93,9 @@ def states_in_real_time() -> int | None:
 def test_a_walk_in_real_time_goes_on_after_its_first_step() -> None:
     """Its length depends on the machine: a robot whose commands are too late damps itself."""
     states = in_namespace(states_in_real_time)
-    assert states is None or states > 1
+    if states is None:
+        pytest.skip("this machine is too busy for a robot in real time")
+    assert states > 1
 
 
 @pytest.mark.slow

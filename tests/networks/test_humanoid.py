@@ -127,13 +127,15 @@ def test_a_policy_that_balances_is_never_silent(law, region):
     options = HumanoidOptions(balances=True)
     outputs, spikes = run(shown(parts(law, region, SMALL, small_layers(), options), law, region))
     assert not spikes["follower"][1, CLOSED_STEPS:].any()
+    assert all(phase[CLOSED_STEPS:].any() for phase in spikes["policy"])
     walking, drawing, _ = outputs["policy"][:, -100:].mean(axis=1)
+    assert np.abs(walking).max() > 0.1
     assert drawing == pytest.approx(walking, abs=0.05)
 
 
 @pytest.mark.slow
-def test_the_humanoid_at_full_size_fits_on_64_cores(law, region):
-    """Measured when written: 24."""
+def test_the_humanoid_at_full_size_fits_on_26_cores(law, region):
+    """It took 24 when this was written."""
     network = shown(parts(law, region, None, load().layers), law, region)
     with Simulator(network, pipeline="compact") as sim:
-        assert len(sim.compilation.report.cores) <= 64
+        assert len(sim.compilation.report.cores) <= 26

@@ -52,17 +52,6 @@ def rms(values):
     return np.sqrt(np.mean(np.square(values), axis=0))
 
 
-def test_the_analytic_follower_is_the_law_one_step_late():
-    references, states = situations(2)
-    with nengo.Network() as network:
-        probe = shown(analytic_follower(GAINS), references, states)
-    with nengo.Simulator(network, progress_bar=False) as sim:
-        sim.run_steps(round(2 * HOLD_S / DT_S))
-    wanted = exact_command(GAINS, references, states)
-    assert sim.data[probe][249] == pytest.approx(wanted[0])
-    assert sim.data[probe][-1] == pytest.approx(wanted[1])
-
-
 def test_the_follower_has_1750_neurons():
     ensembles = path_follower(GAINS).all_ensembles
     assert sum(e.n_neurons for e in ensembles) == 8 * 140 + 280 + 200 + 100 + 50

@@ -170,4 +170,4 @@ def test_a_policy_of_the_papers_size_fits_on_18_cores_and_is_accurate() -> None:
     assert len(network.all_ensembles) == 768
     compilation = compile_network(network, pipeline=PASSES)
     assert len(compilation.report.cores) <= 18
-    assert relative_error(network, wanted, "fuse,decode_path{default=direct},scale_rows") < 0.3
+    assert relative_error(network, wanted, PASSES) < 0.3

@@ -102,9 +102,7 @@ def test_a_path_below_a_file_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("function", ["open", "write"])
-def test_an_error_of_the_temporary_file_names_the_path_that_was_asked_for(
-    tmp_path, monkeypatch, function
-):
+def test_an_error_of_the_temporary_file_names_the_path_that_was_asked_for(tmp_path, function):
     path = tmp_path / "a.txt"
 
     def write(temporary):
@@ -184,7 +182,7 @@ def test_a_lock_ends_with_the_process_that_holds_it(tmp_path):
     command = [sys.executable, "-c", hold, str(tmp_path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as holder:
         assert holder.stdout.readline() == b"held\n"
-        with pytest.raises(UsageError), locked(tmp_path):
+        with pytest.raises(UsageError, match="another process"), locked(tmp_path):
             pass
         holder.kill()
     with locked(tmp_path):

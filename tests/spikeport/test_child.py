@@ -42,7 +42,6 @@ def served_by(script: str, monkeypatch: pytest.MonkeyPatch) -> list[subprocess.P
 
 @pytest.mark.usefixtures("interruptible")
 def test_an_interrupt_kills_a_child_that_is_starting(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Timers that are left are daemons: the process does not wait for them when it ends."""
     processes = served_by("import time; time.sleep(100)", monkeypatch)
     main = threading.get_ident()
     with (
@@ -51,8 +50,12 @@ def test_an_interrupt_kills_a_child_that_is_starting(monkeypatch: pytest.MonkeyP
     ):
         Child("chip", [])
     assert processes[0].poll() == -signal.SIGKILL
-    left = [one for one in threading.enumerate() if isinstance(one, threading.Timer)]
-    assert all(one.daemon for one in left)
+
+
+def test_timers_are_daemons_which_the_end_of_the_process_does_not_wait_for() -> None:
+    with later(60, lambda: None):
+        timers = [one for one in threading.enumerate() if isinstance(one, threading.Timer)]
+        assert [one.daemon for one in timers] == [True]
 
 
 @pytest.mark.parametrize(("code", "words"), [(0, "exit code 0"), (-9, "killed by SIGKILL")])

@@ -2,6 +2,8 @@
 
 import pytest
 
+from spikeport.errors import RobotLostError
+
 
 @pytest.mark.parametrize(
     ("command", "words"),
@@ -34,3 +36,25 @@ def test_inspecting_a_path_that_is_not_a_record_exits_with_2(spikeport, tmp_path
         inspected = spikeport("board", "inspect", str(tmp_path / name))
         assert inspected.code == 2
         assert inspected.err.startswith(f"error: {tmp_path / name}: ")
+
+
+def test_listening_to_a_real_robot_needs_no_permission_and_exits_with_1_if_it_is_refused(
+    spikeport, monkeypatch
+):
+    from spikeport.robot.link import listener
+    from spikeport.robot.link.place import Place
+
+    asked = []
+
+    def listen(place, seconds, say):
+        asked.append((place, seconds))
+        say("7 states")
+        if seconds < 1:
+            raise RobotLostError("7 states would be refused")
+
+    monkeypatch.setattr(listener, "listen", listen)
+    command = ("robot", "listen", "--domain", 0)
+    assert spikeport(*command) == (0, "7 states\n", "")
+    done = spikeport(*command, "--seconds", 0.5)
+    assert done == (1, "7 states\n", "error: 7 states would be refused\n")
+    assert asked == [(Place("lo", 0), 3.0), (Place("lo", 0), 0.5)]

@@ -93,9 +93,9 @@ def test_equal_code_has_one_identity_and_different_code_another():
 
 def test_the_identity_covers_module_variables_of_functions_that_are_called(monkeypatch):
     before = digest(calls)
-    monkeypatch.setitem(globals(), "SCALE", 2.5)
-    assert digest(calls) != before
-    monkeypatch.undo()
+    with monkeypatch.context() as other:
+        other.setitem(globals(), "SCALE", 2.5)
+        assert digest(calls) != before
     assert digest(calls) == before
     monkeypatch.setitem(globals(), "scaled", lambda x: 2 * x)
     assert digest(calls) != before

@@ -7,6 +7,7 @@ import pytest
 
 import spikeport
 import spikeport.nir
+from spikeport import nir_export
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
@@ -182,5 +183,17 @@ def test_outputs_that_read_registers_are_refused(tmp_path, read, key):
     assert str(caught.value) == (
         f"image {image.digest[:12]}: output '{entry.name}' reads a {key}, which NIR cannot "
         "express; cure: probe spikes or values"
+    )
+    assert not (tmp_path / "image.nir").exists()
+
+
+def test_an_image_of_too_large_matrices_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(nir_export, "ENTRIES", 10)
+    image = spikeport.compile_network(network()).image
+    with pytest.raises(UsageError) as caught:
+        export(image, tmp_path / "image.nir")
+    assert str(caught.value) == (
+        f"image {image.digest[:12]}: its matrices have more than 10 entries, zeros among them; "
+        "cure: compile it without the pass fuse"
     )
     assert not (tmp_path / "image.nir").exists()

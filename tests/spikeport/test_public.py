@@ -38,7 +38,7 @@ def test_every_exported_object_has_its_name_and_a_docstring(name):
     assert inspect.getdoc(exported)
 
 
-def test_a_star_import_brings_all_exported_names(tmp_path):
+def test_a_star_import_brings_all_exported_names():
     names: dict[str, object] = {}
     exec("from spikeport import *", names)
     assert set(EXPORTED) <= set(names)

@@ -344,7 +344,7 @@ def test_neither_a_closed_simulator_nor_one_never_built_is_warned_of():
     with warnings.catch_warnings():
         warnings.simplefilter("error", ResourceWarning)
         Simulator(network(), backend="reference").close()
-        with pytest.raises(UsageError):
+        with pytest.raises(UsageError, match="unknown backend"):
             Simulator(network(), backend="brd")
         gc.collect()
 
@@ -404,7 +404,7 @@ def test_a_network_with_nothing_for_the_chip_runs_on_the_host_and_says_so():
 
 
 def test_a_network_with_nothing_for_the_chip_cannot_be_compiled():
-    with pytest.raises(DoesNotFitError):
+    with pytest.raises(DoesNotFitError, match="no ensemble of the network is on the chip"):
         compile_network(host_only())
 
 
@@ -639,9 +639,13 @@ def test_a_forked_process_goes_on_with_a_copy_of_the_simulator(backend):
         reader, writer = multiprocessing.get_context("fork").Pipe(duplex=False)
         child = os.fork()
         if child == 0:  # the child sends its data and exits: no test goes on here
-            sim.run_steps(15)
-            writer.send(sim.data[net.value].tobytes())
-            os._exit(0)
+            try:
+                sim.run_steps(15)
+                writer.send(sim.data[net.value].tobytes())
+                os._exit(0)
+            finally:
+                os._exit(1)
+        writer.close()  # without the child's end, the reader gets no data
         sim.run_steps(15)
         assert reader.recv() == sim.data[net.value].tobytes()
         assert os.waitpid(child, 0)[1] == 0

@@ -3,19 +3,11 @@
 import inspect
 import json
 import os
-import sys
 
 import pytest
 
 from spikeport.errors import UsageError
 from spikeport.user_code import imported
-
-
-@pytest.fixture(autouse=True)
-def path():
-    before = list(sys.path)
-    yield
-    sys.path[:] = before
 
 
 def refusal(where):

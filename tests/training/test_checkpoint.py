@@ -68,12 +68,20 @@ def test_a_checkpoint_with_a_flipped_bit_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "spoilt",
-    [{"options": None}, {"segment": "1"}, {"segment": 0}, {"log": [{"step": 1}]}, {"learner": 3}],
+    ("spoilt", "words"),
+    [
+        ({"options": None}, "options and a learner, found other values"),
+        ({"learner": 3}, "options and a learner, found other values"),
+        ({"segment": "1"}, "a number of segments, found 1"),
+        ({"segment": 0}, "a number of segments, found 0"),
+        ({"log": [{"step": 1}]}, "a log of segments, found another value"),
+        ({"log": [3]}, "a log of segments, found another value"),
+        ({"log": {}}, "a log of segments, found another value"),
+    ],
     ids=str,
 )
-def test_a_checkpoint_with_invalid_values_is_refused(tmp_path, spoilt):
+def test_a_checkpoint_with_invalid_values_is_refused(tmp_path, spoilt, words):
     path = tmp_path / "x.pt"
     torch.save({**checkpoint(1)._asdict(), **spoilt}, path)
-    with pytest.raises(UsageError, match=r"not a checkpoint of this version \(expected "):
+    with pytest.raises(UsageError, match=rf"not a checkpoint of this version \(expected {words}\)"):
         load(path)

@@ -16,7 +16,6 @@ from spikeport.training.rewards import Weights
 from spikeport.training.terrain import Terrain
 from spikeport.training.velocity_belief import EstimatorErrors
 
-UNEVEN = randomisation.UNDISTURBED
 CALM = TrainingTask(randomisation=randomisation.UNDISTURBED)
 STATE = mirror.joined(
     mirror.SCALAR,
@@ -109,6 +108,21 @@ def test_an_episode_ends_after_20_s(environment):
     assert env.age.tolist() == [0, 4]
 
 
+def test_episodes_begin_at_ages_that_are_spread_and_depend_on_the_seed(environment):
+    def ages(seed):
+        env = environment(n=20, seed=seed)
+        env.spread_ages()
+        return env.age
+
+    found = ages(5)
+    assert found.shape == (20,)
+    assert found.min() >= 0
+    assert EPISODE_STEPS / 2 < found.max() < EPISODE_STEPS
+    assert len(set(found.tolist())) > 10
+    assert (found == ages(5)).all()
+    assert (found != ages(6)).any()
+
+
 def test_a_robot_that_diverges_counts_as_fallen(environment):
     env = environment(n=2)
     env.states[0, 40] = 1e12
@@ -181,7 +195,9 @@ def test_bodies_differ_within_their_ranges(environment):
 
 def test_an_episode_begins_with_a_foot_on_the_floor(environment):
     rough = Terrain(rough=1.0, slope_rad=0.1, relief_m=0.02, box_m=0.03)
-    env = environment(n=8, task=replace(CALM, randomisation=replace(UNEVEN, terrain=rough)))
+    env = environment(
+        n=8, task=replace(CALM, randomisation=replace(CALM.randomisation, terrain=rough))
+    )
     np.testing.assert_allclose(env.feet.height_m.min(axis=1), 0.0, atol=1e-9)
     standing_feet(env, steps=30)
     assert env.feet.contact.all()
@@ -247,7 +263,9 @@ def standing_feet(env, steps=60):
 def test_feet_touch_the_ground_of_their_robot(environment):
     """A foot that is lifted comes down on the plane that was laid below it meanwhile."""
     rough = Terrain(rough=1.0, slope_rad=0.1, relief_m=0.02, box_m=0.03)
-    env = environment(n=8, task=replace(CALM, randomisation=replace(UNEVEN, terrain=rough)))
+    env = environment(
+        n=8, task=replace(CALM, randomisation=replace(CALM.randomisation, terrain=rough))
+    )
     rng, lowest = np.random.default_rng(0), []
     for _ in range(40):
         env.step(0.5 * rng.standard_normal((8, 19)))

@@ -7,7 +7,7 @@ import pytest
 from spikeport.errors import DivergedError, UsageError
 from spikeport.experiments.arm.port import ArmRig
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
-from spikeport.experiments.arm.reach_task import BOXES, GridTour, ReachTask, TargetBox, rehearsals
+from spikeport.experiments.arm.reach_task import BOXES, ReachTask, TargetBox, rehearsals
 from spikeport.experiments.arm.recording import ArmRecording
 from spikeport.experiments.arm.region import record_region
 from spikeport.experiments.options import Options
@@ -165,7 +165,6 @@ def test_the_region_contains_the_states_that_the_exact_law_visits(law, region):
 def test_every_target_of_the_box_lies_in_the_region(region):
     box: TargetBox = BOXES["small"]
     assert (np.abs(region.x.normalise(box.grid(2))) < 1).all()
-    assert GridTour(box).seconds > 30
 
 
 def test_the_error_of_an_unknown_appearance_lists_the_appearances():

@@ -3,7 +3,7 @@
 from spikeport.experiments.evaluate.plan import EvaluationSweep
 
 
-def test_every_row_runs_with_a_seed_before_any_runs_with_the_next(monkeypatch):
+def test_every_row_runs_with_a_seed_before_any_runs_with_the_next():
     evaluation = object.__new__(EvaluationSweep)
     object.__setattr__(evaluation, "rows", ({}, {"push": 0.8}))
     object.__setattr__(evaluation, "seeds", (5, 6))

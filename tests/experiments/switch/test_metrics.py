@@ -15,7 +15,7 @@ from spikeport.experiments.switch.metrics import (
 from spikeport.experiments.switch.schedule import Phase
 from spikeport.experiments.walk.paths import find_path
 
-WALK, DRAW = {"walk": 0.8, "draw": 0.4}, {"walk": 0.4, "draw": 0.8}
+WALK = {"walk": 0.8, "draw": 0.4}
 
 
 def phase(begin_s, end_s, utilities, **goal):

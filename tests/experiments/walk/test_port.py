@@ -3,10 +3,9 @@ import numpy as np
 import pytest
 
 from spikeport.experiments.walk.gait import clipped_shares, encoding, record_gait
-from spikeport.experiments.walk.metrics import command_errors, smoothed
+from spikeport.experiments.walk.metrics import command_errors
 from spikeport.experiments.walk.paths import find_path
 from spikeport.experiments.walk.port import LEAD_S, WalkRig
-from spikeport.experiments.walk.recording import WalkRecording, fallen
 from spikeport.networks import walking_policy
 from spikeport.networks.region import Box
 from spikeport.robot import mirror
@@ -71,22 +70,6 @@ def test_values_out_of_range_are_clipped_and_counted():
     assert shares["last action"] == 0
 
 
-@pytest.mark.parametrize(
-    ("height_m", "tilt_deg", "fell"),
-    [(1.0, 0, False), (0.71, 44, False), (0.69, 0, True), (1.0, 46, True)],
-)
-def test_a_robot_has_fallen_when_low_or_tilted(height_m, tilt_deg, fell):
-    assert fallen(height_m, np.cos(np.radians(tilt_deg))) == fell
-
-
-def test_a_loop_is_over_when_the_robot_fell():
-    rig = begun()
-    while not rig.loop.over:
-        rig.loop.step(np.concatenate((np.full(19, 2.0), (0.0, 0.0))))
-    assert rig.walk.fallen_at_s == pytest.approx(rig.plant.time_s)
-    assert fallen(rig.plant.data.qpos[2], rig.plant.data.xmat[1][8])
-
-
 def test_the_nodes_of_a_controller_are_connected_to_the_port():
     with nengo.Network() as network:
         observation, reference, state = (nengo.Node(size_in=size) for size in (69, 4, 5))
@@ -110,39 +93,6 @@ def test_a_recorded_gait_lies_in_its_encoding():
     box = encoding(gait)
     assert max(clipped_shares(gait, box).values()) < 0.005
     assert box.restore(np.ones(69))[PARTS["command"]] == pytest.approx([1, 0.02, 1])
-
-
-# metrics
-
-
-def recorded(speeds, yaw_rates, commands):
-    """Return the record of an upright robot that moves along y, its heading."""
-    n = len(speeds)
-    upright, turning = np.tile([1.0, 0.0, 0.0, 0.0], (n, 1)), np.zeros((n, 3))
-    turning[:, 2] = yaw_rates
-    state = np.zeros((n, 5))
-    state[:, 0], state[:, 4] = np.pi / 2, speeds
-    observation, blank = np.zeros((n, 69)), np.zeros((n, 19))
-    time_s = 0.005 * np.arange(n)
-    height_m, on_floor = np.ones(n), np.ones((n, 2), bool)
-    return WalkRecording(
-        time_s,
-        observation,
-        np.zeros((n, 4)),
-        state,
-        blank,
-        commands,
-        height_m,
-        on_floor,
-        upright,
-        turning,
-    )
-
-
-def test_command_errors_are_those_along_the_heading_and_about_the_vertical():
-    n = 400
-    recording = recorded(np.full(n, 0.4), np.full(n, 0.1), np.tile([0.5, -0.2], (n, 1)))
-    assert command_errors(recording) == pytest.approx(np.tile([0.1, -0.3], (n, 1)))
 
 
 def shaken(**asked):
@@ -170,9 +120,3 @@ def test_the_recorded_yaw_rate_equals_the_observed_one_without_sensor_noise(ever
     recording = shaken(every_s=every_s)
     down, omega = (recording.observation[:, PARTS[k]] for k in ("gravity", "angular velocity"))
     assert recording.yaw_rate_rad_s.tolist() == (-np.einsum("nd,nd->n", down, omega)).tolist()
-
-
-def test_errors_are_smoothed_over_200_ms():
-    time_s = 0.005 * np.arange(200)
-    sway = np.sin(2 * np.pi * time_s / 0.2)
-    assert np.abs(smoothed(sway)[40:-40]).max() < 1e-9

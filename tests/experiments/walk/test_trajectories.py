@@ -49,7 +49,7 @@ def _altered(state, dimensions=("time", "turned"), name="state"):
     [
         (None, "no such file"),
         (b"", "signature"),
-        (b"\x89HDF\r\n\x1a\n" + bytes(100), ""),
+        (b"\x89HDF\r\n\x1a\n" + bytes(100), "expected a whole HDF5 file"),
         (_altered(np.zeros((2, 2)), name="speed"), "no attribute 'state'"),
         (_altered(np.zeros((2, 2)), ("time", "joint")), "turned"),
         (_altered(np.zeros((0, 2))), "out of bounds"),

@@ -79,7 +79,7 @@ def test_oversized_tables_are_refused(environment, refused):
     )
 
 
-def test_aliases_that_isaac_lab_writes_are_read(environment, tmp_path):
+def test_aliases_that_isaac_lab_writes_are_read(environment):
     path = environment()
     content = yaml.unsafe_load(path.read_text())
     content["again"] = [content["sim"], content["sim"]]

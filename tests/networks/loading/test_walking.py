@@ -14,11 +14,10 @@ from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.walking_policy import WalkingPolicy
-from spikeport.robot.description import DEFAULT_POSE, JOINTS
+from spikeport.robot.description import JOINTS
 
 pytestmark = pytest.mark.filterwarnings("ignore:.torch.jit:DeprecationWarning")
 N = len(JOINTS)
-POSE = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
 WITH = "; see docs/convert.md, 'Refused policies'"
 
 

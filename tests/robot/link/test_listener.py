@@ -9,6 +9,7 @@ import pytest
 from spikeport.errors import RobotLostError
 from spikeport.robot.description import JOINTS
 from spikeport.robot.link.codec import encode_state
+from spikeport.robot.link.h1 import SLOTS
 from spikeport.robot.link.listener import Heard
 from tests.helpers.fake_bus import Arrival
 from tests.helpers.namespace import in_namespace
@@ -36,7 +37,8 @@ def test_a_standing_robot_has_no_problems_and_is_reported_joint_by_joint() -> No
     )
     assert len(lines) == 3 + len(JOINTS)
     assert lines[3].split() == ["0", "right_hip_roll", "0.000", "0.000", "0.00"]
-    assert [line.split()[1] for line in lines[3:]] != list(JOINTS)  # in the order of slots
+    by_slot = [JOINTS[i] for i in np.argsort(SLOTS)]
+    assert [line.split()[1] for line in lines[3:]] == by_slot
 
 
 def test_a_tick_that_does_not_advance_and_a_tilt_are_reported() -> None:

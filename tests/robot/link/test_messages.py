@@ -1,6 +1,15 @@
 """Declarations of Unitree's messages: their fields, the paths to these, and the topics."""
 
-from spikeport.robot.link.messages import COMMANDS, LOW_CMD, LOW_STATE, STATES, TRUTHS
+from spikeport.robot.link.messages import (
+    COMMANDS,
+    LOW_CMD,
+    LOW_STATE,
+    ODOMETRY,
+    STATES,
+    SWITCHER_REQUESTS,
+    SWITCHER_RESPONSES,
+    TRUTHS,
+)
 
 
 def test_paths_of_fields_lead_through_structs_and_arrays_of_structs() -> None:
@@ -13,6 +22,8 @@ def test_paths_of_fields_lead_through_structs_and_arrays_of_structs() -> None:
 
 
 def test_topics_have_unitrees_names() -> None:
-    assert [topic.name for topic in (COMMANDS, STATES, TRUTHS)] == [
-        *("rt/lowcmd", "rt/lowstate", "rt/sportmodestate"),
+    topics = (COMMANDS, STATES, TRUTHS, ODOMETRY, SWITCHER_REQUESTS, SWITCHER_RESPONSES)
+    assert [topic.name for topic in topics] == [
+        *("rt/lowcmd", "rt/lowstate", "rt/sportmodestate", "rt/odommodestate"),
+        *("rt/api/motion_switcher/request", "rt/api/motion_switcher/response"),
     ]

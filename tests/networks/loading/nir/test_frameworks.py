@@ -54,6 +54,7 @@ def by_norse(folder: Path, graph: nir.NIRGraph) -> tuple[np.ndarray, np.ndarray]
         for row in torch.tensor(rows, dtype=torch.float32):
             spiked, state = module(row[None], state)
             found.append(spiked.numpy().ravel())
+    logging.disable(logging.NOTSET)
     folded = spikeport.nir.load(folder / "graph.nir", DT_S).folded
     return np.array(found), equations.run(folded, {"input": rows})["read"]
 
