@@ -69,3 +69,16 @@ def test_counts_are_not_written_while_a_robot_in_real_time_waits(
         return
     with pytest.raises(UsageError, match=r"--counts: writes 10,000 steps .*--seconds below 10"):
         trial.plant()
+
+
+def test_a_robot_behind_its_interface_is_not_perturbed():
+    robot = RobotOptions("inline")
+    assert WalkTrial(WalkSettings(), Options(1.0, robot=robot)).plant().link is None
+    trial = WalkTrial(WalkSettings(payload=2.0, friction=0.5), Options(1.0, robot=robot))
+    with pytest.raises(UsageError) as caught:
+        trial.plant()
+    assert str(caught.value) == (
+        "friction=0.5, payload=2.0: perturbs the simulation in this process, and not a robot "
+        "behind its interface; cure: leave out --robot, which has --robot-fault and --estimator "
+        "of its own"
+    )

@@ -3,11 +3,13 @@
 import json
 
 import pytest
+import xarray as xr
 
 from spikeport import cache
 from spikeport.experiments import driver, registry
 from spikeport.experiments.sweep import point as sweep_point
 from spikeport.experiments.sweep.point import PointRun
+from spikeport.reading.hdf5 import read_dataset
 
 SAME = ("metrics", "activity", "image_digest", "resources", "energy", "seeds", "settings")
 
@@ -58,3 +60,20 @@ def test_points_of_a_network_equal_single_runs(
         for figures in (result, single):
             del figures["metrics"]["real_time_factor"]
         assert {key: result[key] for key in SAME} == {key: single[key] for key in SAME}
+
+
+@pytest.mark.slow
+def test_time_series_of_a_point_are_kept_if_asked_for_and_are_those_of_a_single_run(
+    run, sweep_of, tmp_path
+):
+    asked = {"experiment": "reach", "backend": "analytic", "pipeline": None, "seconds": 0.02}
+    sweeps = [sweep_of(**asked, settings={}, varied={}, probes=keeps) for keeps in (True, False)]
+    point, without = (sweep.points()[0] for sweep in sweeps)
+    (tmp_path / "point.nc").write_bytes(run(point).probes)
+    assert run(without).probes is None
+    one = registry.get("reach")
+    one.run(one.settings(**point.settings), point.options, tmp_path / "single")
+    # A point has no poses, which a page of a run shows.
+    single = read_dataset(tmp_path / "single" / "probes.nc").drop_vars("qpos")
+    assert single.sizes["time"] == 4
+    xr.testing.assert_identical(read_dataset(tmp_path / "point.nc"), single)

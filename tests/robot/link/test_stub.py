@@ -1,6 +1,7 @@
 """The stub: a robot's process that is started, used and gone, whatever ends it."""
 
 import os
+import socket
 import time
 import warnings
 from collections.abc import Sequence
@@ -155,3 +156,25 @@ def test_two_stubs_have_domains_of_their_own() -> None:
     finally:
         one.close()
         other.close()
+
+
+def test_a_stub_without_a_free_domain_is_refused_and_leaves_no_claim(monkeypatch) -> None:
+    sockets: list[socket.socket] = []
+
+    class Claim(socket.socket):
+        def __init__(self, *arguments: int) -> None:
+            super().__init__(*arguments)
+            sockets.append(self)
+
+    monkeypatch.setattr(socket, "socket", Claim)
+    first = 1000 + 2 * os.getpid()  # domains that no other process claims
+    monkeypatch.setattr(stub, "DOMAINS", range(first, first + 2))
+    claims = [stub._free_domain()[0] for _ in range(2)]
+    try:
+        with pytest.raises(BackendError, match=r"^2 stubs of robots run already; end some"):
+            stub._free_domain()
+        assert len(sockets) == 5  # the second stub tried the first domain, too
+        assert [one for one in sockets if one.fileno() != -1] == claims
+    finally:
+        for claim in claims:
+            claim.close()

@@ -103,6 +103,18 @@ def test_files_without_fitting_spikes_are_refused(network, tmp_path, arrays, mes
     assert str(caught.value).endswith("; give an npz with arrays of 0 and 1: input (n_steps, 6)")
 
 
+def test_inputs_of_a_file_with_different_numbers_of_steps_are_refused(tmp_path):
+    graph = PopulationGraph(DT_S, {"a": (2,), "b": (3,)}, {}, {})
+    path = tmp_path / "in.npz"
+    np.savez(path, a=np.zeros((4, 2)), b=np.zeros((5, 3)))
+    with pytest.raises(UsageError) as caught:
+        spikes_of(graph, str(path))
+    assert str(caught.value) == (
+        f"{path}: expected the same number of steps for each input, found different numbers; give "
+        "an npz with arrays of 0 and 1: a (n_steps, 2), b (n_steps, 3)"
+    )
+
+
 def test_a_graph_without_an_input_takes_no_spikes():
     with pytest.raises(UsageError) as caught:
         spikes_of(PopulationGraph(DT_S, {}, {}, {}), "random")

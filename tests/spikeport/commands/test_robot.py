@@ -9,7 +9,11 @@ from spikeport.commands.links import robot_options
 from spikeport.commands.options_of_links import RobotLink, RobotService
 from spikeport.commands.robot import serve
 from spikeport.errors import MissingExtraError, UsageError
+from spikeport.fault_plan import Fault
 from spikeport.robot.link.connection import RobotOptions
+from spikeport.robot.link.odometer import OdometerErrors
+from spikeport.robot.link.place import Place
+from spikeport.robot.link.settings import RobotSettings
 
 
 @pytest.mark.parametrize(
@@ -27,6 +31,7 @@ from spikeport.robot.link.connection import RobotOptions
         ({"rate_hz": 500.0}, "--rate-hz 500 with --lock-step: controllers step at 200 Hz"),
         ({"hoist": True, "let_down": float("inf")}, "--let-down inf: must be 0 or more"),
         ({"watchdog_ms": 0.0}, "a watchdog of 0 ms"),
+        ({"odometer_error": ("drift_m=1",)}, "--odometer-error is for a robot with an --odometer"),
         ({"pose": ("tail=1",)}, "unknown joint 'tail'"),
         ({"pose": ("torso",)}, "--pose torso=: expected a number"),
         ({"pose": ("torso=inf",)}, "--pose torso=inf: input should be a finite number"),
@@ -37,12 +42,67 @@ from spikeport.robot.link.connection import RobotOptions
 def test_options_with_which_no_robot_can_be_served_are_refused(
     asked: dict[str, Any], words: str
 ) -> None:
+    lists: dict[str, Any] = {"pose": [], "fault": [], "odometer_error": []}
+    request = RobotService(**{**lists, "lock_step": True, "idle": 0.1, **asked})
     with pytest.raises(UsageError, match=words):
-        serve(
-            RobotService(
-                **{"pose": [], "fault": [], "odometer_error": [], "lock_step": True, **asked}
-            )
-        )
+        serve(request)
+
+
+@pytest.fixture
+def served(spikeport, monkeypatch):
+    """Return a function that gives the service that `robot serve` with some options makes."""
+    server = pytest.importorskip("spikeport.robot.link.server", exc_type=ImportError)
+    services: list[Any] = []
+    monkeypatch.setattr(server, "serve", lambda service, _say: services.append(service))
+
+    def serve(*options: object) -> Any:
+        assert spikeport("robot", "serve", *options) == (0, "", "")
+        return services.pop()
+
+    return serve
+
+
+def test_a_robot_in_real_time_has_all_settings_asked_for(served) -> None:
+    from spikeport.robot.link.server import Service
+
+    service = served(
+        *("--domain", 7, "--rate-hz", 1000, "--priority", 5, "--truth", "--once", "--idle", 9),
+        *("--hoist", "--let-down", 1.5, "--sport-mode", "ai", "--watchdog-ms", 40, "--seed", 3),
+        *("--odometer", "--odometer-error", "drift_m=0.5", "--odometer-error", "turn_rad=0"),
+        *("--pose", "left_knee=0.75", "--pose", "right_elbow=-0.25"),
+    )
+    assert service == Service(
+        place=Place("lo", 7),
+        robot=RobotSettings(
+            rate_hz=1000,
+            hoist=True,
+            watchdog_s=0.04,
+            seed=3,
+            posture_rad={"left_knee": 0.75, "right_elbow": -0.25},
+            sport_mode="ai",
+            let_down_s=1.5,
+            odometer=OdometerErrors(drift_m=0.5, turn_rad=0),
+        ),
+        truth=True,
+        faults=[],
+        once=True,
+        idle_s=9,
+        priority=5,
+    )
+    assert served("--odometer") == Service(
+        place=Place(), robot=RobotSettings(rate_hz=500, odometer=OdometerErrors()), faults=[]
+    )
+
+
+def test_a_robot_in_lock_step_has_the_faults_asked_for_and_no_odometer_by_default(served) -> None:
+    from spikeport.robot.link.server import Service
+
+    assert served("--lock-step", "--fault", "restart@20", "--fault", "delay=5@7") == Service(
+        place=Place(),
+        robot=RobotSettings(),
+        lock_step=True,
+        faults=[Fault("restart", 20), Fault("delay", 7, delay_s=0.005)],
+    )
 
 
 def link(**options: Any) -> RobotLink:

@@ -69,6 +69,11 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
     }
 
 
+def test_a_sweep_keeps_time_series_if_asked_to(spikeport, counted, tmp_path):
+    assert spikeport(*REACH, "--vary", "m1=10", "--probes", "--out", tmp_path).code == 0
+    assert json.loads((tmp_path / "sweep.json").read_text())["probes"]
+
+
 def test_a_setting_that_no_point_needs_is_refused(spikeport, tmp_path):
     walk = ("sweep", "walk", "--backend", "analytic", "--seconds", "4", "--out", tmp_path / "out")
     done = spikeport(*walk, "--vary", "push_every=1,2")

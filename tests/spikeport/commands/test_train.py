@@ -1,5 +1,6 @@
 """``spikeport train`` as a user types it; tests/training tests the results of training."""
 
+import os
 import sys
 from pathlib import Path
 
@@ -61,3 +62,44 @@ def test_zero_steps_or_threads_are_refused(spikeport, option):
     done = spikeport("train", "walk", option, "0")
     assert done.code == 2
     assert f"Invalid value for '{option}'" in done.err
+
+
+@pytest.mark.parametrize(
+    ("options", "workers", "ending"),
+    [
+        (("--threads", 3, "--no-hidden-noise"), 3, "--threads 3 --no-hidden-noise"),
+        ((), 5, "--threads 5"),
+    ],
+)
+def test_a_policy_is_trained_as_asked_and_its_evaluations_are_printed(
+    spikeport, tmp_path, monkeypatch, options, workers, ending
+):
+    pytest.importorskip("rsl_rl")
+    from spikeport.training import walk
+    from spikeport.training.curriculum import STAGES, without_hidden_noise
+    from spikeport.training.evaluate import Evaluation
+    from spikeport.training.train import TrainOptions
+
+    asked = []
+
+    def train_walk(*arguments):
+        asked.extend(arguments[:2])
+        return {
+            "as trained": Evaluation(200, 7, 0.123456, 0.2, 0.05, 2.5, 0.01),
+            "undisturbed": Evaluation(200, 0, 0.1, 0.1, 0.06, 2.25, 0.0),
+        }
+
+    monkeypatch.setattr(walk, "train_walk", train_walk)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _process: set(range(5)))
+    out = tmp_path / "out"
+    done = spikeport("train", "walk", "--out", out, "--seed", 4, "--steps", 9000, *options)
+    assert (done.code, done.err) == (0, "")
+    stages = without_hidden_noise() if "--no-hidden-noise" in options else STAGES
+    assert asked == [
+        TrainOptions(out, 4, 9000, stages=stages, workers=workers),
+        f"spikeport train walk --seed 4 --steps 9000 {ending}",
+    ]
+    rows = [line.split() for line in done.out.splitlines()]
+    assert ["walking", "as", "trained", "undisturbed"] in rows
+    assert ["fallen", "7", "0"] in rows
+    assert ["vx_error_m_s", "0.1235", "0.1"] in rows

@@ -5,6 +5,7 @@ import os
 
 import pytest
 
+from spikeport.atomic import locked
 from spikeport.commands import view
 from spikeport.experiments import run_folder
 
@@ -82,3 +83,55 @@ def test_a_page_that_cannot_be_written_is_not_blamed_on_the_time_series(monkeypa
     with pytest.raises(OSError, match="No space left on device") as caught:
         view.write(probes, page, "title")
     assert caught.value.filename == str(page)
+
+
+def test_a_folder_in_which_no_run_goes_on_is_not_watched(spikeport, tmp_path):
+    missing = tmp_path / "missing"
+    done = spikeport("view", missing, "--live")
+    assert done == (2, "", f"error: {missing}: no such folder\n")
+    done = spikeport("view", tmp_path, "--live")
+    assert done == (2, "", f"error: {tmp_path}: no run goes on in it; cure: leave out --live\n")
+
+
+@pytest.fixture
+def watched(monkeypatch, tmp_path):
+    """Let a run go on in a folder, and replace its viewer; return how a viewed run ends."""
+    live = pytest.importorskip("spikeport.experiments.viewer.live")
+    end = {"is_whole": True}
+
+    def watch(folder, title, announce):
+        assert (folder, title) == (tmp_path, f"live: {tmp_path}")
+        announce("http://127.0.0.1:80/secret/")
+        return end["is_whole"]
+
+    monkeypatch.setattr(live, "watch", watch)
+    with locked(tmp_path):
+        yield end
+
+
+def test_a_run_under_way_is_watched_at_a_printed_address_and_its_page_is_written(
+    spikeport, watched, tmp_path
+):
+    import xarray as xr
+
+    run_folder.write_probes(tmp_path, xr.Dataset({}, {"time": [0.0, 0.001]}))
+    run_folder.write_result(tmp_path, {})
+    done = spikeport("view", tmp_path, "--live")
+    assert (done.code, done.err) == (0, "")
+    address, written = done.out.splitlines()
+    assert address == (
+        "open http://127.0.0.1:80/secret/ in a browser; it follows the run to its end"
+    )
+    assert written.startswith(f"written: {tmp_path / 'view.html'} (")
+
+
+def test_an_earlier_result_is_not_shown_for_a_watched_run_without_one(spikeport, watched, tmp_path):
+    run_folder.write_result(tmp_path, {})
+    watched["is_whole"] = False
+    done = spikeport("view", tmp_path, "--live")
+    assert done.code == 2
+    assert done.err == (
+        f"error: {tmp_path}: the run ended without a result, and an earlier run's is left; cure: "
+        "leave out --live to see that one\n"
+    )
+    assert not (tmp_path / "view.html").exists()
