@@ -19,6 +19,7 @@ from spikeport.backends.sampling import recorded
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.quantisation import relative_rms
 from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.errors import BackendError
 
 NOISE = (nengo.processes.WhiteNoise, nengo.processes.FilteredNoise, nengo.processes.WhiteSignal)
 """Processes that draw different values in every run, unless they have a seed."""
@@ -81,11 +82,21 @@ def _float_run(
 ) -> dict[nengo.Probe, np.ndarray]:
     # With the seeds of the compile, so that gains, encoders and decoded functions are the same.
     rewrite = Rewrite(network, Names(network))
-    simulator = attempt("float Nengo", lambda: float_simulator(rewrite, dt_s, seed, optimize=True))
-    with simulator:
+    with _float_simulator(rewrite, dt_s, seed) as simulator:
         for step in range(n_steps):
             attempt(f"float Nengo: step {step + 1}", simulator.step)
         return {probe: recorded(simulator, probe) for probe in network.all_probes}
+
+
+def _float_simulator(rewrite: Rewrite, dt_s: float, seed: int) -> nengo.Simulator:
+    def simulator(optimize: bool) -> nengo.Simulator:
+        return attempt("float Nengo", lambda: float_simulator(rewrite, dt_s, seed, optimize))
+
+    try:
+        return simulator(optimize=True)
+    except BackendError:
+        # Nengo's optimiser fails for some networks, as with negative steps in slices of neurons.
+        return simulator(optimize=False)
 
 
 def _joined(recorded: list[np.ndarray], steps_s: list[float]) -> np.ndarray:

@@ -37,7 +37,13 @@ from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.offload import Offload
 from spikeport.compile.check.overflow import overflow_hints
 from spikeport.compile.check.saturation import saturation_hints
-from spikeport.compile.check.verify import verify, verify_learning, verify_settings, verify_size
+from spikeport.compile.check.verify import (
+    verify,
+    verify_learning,
+    verify_refractory,
+    verify_settings,
+    verify_size,
+)
 from spikeport.compile.check.violation import (
     DoesNotFitError,
     NothingOnChipError,
@@ -364,7 +370,7 @@ def _verified(
     """Return the use of every core; raise an error if a limit of the chip is exceeded."""
     cores = core_uses(image, chip)
     exceeded = [*verify(cores, chip), *verify_settings(image, chip)]
-    exceeded += verify_learning(image, chip)
+    exceeded += [*verify_refractory(image), *verify_learning(image, chip)]
     if exceeded:
         raise DoesNotFitError(chip.name, exceeded, _owners(image, floats, rewrite))
     return cores

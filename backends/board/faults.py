@@ -1,7 +1,7 @@
 """Faults of a link, on request: a line that spoils answers as bad links and boards do."""
 
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Protocol
 
 from spikeport.backends.board.frame import Frame, Kind
@@ -61,14 +61,17 @@ class FaultyLine:
         self._line, self._clock, self._restart = line, clock, restart
         self._rng = random.Random(seed)
         self._plan = FaultPlan(faults, self._rng)
-        self._silent = False
+        self._step, self._silent = 0, False
         self._kept: list[bytes] = []
 
     def send(self, frame: Frame) -> None:
         """Send a frame, spoilt by all faults of its step; each happens once."""
         if self._silent:
             return
-        drawn = self._plan.drawn(frame.step) if frame.kind == Kind.STATE else ()
+        drawn: Iterable[Fault] = ()
+        # A step that is requested again has had its faults.
+        if frame.kind == Kind.STATE and frame.step != self._step:
+            drawn, self._step = self._plan.drawn(frame.step), frame.step
         behind, self._kept = self._kept, []
         sent = [frame.encode()]
         for fault in drawn:

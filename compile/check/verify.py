@@ -13,6 +13,8 @@ from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse, Usage, usages
 
 CHECKED = ("clipping", "noise")
+LONGEST_DELAY = 63
+"""The largest refractory delay, in steps: its register has 6 bits."""
 
 
 def verify(cores: Sequence[CoreUse], chip: ChipModel) -> list[Violation]:
@@ -28,6 +30,17 @@ def verify_settings(image: ChipImage, chip: ChipModel) -> list[Violation]:
         for label, load in zip(image.cores, core_loads(image, chip), strict=True)
         for name, mask in zip(SHARED, load.profiles[len(PROFILES) :], strict=True)
         if name in CHECKED and mask.bit_count() > 1
+    ]
+
+
+def verify_refractory(image: ChipImage) -> list[Violation]:
+    """Return a violation for every block with a refractory delay beyond its register."""
+    longest = np.maximum.reduceat(image.compartments.refract_delay, image.blocks.start[:-1])
+    return [
+        # The step of the spike is one of the delay's.
+        rules.get("SP110").broken(block.label, f"{delay - 1:,} steps")
+        for block, delay in zip(image.manifest.blocks, longest, strict=True)
+        if delay > LONGEST_DELAY
     ]
 
 

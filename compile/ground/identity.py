@@ -121,7 +121,9 @@ class _Identity:
 
     def _later(self, function: object) -> object:
         """Return a stand-in for a function that is called later: the first object that has it."""
-        return LATER, self._owner[id(function)]
+        # Hints know the values of some of NumPy's functions (SP421).
+        name = function.__name__ if isinstance(function, np.ufunc) else ""
+        return LATER, self._owner[id(function)], name
 
     def _value(self, value: object) -> object:
         if type(value) in BUILT_IN:  # as most values are

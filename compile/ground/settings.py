@@ -28,7 +28,8 @@ def add_params(network: nengo.Network) -> None:
 
     ``decode_path`` sets how a decoded connection between ensembles on the chip is wired:
     ``"direct"`` from neuron to neuron, over a relay of ``"onoff"`` or ``"preset10"`` decode
-    neurons, over the ``"host"``, or ``"auto"``, as the pass ``decode_path`` chooses.
+    neurons, over the ``"host"``, or ``"auto"``, as the pass ``decode_path`` chooses. Without that
+    pass, which is part of ``compact``, ``"direct"`` and ``"host"`` have no effect.
 
     ``target_filter_s`` is the time constant, in seconds, of the target's compartments behind a
     relay of ``"onoff"`` or ``"preset10"``; None: as nengo-loihi filters. The pass ``decode_path``

@@ -6,6 +6,7 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import nengo
+import numpy as np
 from nengo.base import NengoObject
 
 from spikeport.compile.ground.names import base
@@ -18,6 +19,10 @@ from spikeport.compile.ground.scope import (
 )
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.rewriting.passthrough import PLAIN
+
+RADII = 8
+"""Binary digits by which the radii of ensembles that share one differ at most: from 1/16 to 16 is
+one such range."""
 
 
 def regroupable(scope: Scope, folded: Sequence[nengo.Node]) -> list[nengo.Ensemble]:
@@ -190,8 +195,12 @@ def _numbered(keys: Mapping[NengoObject, Hashable]) -> dict[NengoObject, int]:
 
 
 def neuron_key(ensemble: nengo.Ensemble) -> tuple[Hashable, ...]:
-    """Return a key that is equal for neurons that may share an ensemble."""
+    """Return a key that is equal for neurons that may share an ensemble.
+
+    Their radii are of one size: values of a hundredth of the largest radius would be rounded away.
+    """
     kind = ensemble.neuron_type
+    size = round(np.log2(ensemble.radius) / RADII)
     # A fused ensemble keeps the initial state of each neuron.
     names = sorted(name for name in kind._paramdict if name != "initial_state")
-    return (type(kind), *(repr(getattr(kind, name)) for name in names))
+    return (size, type(kind), *(repr(getattr(kind, name)) for name in names))

@@ -80,7 +80,7 @@ class ConversionLint:
         yield from _each(
             "rate too low",
             [(one.name, f"{one.spikes:.2g} spikes within one tau") for one in slow],
-            "more neurons (--neurons), or a longer filter (--tau-fwd)",
+            "more neurons (--neurons), or, except for the last layer, a longer filter (--tau-fwd)",
         )
         if self.delay_s > ACTION_S:
             delay, action = (f"{1000 * time:g} ms" for time in (self.delay_s, ACTION_S))

@@ -78,3 +78,19 @@ def test_probes_of_spikes_are_not_compared() -> None:
 def test_a_camera_is_read_in_both_runs(tmp_path: Path) -> None:
     path = write_events(tmp_path / "few.events", **random_events(200, 50_000))
     assert 0.001 < found(camera_network(process_of(path))) < 0.8
+
+
+def test_a_network_that_nengos_optimiser_fails_for_is_compared_all_the_same() -> None:
+    """It merges slices of neurons with a negative step, and NumPy refuses their views."""
+    network = channel(np.sin)
+    with network:
+        a, b, c = (nengo.Ensemble(20, 1) for _ in range(3))
+        nengo.Connection(network.nodes[0], a)
+        eye = [(i, i) for i in range(10)]
+        options = {"transform": nengo.Sparse((10, 10), indices=eye, init=1e-3)}
+        nengo.Connection(a.neurons[10:], b.neurons[:10], **options)
+        nengo.Connection(b.neurons[10:], c.neurons[9::-1], **options)
+        nengo.Connection(a.neurons[:10], c.neurons[:9:-1], **options)
+    with pytest.raises(ValueError, match="strides"):
+        nengo.Simulator(network, progress_bar=False)
+    assert found(network) is not None

@@ -155,6 +155,14 @@ def kinds(*types: NeuronType) -> None:
         nengo.Ensemble(4, 1, neuron_type=kind)
 
 
+def rare(tau_ref_s: float) -> None:
+    """Add an ensemble that spikes rarely, and another one."""
+    nengo.Ensemble(
+        4, 1, neuron_type=nengo.LIF(tau_ref=tau_ref_s), max_rates=nengo.dists.Uniform(5, 10)
+    )
+    nengo.Ensemble(4, 1)
+
+
 def learning() -> None:
     """Add a block whose weights learn, which takes a format of its own, and a fixed one."""
     a, target = nengo.Ensemble(9, 1), nengo.Node(size_in=1)
@@ -283,6 +291,12 @@ CASES = [
         "keep what learns on the host with net.config[ensemble].on_chip = False",
         compiled(learning, SOFT),
         (compiled(learning_on_host, SOFT),),
+    ),
+    Case(
+        "SP110",
+        "shorten tau_ref",
+        compiled(partial(rare, 0.063)),
+        (compiled(partial(rare, 0.062)),),
     ),
     Case(
         "SP201",

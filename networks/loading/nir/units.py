@@ -186,7 +186,8 @@ def _thresholds(
     own = np.divide(threshold, gain, np.ones_like(gain), where=gain > 0)
     for unit in (np.ones_like(own), own):
         found: np.ndarray = unit * np.exp2(_powers(room.largest_thresholds(None, at_once) / unit))
-        if len(np.unique(found)) <= LEVELS and _are_whole_units(found, room.matrix):
+        kept = found >= largest / 2**LEVELS  # a far larger threshold would leave others no bits
+        if len(np.unique(found)) <= LEVELS and kept.all() and _are_whole_units(found, room.matrix):
             return found
     return _levels(largest, LEVELS if room.matrix.nnz <= SHARES else MORE_LEVELS)
 

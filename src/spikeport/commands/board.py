@@ -21,7 +21,7 @@ from spikeport.commands.options_of_links import BoardService, Tls
 from spikeport.commands.process import say
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.counted import counted
-from spikeport.errors import ImageError, UsageError, unknown
+from spikeport.errors import ImageError, UsageError, printable, unknown
 
 
 def _native(image: ChipImage, seed: int) -> CountingChip:
@@ -167,10 +167,16 @@ def inspect(path: Path) -> int:
     for step in record.steps():
         steps += 1
         held += step.answer is None
+        if len(step.sent) < SPIKES.size:
+            raise UsageError(
+                f"{path}: step {steps}: the step's body is cut: {len(step.sent)} bytes, and it "
+                f"begins with {SPIKES.size}"
+            )
         spikes_bytes, _ = SPIKES.unpack_from(step.sent)  # learning errors follow
         sent_bytes.append(spikes_bytes)
     session = record.session
-    typer.echo(f"image {session.digest[:12]}, seed {session.seed}, on {session.runs}")
+    digest, runs = printable(session.digest[:12]), printable(session.runs)
+    typer.echo(f"image {digest}, seed {session.seed}, on {runs}")
     mean = np.mean(sent_bytes) if steps else 0.0
     typer.echo(
         f"{counted(steps, 'step')}, of which {held:,} held; {mean:.0f} bytes of spikes a step"

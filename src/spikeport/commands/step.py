@@ -123,7 +123,7 @@ def _read(path: Path) -> tuple[np.ndarray, np.ndarray]:
     arrays = [found[name] for name in WANTED]
     if any(a.ndim != 1 or a.dtype.kind not in "iu" or len(a) != len(arrays[0]) for a in arrays):
         raise UsageError(f"{path}: not a file of spikes; {FORMAT}")
-    step, source = (array.astype(np.int64) for array in arrays)
+    step, source = (array.clip(max=np.iinfo(np.int64).max).astype(np.int64) for array in arrays)
     return step, source
 
 

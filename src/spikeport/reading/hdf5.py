@@ -185,7 +185,9 @@ class _Reader:
             raise MismatchError(f"at most {MOST_LEVELS} levels of groups", "more")
         for name in group:
             self._check_link(group, name)
-        names = (name for name in group if name != self._left_out)
+        # Beside the type of a node; a node may have that name itself.
+        left_out = self._left_out if "type" in group else None
+        names = (name for name in group if name != left_out)
         return {name: self._member(group[name], name, depth) for name in names}
 
     def _check_link(self, group: Any, name: str) -> None:

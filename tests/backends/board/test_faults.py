@@ -64,3 +64,11 @@ def test_consecutive_answers_that_are_put_off_all_arrive() -> None:
 
 def test_an_answer_that_is_put_off_twice_still_arrives() -> None:
     assert answered("reorder@2", "reorder@2")[0].steps == [1, 3, 2, 4]
+
+
+def test_a_step_that_is_requested_again_has_no_faults_again() -> None:
+    outlet, clock = Outlet(), FakeClock()
+    line = FaultyLine(outlet, [FAULTS.parse("loss:1.0")], clock, lambda: None)
+    for _ in range(2):
+        line.send(Frame(Kind.STATE, 7, 1, b"body"))
+    assert outlet.steps == [1]

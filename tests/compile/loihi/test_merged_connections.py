@@ -171,3 +171,16 @@ def test_nothing_of_nengo_loihi_stays_patched() -> None:
     with merged_in_full(lambda _: None):
         assert passthrough.Cluster is not usual
     assert passthrough.Cluster is usual
+
+
+def test_transforms_that_are_small_for_a_small_radius_alone_are_kept() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(60, 1), nengo.Ensemble(60, 1, radius=1e-9, label="b")
+        node = nengo.Node(size_in=1)
+        nengo.Connection(nengo.Node(0.8), a)
+        nengo.Connection(a, node)
+        nengo.Connection(node, b, transform=1e-9)
+        probe = nengo.Probe(b, synapse=0.02)
+    found, wanted = compared(network, probe, "as_written")
+    assert found == pytest.approx(wanted, rel=0.15)
+    assert wanted == pytest.approx([8e-10], rel=0.1)

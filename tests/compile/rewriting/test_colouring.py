@@ -51,6 +51,15 @@ def test_ensembles_with_different_neuron_types_are_not_alike() -> None:
     assert groups(network_of("ab", [], b=nengo.SpikingRectifiedLinear())) == ["a", "b"]
 
 
+@pytest.mark.parametrize(("radius", "found"), [(0.1, ["ab"]), (15.0, ["ab"]), (1e-3, ["a", "b"])])
+def test_ensembles_whose_radii_differ_by_orders_of_magnitude_are_not_alike(
+    radius: float, found: list[str]
+) -> None:
+    network = network_of("ab", [])
+    network.ensembles[1].radius = radius
+    assert groups(network) == found
+
+
 def test_ensembles_with_different_initial_voltages_are_alike() -> None:
     zero = nengo.LIF(initial_state={"voltage": nengo.dists.Choice([0])})
     assert groups(network_of("ab", [], b=zero)) == ["ab"]

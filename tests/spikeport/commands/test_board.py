@@ -154,6 +154,24 @@ def test_inspect_does_not_count_learning_errors_as_spikes(
     assert "1 step, of which 0 held; 1 bytes of spikes a step" in capsys.readouterr().out
 
 
+def test_inspect_refuses_a_step_without_its_counts_and_prints_no_codes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "record"
+    recorder = SessionRecorder(path)
+    recorder.begin(Hello("0" * 64, 5), Welcome("0" * 64, "\x1b[31mred", 1000.0))
+    recorder.close()
+    inspect(path)
+    assert "\x1b" not in capsys.readouterr().out
+    path.unlink()
+    recorder = SessionRecorder(path)
+    recorder.begin(Hello("0" * 64, 5), Welcome("0" * 64, "native", 1000.0))
+    recorder.step(1, 0, b"", b"")
+    recorder.close()
+    with pytest.raises(UsageError, match=r"record: step 1: the step's body is cut: 0 bytes"):
+        inspect(path)
+
+
 def test_inspect_names_the_step_at_which_a_record_is_cut(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

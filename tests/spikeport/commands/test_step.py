@@ -69,6 +69,10 @@ def test_without_a_file_no_source_spikes(spikeport, image_file, tmp_path):
             "steps[0] is -1, but the run has 9 steps, counted from 0",
         ),
         (
+            {"steps": np.array([2**63], np.uint64), "sources": [0]},
+            "steps[0] is 9223372036854775807, but the run has 9 steps, counted from 0",
+        ),
+        (
             {"steps": [2, 1, 2], "sources": [3, 3, 3]},
             "source 3 spikes twice in step 2; a source spikes once in a step",
         ),

@@ -34,6 +34,13 @@ def test_groups_numbers_and_texts_are_read(path):
     np.testing.assert_array_equal(node["weight"], [[0, 1, 2], [3, 4, 5]])
 
 
+def test_a_node_may_be_called_metadata(path):
+    with h5py.File(path, "w") as file:
+        file["node/type"] = "NIRGraph"
+        file["node/nodes/metadata/type"] = "Input"
+    assert hdf5.read(path)["node"]["nodes"] == {"metadata": {"type": "Input"}}
+
+
 def test_a_file_that_is_not_hdf5_is_refused(path):
     path.write_bytes(b"no HDF5")
     assert refusal(path).startswith("expected a whole HDF5 file, found ")

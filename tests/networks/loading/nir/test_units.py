@@ -133,3 +133,12 @@ def test_weights_of_many_times_the_threshold_are_refused():
         "expected weights of at most 127.5 times the threshold, or sums of at most 16,384 times "
         "it, in node n, found 25,000"
     )
+
+
+def test_a_neuron_that_is_switched_off_by_its_threshold_leaves_the_others_their_bits():
+    weights = np.random.default_rng(0).normal(0, 1, (8, 6))
+    threshold = np.ones(8)
+    threshold[0] = 2.0**63
+    found = units(population(weights, v_threshold=threshold), 2)
+    usual = units(population(weights), 2)
+    assert (found.threshold[1:] >= usual.threshold[1:] / 2**module.LEVELS).all()
