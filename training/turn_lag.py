@@ -5,9 +5,9 @@
 A turning robot moves in the direction of its heading a while before: its course lags its heading by
 an angle that grows with the yaw rate wz. A follower that uses the heading alone
 (`spikeport.networks.path_following`) then leaves curves to their outer side. The shipped policies
-have lags of 0.03 s, and one that was shipped before has 0.16 s. A robot also turns later than its
-command, so 0.04 s are added: the gains with which policies stayed closest to the built-in paths are
-those for 0 to 0.06 s more than their lags (docs/lab/walk.md).
+have lags of 0.03 and 0.16 s. A robot also turns later than its command, so 0.04 s are added: the
+gains with which either policy stayed closest to the built-in paths are those for 0 to 0.06 s more
+than the lag that was measured there, 0.02 and 0.15 s (docs/lab/walk.md).
 """
 
 from contextlib import closing

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
 from spikeport.errors import UsageError, unknown
 from spikeport.networks.loading.description import Description
@@ -26,29 +26,10 @@ N_NEURONS = 4
 """Neurons of a unit. The paper has 20, which follow paths no better once the read-out is
 calibrated, and need 20 times as many synaptic operations (docs/walk.md)."""
 
-
-class Gait(NamedTuple):
-    """The walks that neurons are made and calibrated for.
-
-    Attributes
-    ----------
-    perturbations : tuple of Perturbation
-        One for each walk.
-    in_place : bool
-        True if many commands are to stand or to turn in place, which are rare among all others.
-    """
-
-    perturbations: tuple[Perturbation, ...] = (NONE,)
-    in_place: bool = False
-
-
 _PUSHED = Perturbation(push=0.8, push_every=1.0)
-"""A robot regains its balance, or falls, in the 0.5 to 1.5 s between two pushes."""
-GAITS = {
-    "calm": Gait(),
-    "rough": Gait((NONE, _PUSHED, replace(_PUSHED, terrain="slope:6")), in_place=True),
-}
-"""Gaits by value of ``gait``."""
+GAITS = {"calm": (NONE,), "rough": (_PUSHED, replace(_PUSHED, terrain="slope:6"))}
+"""The perturbations of the walks that neurons are made and calibrated for, by value of ``gait``. A
+robot regains its balance, or falls, in the 0.5 to 1.5 s between two pushes."""
 
 SPIKING, EXACT = "spiking", "mlp"
 """Values of ``policy`` that name no policy: the default one in neurons, and, in some experiments,

@@ -16,16 +16,16 @@ from spikeport.experiments.arm.reach_task import rehearsals
 from spikeport.experiments.arm.recording import ArmRecording
 from spikeport.experiments.arm.region import exact_runs
 from spikeport.experiments.policy.calibration import Policy, Walks
-from spikeport.experiments.policy.settings import Gait
 from spikeport.experiments.switch.gate import HumanoidRig
 from spikeport.experiments.switch.goals import BOX, Goal
-from spikeport.experiments.walk.gait import CALM, drift_trim, record_gait
+from spikeport.experiments.walk.gait import drift_trim, record_gait
 from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.path_following import COMMAND_SIZE, exact_command
 from spikeport.networks.region import ArmRegion
 from spikeport.networks.walking_policy import WalkingPolicy
+from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.plant import Plant
 
 SEEDS = (1000, 1001, 1002)
@@ -85,15 +85,15 @@ class Rehearsals:
         Returns the goals of the schedule for a seed.
     file : Path
         The schedule, for messages.
-    gait : Gait
-        The gait that the policy walks as well, see `experiments.walk.gait.record_gait`.
+    perturbations : sequence of Perturbation
+        Perturbations of the gait, see `experiments.walk.gait.record_gait`.
     """
 
     exact: ExactControllers
     anchors: bool
     goals: Callable[[int], Sequence[Goal]]
     file: Path
-    gait: Gait = CALM
+    perturbations: Sequence[Perturbation] = (NONE,)
 
     def record(self) -> Rehearsed:
         """Record the runs, and a gait.
@@ -118,7 +118,7 @@ class Rehearsals:
         region = ArmRegion.from_recording(whole.q, whole.dq, whole.hand, error, seed=0)
         for stroke in self._strokes():
             region = region.holding(stroke)
-        gait = record_gait(self.exact.policy, self.gait)
+        gait = record_gait(self.exact.policy, self.perturbations)
         return Rehearsed(region, np.concatenate((gait, *observations)))
 
     def _reaches(self) -> list[ArmRecording]:
@@ -144,7 +144,7 @@ class Rehearsals:
     def _observations(self, policy: Policy) -> np.ndarray:
         """Return the observations (n, 69) of another policy, whether the robot falls or not."""
         observed = [self._observed(rig, draws) for rig, draws in self._runs(policy)]
-        return np.concatenate((record_gait(policy, self.gait), *observed))
+        return np.concatenate((record_gait(policy, self.perturbations), *observed))
 
     def _observed(self, rig: HumanoidRig, draws: np.ndarray) -> np.ndarray:
         """Return the policy's observations while it is in charge."""

@@ -1,11 +1,10 @@
 """Gaits for which a spiking policy is made and calibrated.
 
-The exact policy walks random commands for 40 s, or for 40 s under each perturbation of a gait
+The exact policy walks random commands for 40 s, undisturbed, or under each of some perturbations
 (`experiments.policy.settings.GAITS`). Its observations, with their mirror images, give the range of
 every observation (`encoding`), and of every hidden unit
 (`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. A spiking policy
-knows nothing else: to recover from pushes, or to turn in place, it needs a gait with pushes, or
-with turns in place. The drift of a policy that
+knows nothing else: to recover from pushes it needs a gait with pushes. The drift of a policy that
 walks straight on gives its trim (`drift_trim`).
 """
 
@@ -16,16 +15,14 @@ import numpy as np
 
 from spikeport.experiments.loop import Loop
 from spikeport.experiments.policy.calibration import Policy, Walks
-from spikeport.experiments.policy.settings import GAITS, Gait
 from spikeport.experiments.walk.legs import OBSERVATION_DT_S, LegsPort
 from spikeport.networks.region import Box
 from spikeport.robot import mirror
-from spikeport.robot.perturbation import NONE
+from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
 from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
-CALM = GAITS["calm"]
 SECONDS = 40.0
 SEED = 1000
 """The seed of gaits; `spikeport evaluate` refuses it."""
@@ -45,26 +42,22 @@ SETTLED = 400
 SIDEWAYS = PARTS["linear velocity"].start + 1
 COMMANDS = ((0.0, 1.0), (-1.0, 1.0))
 """Forward speed in m/s and yaw rate in rad/s for which the policy is trained."""
-STANDING, TURNING = 0.1, 0.4
-"""Shares of commands to stand, and to turn in place, in a gait that has many of them."""
 
 
-def record_gait(policy: Policy, gait: Gait = CALM, seconds: float = SECONDS) -> np.ndarray:
+def record_gait(
+    policy: Policy, perturbations: Sequence[Perturbation] = (NONE,), seconds: float = SECONDS
+) -> np.ndarray:
     """Record observations (n, 69) and their mirror images; a robot that falls is stood up again.
 
     A read-out that is refitted on both treats left and right as the policy does. The robot walks
-    for ``seconds`` under each of the gait's perturbations.
+    for ``seconds`` under each of the perturbations.
     """
     rng = np.random.RandomState(SEED)
 
     def command() -> list[float]:
-        kind = rng.uniform() if gait.in_place else STANDING
-        speed, yaw_rate = (rng.uniform(*reach) for reach in COMMANDS)
-        if kind < STANDING:
-            return [0.0, 0.0]
-        return [0.0 if kind > 1 - TURNING else speed, yaw_rate]
+        return [rng.uniform(*reach) for reach in COMMANDS]
 
-    plants = [Plant() if one == NONE else PerturbedPlant(one) for one in gait.perturbations]
+    plants = [Plant() if one == NONE else PerturbedPlant(one) for one in perturbations]
     observed = np.concatenate([_walked(policy, plant, command, seconds) for plant in plants])
     return np.concatenate((observed, mirror.OBSERVATION(observed)))
 
@@ -81,9 +74,9 @@ def drift_trim(policy: Policy) -> np.ndarray:
     return trim
 
 
-def walks(gait: Gait) -> Walks:
-    """Return the walks that calibrate a policy: a gait's, and one straight on, unperturbed."""
-    return Walks(functools.partial(record_gait, gait=gait), drift_trim)
+def walks(perturbations: Sequence[Perturbation]) -> Walks:
+    """Return the walks that calibrate a policy: perturbed, and straight on without perturbation."""
+    return Walks(functools.partial(record_gait, perturbations=perturbations), drift_trim)
 
 
 def _walked(

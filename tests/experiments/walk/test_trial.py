@@ -400,7 +400,7 @@ def test_the_experiments_pipeline_is_used_unless_the_command_names_passes(
 def test_a_gait_is_recorded_once_for_a_policy(monkeypatch, tmp_path):
     recorded = []
 
-    def record(policy, _gait):
+    def record(policy, perturbations):
         recorded.append(policy)
         return np.full((2, 69), float(len(recorded)))
 
