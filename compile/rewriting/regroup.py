@@ -1,6 +1,6 @@
 """Networks rewritten so that each chosen group of neurons is one ensemble."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import nengo
 import numpy as np
@@ -68,7 +68,7 @@ def regroup(
         if obj not in gone:
             assembly.flat.keep(obj)
     assembly.connect()
-    built = _built(matrices, partition, solver, rewrite.scope.on_chip)
+    built = _built(matrices, partition, solver)
     stand_ins = probes.replacements(assembly)
     return rewrite.then(
         assembly.flat.network,
@@ -81,18 +81,14 @@ def regroup(
 
 
 def _built(
-    matrices: EdgeMatrices,
-    partition: Partition,
-    solver: ParameterSolver,
-    on_chip: Callable[[NengoObject], bool],
+    matrices: EdgeMatrices, partition: Partition, solver: ParameterSolver
 ) -> dict[NengoObject, Built]:
     """Return the built parameters of the ensembles and connections that are gone."""
     built = {ensemble: solver.ensemble(ensemble) for ensemble in partition.places}
     for connection in matrices.replaced:
         pre = connection.pre_obj
-        # The decoders of an ensemble that stays on the host are solved later, by Nengo's builder.
-        on_host = isinstance(pre, nengo.Ensemble) and not on_chip(pre)
-        if not on_host or pre in partition:
+        # The decoders of an ensemble that stays are solved later, by its own builder.
+        if not isinstance(pre, nengo.Ensemble) or pre in partition:
             built[connection] = solver.built(connection)
     return built
 

@@ -26,7 +26,7 @@ def test_every_limit_of_a_chip_has_a_rule() -> None:
     of_chips = {r.name for r in rules.RULES.values() if r.id[:3] in ("SP1", "SP2")}
     checked = usages([CoreUse("a core", *[0] * 7)], chips.get("softcore-ecp5-85f"))
     of_limits = {usage.resource.replace("_", "-") for usage in checked}
-    assert of_chips == of_limits | {"shared settings", "learning synapses"}
+    assert of_chips == of_limits | {"shared settings", "learning synapses", "refractory period"}
 
 
 def test_every_rule_of_networks_is_checked() -> None:

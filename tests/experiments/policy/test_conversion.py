@@ -89,8 +89,8 @@ def lint(spread=2.6, spikes=3.0, delay_s=0.009):
         ),
         (
             lint(spikes=0.5),
-            "rate too low: layer 1 (0.5 spikes within one tau); cure: more neurons (--neurons), or "
-            "a longer filter (--tau-fwd)",
+            "rate too low: layer 1 (0.5 spikes within one tau); cure: more neurons (--neurons), "
+            "or, except for the last layer, a longer filter (--tau-fwd)",
         ),
         (
             lint(delay_s=0.025),
