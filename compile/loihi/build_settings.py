@@ -32,7 +32,8 @@ class BuildSettings:
     pes_error_scale : float
         Factor of the errors of PES, which are then rounded and clipped to -127 to 127.
     pes_wgt_exp : int
-        Exponent of the weights that learn: a larger one allows larger weights, in coarser steps.
+        Exponent of the weights that learn, from -7 to 7: a larger one allows larger weights, in
+        coarser steps.
     decode_tau : float
         Time constant of the filter behind decode neurons, in s.
     intercept_limit : float
@@ -47,7 +48,7 @@ class BuildSettings:
 
     remove_passthrough: bool = True
     pes_error_scale: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 100.0
-    pes_wgt_exp: int = 4
+    pes_wgt_exp: Annotated[int, Field(ge=-7, le=7)] = 4
     decode_tau: Annotated[float, Field(ge=0, allow_inf_nan=False)] = 0.005
     intercept_limit: Annotated[float, Field(lt=1, allow_inf_nan=False)] = 0.95
     vth_nonspiking: Annotated[float, Field(gt=0, allow_inf_nan=False)] = 10

@@ -47,6 +47,7 @@ def test_settings_that_passes_ignore_are_refused_together_with_passes(changed):
     [
         ({"decode_tau": float("nan")}, "decode_tau=nan: input should be a finite number"),
         ({"pes_error_scale": "x"}, "pes_error_scale=x: input should be a valid number"),
+        ({"pes_wgt_exp": 8}, "pes_wgt_exp=8: input should be less than or equal to 7"),
         ({"vth_nonspiking": 0}, "vth_nonspiking=0: input should be greater than 0"),
     ],
 )
