@@ -52,7 +52,7 @@ class Counter:
         Parameters
         ----------
         delivered : (n,) int array
-            Sources whose spikes arrive at synapses in this step; one that is listed twice has two.
+            Sources whose spikes arrive at synapses in this step; one with two is listed twice.
         spiked : (n_compartments,) bool array
             A mask of the compartments that spike in this step.
         active : (n_compartments,) bool array

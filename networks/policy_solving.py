@@ -3,10 +3,9 @@ r"""Weights between layers of spiking units, solved to match the exact values.
 .. math:: W = W_0 + \arg\min_\Delta |F \Delta^T + 1 c^T - (Y - F W_0^T)|^2
               + m (\lambda \max (F - 1 \bar F^T))^2 |\Delta|^2
 
-``F`` (m, n) is the output of the units' halves for m observations, with means
-:math:`\bar F`, ``Y`` (m, d) the target input of
-the next layer, and ``W_0`` the weights of the multilayer perceptron. Halves whose output the
-observations do not change keep these weights.
+``F`` (m, n) is the output of the units' halves for m observations, with means :math:`\bar F`,
+``Y`` (m, d) the target input of the next layer, and ``W_0`` the weights of the multilayer
+perceptron. Halves whose output the observations do not change keep these weights.
 """
 
 from collections.abc import Sequence

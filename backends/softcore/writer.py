@@ -9,7 +9,6 @@ from spikeport.backends.native.contacts import contacts_of, pairs_of
 from spikeport.backends.native.rows import KernelRows, rows_of
 from spikeport.backends.softcore.memory import (
     AXONS,
-    DELAY_BITS,
     LOG_COMPARTMENTS,
     PROFILES,
     ROW_BITS,
@@ -23,7 +22,7 @@ from spikeport.backends.softcore.rows import encoded
 from spikeport.compile.check import rules
 from spikeport.compile.check.verify import verify_learning
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.manifest import STATE_BITS
+from spikeport.compile.image.manifest import DELAY_BITS, STATE_BITS
 from spikeport.compile.image.soft_rows import WORD_BITS
 from spikeport.compile.image.tables import flat, offsets, positions
 from spikeport.errors import BackendError

@@ -27,9 +27,8 @@ from spikeport.compile.ground.scope import Scope, height_in_rates, is_plain
 LOST = 0.05
 """Share of spikes beyond one a step up to which their loss is not worth a hint: neurons that shall
 spike in every step are driven a little harder."""
-
-
 LOIHI_TYPES = (LoihiLIF, LoihiSpikingRectifiedLinear)
+"""nengo-loihi's types, which spike at most once in a step in float Nengo, too."""
 
 
 class Range(NamedTuple):
@@ -62,7 +61,7 @@ def saturation_hints(
         ranges = [_range(one) for one in readers.get(ensemble, [])]
         unknown = not ranges and ensemble.gain is not None and ensemble in reached
         switches = bool(ranges) and all(map(_is_point, ranges))
-        # Other types spike at most once in a step in float Nengo, too.
+        # So do types of our own, which are not plain.
         kind = ensemble.neuron_type
         if unknown or switches or not is_plain(kind) or isinstance(kind, LOIHI_TYPES):
             continue

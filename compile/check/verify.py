@@ -8,13 +8,14 @@ import numpy as np
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.manifest import DELAY_BITS
 from spikeport.compile.placing.load import PROFILES, SHARED, core_loads
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse, Usage, usages
 
 CHECKED = ("clipping", "noise")
-LONGEST_DELAY = 63
-"""The largest refractory delay, in steps: its register has 6 bits."""
+LONGEST_DELAY = (1 << DELAY_BITS) - 1
+"""The largest refractory delay, in steps, that of the spike included."""
 
 
 def verify(cores: Sequence[CoreUse], chip: ChipModel) -> list[Violation]:
@@ -37,7 +38,6 @@ def verify_refractory(image: ChipImage) -> list[Violation]:
     """Return a violation for every block with a refractory delay beyond its register."""
     longest = np.maximum.reduceat(image.compartments.refract_delay, image.blocks.start[:-1])
     return [
-        # The step of the spike is one of the delay's.
         rules.get("SP110").broken(block.label, f"{delay - 1:,} steps")
         for block, delay in zip(image.manifest.blocks, longest, strict=True)
         if delay > LONGEST_DELAY

@@ -14,9 +14,9 @@ from nengo_loihi.block import LoihiBlock, SynapseConfig
 from spikeport.constants import DECAY_UNITS
 
 ROUNDED = ("vth", "decay_u", "decay_v")
+"""Constants of neurons that the discretiser rounds, besides the bias."""
 ZERO = 1e-9
 """Share of a block's largest weight up to which a weight counts as 0."""
-"""Constants of neurons that the discretiser rounds, besides the bias."""
 
 
 class BlockNeurons(NamedTuple):

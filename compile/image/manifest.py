@@ -23,6 +23,8 @@ SUM_BITS = 22
 wraps around. Source: nengo-loihi's emulator/interface.py, Q_BITS."""
 STATE_BITS = 24
 """Bits of a current, and of a voltage, sign included. Source: nengo-loihi's discretiser."""
+DELAY_BITS = 6
+"""Bits of a refractory delay. Source: nengo-loihi's block.py, REFRACT_DELAY_MAX."""
 
 Pair = tuple[int, int]
 STRICT = ConfigDict(extra="forbid", strict=True)

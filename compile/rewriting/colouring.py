@@ -21,8 +21,7 @@ from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.rewriting.passthrough import PLAIN
 
 RADII = 8
-"""Binary digits by which the radii of ensembles that share one differ at most: from 1/16 to 16 is
-one such range."""
+"""Binary digits of a range of radii that may share an ensemble, such as that from 1/16 to 16."""
 
 
 def regroupable(scope: Scope, folded: Sequence[nengo.Node]) -> list[nengo.Ensemble]:
@@ -197,7 +196,7 @@ def _numbered(keys: Mapping[NengoObject, Hashable]) -> dict[NengoObject, int]:
 def neuron_key(ensemble: nengo.Ensemble) -> tuple[Hashable, ...]:
     """Return a key that is equal for neurons that may share an ensemble.
 
-    Their radii are of one size: values of a hundredth of the largest radius would be rounded away.
+    Values are in units of the largest radius: those of a far smaller one would be rounded away.
     """
     kind = ensemble.neuron_type
     size = round(np.log2(ensemble.radius) / RADII)

@@ -29,8 +29,8 @@ from spikeport.simulator import Simulator
 HOLD_S = 0.05
 """The least time for which an observation is held: on the chip, three layers settle in 40 ms."""
 SETTLED = 4
-"""Sums of a network's time constants, after which less than 1 % of a step is missing from its
-action."""
+"""The least time, too, in sums of a network's time constants: less than 1 % of a step is then
+missing from its action."""
 SAMPLE = 20
 """The number of observations that are fed in, evenly spaced among those of the ranges."""
 

@@ -131,7 +131,7 @@ def _gains(actuators: Mapping[str, Actuator]) -> dict[str, tuple[float, float]]:
                 _value(where, joint, table, np.nan) for table in (group.stiffness, group.damping)
             )
             if joint in gains:
-                raise MismatchError(f"{joint} in one group of actuators", f"another in {where}")
+                raise MismatchError(f"{joint} in one group of actuators", f"it in {where}, too")
             gains[joint] = (stiffness, damping)
     for joint in JOINTS:
         if not np.isfinite(gains.get(joint, np.nan)).all():

@@ -1,8 +1,9 @@
 """Results that are kept from run to run, each under a digest of everything that decides it.
 
 An entry is a file of arrays, named by the digest of its key. The key has the inputs of a result and
-its surroundings: spikeport's own files, the packages that compute, the processor and its threads,
-since all of them decide the bits. So an entry is never out of date: a change makes another key.
+its surroundings: spikeport's own files, the packages that compute, the kind of processor and its
+threads, since all of them decide the bits. So an entry is never out of date: a change makes another
+key.
 """
 
 import contextlib

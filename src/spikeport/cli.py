@@ -561,7 +561,7 @@ def evaluate_command(
         list[str] | None,
         typer.Option(
             metavar="KEY=VALUE,...",
-            help="Perturbations of a row, beside the nominal one; by default several; repeatable.",
+            help="Perturbations of a row; replaces all default rows but the nominal; repeatable.",
         ),
     ] = None,
     episodes: Annotated[

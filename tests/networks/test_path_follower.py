@@ -61,6 +61,8 @@ def test_every_ensemble_is_listed_under_its_filter():
     net = path_follower(GAINS)
     assert {tau: len(ensembles) for tau, ensembles in net.filters.items()} == {0.005: 10, 0.02: 2}
     assert analytic_follower(GAINS).filters == {}
+    together = path_follower(GAINS, FollowerOptions(tau_fwd=0.005)).filters
+    assert {tau: len(ensembles) for tau, ensembles in together.items()} == {0.005: 12}
 
 
 def test_the_host_gives_neurons_errors_within_the_unit_disc():

@@ -185,7 +185,7 @@ class _Reader:
             raise MismatchError(f"at most {MOST_LEVELS} levels of groups", "more")
         for name in group:
             self._check_link(group, name)
-        # Beside the type of a node; a node may have that name itself.
+        # NIR keeps metadata beside a node's type; elsewhere, the name is that of a node.
         left_out = self._left_out if "type" in group else None
         names = (name for name in group if name != left_out)
         return {name: self._member(group[name], name, depth) for name in names}

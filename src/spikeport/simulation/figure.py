@@ -44,10 +44,9 @@ def figure(recorded: Mapping[str, Recorded], backend: str, title: str) -> Figure
 def _in_words(one: Recorded) -> str:
     error = one.error()
     size = one.values.shape[1]
-    hidden = (
-        f", the {LINES} largest of {size} dimensions" if size > LINES and not one.spikes else ""
-    )
-    text = hidden + ("" if error is None else f": {percent(error)} off")
+    text = "" if error is None else f": {percent(error)} off"
+    if size > LINES and not one.spikes:
+        text = f", the {LINES} largest of {size} dimensions{text}"
     if (late := one.best_delay()) is not None:
         text += f", {percent(late[1])} with its delay of {1000 * late[0]:.0f} ms removed"
     return text

@@ -46,7 +46,7 @@ def test_a_perceptron_is_measured_layer_by_layer(observations):
 
 
 def test_slow_filters_settle_before_actions_are_compared(observations):
-    """Held for 50 ms, the action would lack a third of a step, and its error be that large."""
+    """Held for 50 ms, the action would be 62 % off."""
     options = PolicyOptions(n_neurons=40, tau_fwd=0.05)
     conversion = Conversion(perceptron("elu"), options, observations)
     assert conversion.steps == 4 * 55

@@ -79,6 +79,13 @@ def test_oversized_tables_are_refused(environment, refused):
     )
 
 
+def test_a_joint_of_two_groups_of_actuators_is_refused(environment, refused):
+    change = {"scene/robot/actuators/feet/joint_names_expr": [".*_ankle", "torso"]}
+    assert "torso in one group of actuators, found it in actuators.feet, too" in refused(
+        environment(change), described
+    )
+
+
 def test_aliases_that_isaac_lab_writes_are_read(environment):
     path = environment()
     content = yaml.unsafe_load(path.read_text())
