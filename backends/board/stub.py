@@ -1,12 +1,16 @@
 """A stub of a board: a server that is started for one session, and ended with it."""
 
 import tempfile
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
 from spikeport.backends.board.address import Address
 from spikeport.child import START_S, Child
 from spikeport.errors import UsageError
+
+WARNING = "warning: "
+"""The beginning of a line in which spikeport's command line prints a warning."""
 
 
 class Stub:
@@ -53,6 +57,9 @@ class Stub:
         return self._child.process_id
 
     def close(self) -> None:
-        """Wait until the server ends after its one session, or end it."""
-        self._child.close()
+        """Wait until the server ends after its one session, or end it; pass its warnings on."""
+        words = self._child.close()
         self._folder.cleanup()
+        for line in words.splitlines():
+            if line.startswith(WARNING):
+                warnings.warn(f"on the board: {line.removeprefix(WARNING)}", stacklevel=2)

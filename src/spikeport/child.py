@@ -3,7 +3,9 @@
 import signal
 import subprocess
 import sys
+from collections import deque
 from collections.abc import Sequence
+from threading import Thread
 
 from spikeport.errors import BackendError
 from spikeport.pacing import later
@@ -11,6 +13,8 @@ from spikeport.pacing import later
 # Imports take seconds, compiling kernels takes 10 s, and other work may share the machine.
 START_S = 60.0
 STOP_S = 10.0
+LINES_KEPT = 100
+"""The last lines of output that are kept, for errors, warnings and a robot's summary."""
 
 
 class Child:
@@ -38,6 +42,7 @@ class Child:
             # An error is the last line of its output.
             stderr=subprocess.STDOUT,
             text=True,
+            errors="replace",  # or an odd byte would end the reader
         )
         try:
             self._await_start(name)
@@ -45,6 +50,14 @@ class Child:
             with self._process:
                 self._process.kill()
             raise
+        # Read all the time: a child whose pipe is full would wait for ever.
+        self._lines: deque[str] = deque(maxlen=LINES_KEPT)
+        self._reader = Thread(target=self._read, daemon=True)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self._process.stdout is not None
+        self._lines.extend(self._process.stdout)
 
     @property
     def process_id(self) -> int:
@@ -63,7 +76,6 @@ class Child:
         with later(START_S, self._process.kill):
             line = self._process.stdout.readline()
         if not line.startswith(f"{name}:"):
-            self.close()
             raise BackendError(f"the {name}'s server did not start: {line.strip() or 'no word'}")
 
     def close(self) -> str:
@@ -71,12 +83,13 @@ class Child:
 
         Without output, return how it ended.
         """
-        try:
-            words = self._process.communicate(timeout=STOP_S)[0]
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            words = self._process.communicate()[0]
-        return words.strip() or self._ending()
+        with self._process:  # which waits for a killed one, and closes its output
+            try:
+                self._process.wait(STOP_S)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+            self._reader.join()
+        return "".join(self._lines).strip() or self._ending()
 
     def _ending(self) -> str:
         code = self._process.returncode

@@ -4,11 +4,12 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
 
-from spikeport.child import Child
+from spikeport.child import LINES_KEPT, Child
 from spikeport.errors import BackendError
 from spikeport.pacing import later
 
@@ -65,3 +66,29 @@ def test_closing_a_child_without_further_output_returns_how_it_ended(
     end = "import os; os.kill(os.getpid(), 9)" if code else ""
     served_by(f"print('chip: serves', flush=True); {end}", monkeypatch)
     assert Child("chip", []).close() == words
+
+
+def test_a_child_that_does_not_end_is_killed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("spikeport.child.STOP_S", 0.1)
+    served_by("import time; print('chip: serves', flush=True); time.sleep(100)", monkeypatch)
+    assert Child("chip", []).close() == "killed by SIGKILL"
+
+
+def test_a_child_that_prints_more_than_a_pipe_holds_goes_on(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    served_by("print('chip: serves'); [print(f'line {i:06}') for i in range(10**5)]", monkeypatch)
+    child, until = Child("chip", []), time.monotonic() + 30
+    while child.runs and time.monotonic() < until:
+        time.sleep(0.01)
+    assert not child.runs  # before anybody closes it
+    lines = child.close().splitlines()
+    assert lines == [f"line {i:06}" for i in range(10**5 - LINES_KEPT, 10**5)]
+
+
+def test_odd_bytes_of_a_child_are_replaced(monkeypatch: pytest.MonkeyPatch) -> None:
+    served_by(
+        "import sys; print('chip: serves', flush=True); sys.stdout.buffer.write(b'\\xff one\\n')",
+        monkeypatch,
+    )
+    assert Child("chip", []).close() == "\N{REPLACEMENT CHARACTER} one"

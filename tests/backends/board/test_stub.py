@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from spikeport.backends.board.stub import Stub
+from spikeport.child import Child
 from spikeport.errors import BackendError, UsageError
 
 
@@ -39,3 +40,15 @@ def test_a_stub_that_was_never_used_is_stopped_and_leaves_no_process_and_no_fold
     stub.close()
     assert not folder.exists()
     assert not process.exists()
+
+
+def test_the_warnings_of_a_chip_are_passed_on_as_the_stub_ends(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    words = "board: waits\nwarning: Received PES error beyond the chip's\nboard: 3 steps"
+    monkeypatch.setattr(Child, "__init__", lambda *_: None)
+    monkeypatch.setattr(Child, "close", lambda _: words)
+    stub = Stub()
+    with pytest.warns(UserWarning, match=r"^on the board: Received PES error beyond") as caught:
+        stub.close()
+    assert len(caught) == 1
