@@ -152,6 +152,7 @@ class Board:
         """Begin a session, with the chip at rest; return the answer when a step can come."""
         self._upload.clear()
         self._hello = None  # one greeting, one session: another image would replace its chip
+        codec = Codec(image)  # before a chip that nobody would close, as its outputs may not fit
         # Warm up another chip, since the session's chip has to begin at rest. Lines that this chip
         # prints about its steps are not about the session.
         self._say(f"board: warm-up and check of the machine: {WARM_STEPS} steps without spikes")
@@ -160,7 +161,7 @@ class Board:
             chip = self._machine.load(image, hello.seed)
         # Not guessable, and never 0, which stands for no session.
         number = secrets.randbelow(2**32 - 1) + 1
-        self.session = Session(number, chip, Codec(image))
+        self.session = Session(number, chip, codec)
         body = Welcome(image.digest, self._machine.name, steps_per_s).pack()
         return Frame(Kind.WELCOME, number, body=body)
 

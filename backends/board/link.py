@@ -63,7 +63,7 @@ class LinkOptions:
             path = getattr(self, name)
             if isinstance(path, str):
                 object.__setattr__(self, name, Path(path))
-            elif not isinstance(path, Path | None):
+            if not isinstance(path, str | Path | None) or "\0" in str(path):
                 raise UsageError(
                     f"LinkOptions: {name}={path!r}: expected a path; cure: name a file"
                 )

@@ -89,15 +89,19 @@ class SessionRecorder:
     Parameters
     ----------
     path : Path
-        The file; an existing file is replaced once a session begins.
+        The file; an earlier record in it is replaced once a session begins.
 
     Raises
     ------
     UsageError
-        If another session is recorded in it.
+        If another session is recorded in it, or it is not a record.
     """
 
     def __init__(self, path: Path) -> None:
+        if path.exists() and not _may_be_replaced(path):
+            raise UsageError(
+                f"--record {path}: is not a record, and would be replaced; choose another file"
+            )
         self._path, self._is_earlier = path, path.exists()
         # Open to append: an earlier record stays until there is a session to replace it.
         self._file = BufferedWriter(_NamedFile(str(path), "ab"), 1 << 16)
@@ -110,8 +114,8 @@ class SessionRecorder:
 
     def begin(self, hello: Hello, welcome: Welcome) -> None:
         """Write the greetings of both sides, in place of an earlier record."""
-        self._is_earlier = False
         self._file.truncate(0)
+        self._is_earlier = False
         self._file.write(MAGIC)
         self._add(Entry.SESSION, json.dumps({**asdict(hello), **asdict(welcome)}).encode())
         self._flush()
@@ -147,6 +151,14 @@ class SessionRecorder:
         if not self._is_earlier:
             self._path.unlink(missing_ok=True)
         self.close()
+
+
+def _may_be_replaced(path: Path) -> bool:
+    """Return whether a file is empty, or an earlier record; a pipe or a device is no file."""
+    if not path.is_file():
+        return False
+    with open(path, "rb") as file:
+        return file.read(len(MAGIC)) in (b"", MAGIC)
 
 
 class RecordedSession(NamedTuple):

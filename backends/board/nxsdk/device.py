@@ -6,7 +6,7 @@ import numpy as np
 
 from spikeport.backends.board.nxsdk.allocator import Allocator, n_chips
 from spikeport.backends.board.nxsdk.answer import recv_bytes
-from spikeport.backends.board.nxsdk.findings import findings, host_axons
+from spikeport.backends.board.nxsdk.findings import axons_by_source, findings
 from spikeport.backends.board.nxsdk.hardware import HardwareModules
 from spikeport.backends.board.nxsdk.model import Placement, model_of
 from spikeport.backends.board.nxsdk.written import REFUSALS, refusal
@@ -44,6 +44,8 @@ class Device:
             if found.trap.refused:
                 raise BackendError(str(found))
         self._image, self._at = image, 0
+        self._axons = axons_by_source(image)
+        self._most = max(int(self._axons.sum()), 1)
         self._model = model_of(image, placement)
         # The chip waits for errors of each group that learns in each step.
         self._no_errors = {group: np.zeros(size) for group, size in image.error_sizes.items()}
@@ -54,7 +56,7 @@ class Device:
                 self._model,
                 use_snips=True,
                 seed=seed,
-                snip_max_spikes_per_step=max(host_axons(image), 1),
+                snip_max_spikes_per_step=self._most,
                 n_chips=n_chips(placement),
                 allocator=Allocator(placement),
             )
@@ -64,8 +66,20 @@ class Device:
         self._interface.run_steps(ENDLESS, blocking=False)
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
-        """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
+        """Advance by one step; see `spikeport.backends.chip.Chip.step`.
+
+        Raises
+        ------
+        BackendError
+            If sources spike more than once, and the board would drop some of their spikes.
+        """
         self._at += 1
+        if (n := int(self._axons[spikes].sum())) > self._most:
+            raise BackendError(
+                f"step {self._at}: sources that spike more than once send {n:,} spikes, limit "
+                f"{self._most:,}, one for each axon; cure: --machine native, or one event for a "
+                "source in a step"
+            )
         sent, sent_errors = by_input(self._image, spikes), {**self._no_errors, **errors}
         self._interface.host2chip(
             [(source, self._at, s) for source, s in zip(self._model.inputs, sent, strict=True)],

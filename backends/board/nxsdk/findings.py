@@ -33,6 +33,7 @@ from spikeport.backends.board.nxsdk.traps import (
     Finding,
 )
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import deliveries
 from spikeport.compile.image.tables import part
 from spikeport.compile.image.usage import INDEXED, PROFILE, is_consecutive
 
@@ -119,10 +120,18 @@ def _bases(image: ChipImage, placement: Placement) -> Iterator[Finding]:
             yield Finding(BASES, label, f"{most}, nengo-loihi's builder takes up to {MOST_BASE}")
 
 
+def axons_by_source(image: ChipImage) -> np.ndarray:
+    """Return the number of axons that each of the host's sources reaches, (n_inputs,)."""
+    sources = deliveries(image).source - image.n_compartments
+    return np.bincount(sources[sources >= 0], minlength=image.n_inputs)
+
+
 def host_axons(image: ChipImage) -> int:
-    """Return the number of axons that the host's sources reach: the most spikes of a step."""
-    mine = np.repeat(image.routes.from_input == 1, np.diff(image.routes.start))
-    return int((image.out_axons.axon[mine] >= 0).sum())
+    """Return the number of axons that the host's sources reach: the most spikes of a step.
+
+    Sources that spike more than once in a step, as in files of events, may send more.
+    """
+    return int(axons_by_source(image).sum())
 
 
 def _spikes(image: ChipImage, placement: Placement) -> Iterator[Finding]:

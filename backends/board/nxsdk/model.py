@@ -10,7 +10,7 @@ from nengo_loihi.probe import LoihiProbe
 
 from spikeport.backends.nengo_loihi import load_blocks, load_inputs
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.tables import NONE, flat, offsets, part
+from spikeport.compile.image.tables import NONE, flat
 
 NOISE = ("noise_exp", "noise_offset", "noise_at_membrane")
 """Settings of noise, which are registers of a core."""
@@ -103,10 +103,11 @@ def _nowhere(n_sources: int, synapse: Synapse) -> Axon:
 
 
 def _probe(image: ChipImage, number: int, blocks: list[LoihiBlock]) -> LoihiProbe:
-    """Return the probe of an output: a slice of a block for each of the output's segments."""
-    output, starts = image.manifest.outputs[number], image.blocks.start
-    reads = image.read_by(number)
-    segments = [reads[part(offsets(output.segments), i)] for i in range(len(output.segments))]
+    """Return the probe of an output: a slice of a block for each block that it reads in turn."""
+    reads, starts = image.read_by(number), image.blocks.start
+    owner = image.compartment_block[reads]
+    segments = np.split(reads, 1 + np.flatnonzero(np.diff(owner)))
     owners = [image.compartment_block[segment[0]] for segment in segments]
     slices = [(s - starts[b]).tolist() for s, b in zip(segments, owners, strict=True)]
-    return LoihiProbe(target=[blocks[b] for b in owners], key=output.key, slice=slices)
+    key = image.manifest.outputs[number].key
+    return LoihiProbe(target=[blocks[b] for b in owners], key=key, slice=slices)

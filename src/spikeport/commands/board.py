@@ -123,11 +123,14 @@ def _machine(request: BoardService) -> Machine:
         raise UsageError(
             "--device, --rtl and --machine each choose what the board is; give one of them"
         )
+    if request.device is None and request.baud is not None:
+        raise UsageError("--baud: only a serial line has a rate; cure: --device, or leave it out")
     if request.device is not None:
-        from spikeport.backends.softcore.line import SerialLine
+        from spikeport.backends.softcore.line import BAUD, SerialLine
 
-        SerialLine(request.device, request.baud).close()
-        return Machine("softcore", functools.partial(_on_device, request.device, request.baud))
+        baud = BAUD if request.baud is None else request.baud
+        SerialLine(request.device, baud).close()
+        return Machine("softcore", functools.partial(_on_device, request.device, baud))
     name = "rtl" if request.rtl else request.machine or NATIVE
     if name not in MACHINES:
         raise unknown("machine", name, MACHINES)

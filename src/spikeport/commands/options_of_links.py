@@ -155,7 +155,10 @@ class BoardService:
             metavar="FILE", help="Serial line of an FPGA with soft cores, which is then the board."
         ),
     ] = None
-    baud: Annotated[int, typer.Option(help="Bit rate of --device, in bits/s.", min=1)] = 3_000_000
+    baud: Annotated[
+        int | None,
+        typer.Option(help="Bit rate of --device, in bits/s; 3,000,000 by default.", min=1),
+    ] = None
     keep: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="Keep the image of the last session in this file."),

@@ -9,10 +9,11 @@ from spikeport.backends.board.board import IMAGES_KEPT, Board, CountingChip, Mac
 from spikeport.backends.board.frame import MORE, MOST_BODY, Frame, Kind
 from spikeport.backends.board.hello import Hello
 from spikeport.backends.board.messages import Codec
+from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import MACHINE, small_image
-from tests.helpers.images import Parts
+from tests.helpers.images import Block, Output, Parts
 
 IMAGE = small_image()
 BODY, FLAGS = Codec(IMAGE).pack_step(np.array([1]), {})
@@ -129,6 +130,24 @@ def test_an_image_without_compartments_is_refused_and_the_board_goes_on(board: B
     assert refusal(answer) == "the number of blocks is 0, at least 1; compile it again"
     (welcome,) = answers(board, Frame(Kind.HELLO, body=Hello(IMAGE.digest, 0).pack()))
     assert welcome.kind == Kind.WELCOME
+
+
+def test_no_chip_stays_open_for_an_image_whose_outputs_do_not_fit_a_frame() -> None:
+    opened: list[NativeChip] = []
+
+    def load(image: ChipImage, seed: int) -> NativeChip:
+        opened.append(NativeChip(image, seed))
+        return opened[-1]
+
+    outputs = [Output("voltage", range(1000))] * 270
+    image = Parts([Block(1000)], outputs=outputs).image()
+    board = Board(Machine("native", load))
+    board.answer(Frame(Kind.HELLO, body=Hello(image.digest, 0).pack()))
+    for piece in pieces(Kind.IMAGE, image.to_bytes(), 0):
+        (answer,) = board.answer(piece) or [None]
+    assert answer is not None
+    assert answer.kind == Kind.REFUSAL
+    assert opened == []
 
 
 def test_an_image_that_nobody_asked_for_ends_the_session(board: Board) -> None:

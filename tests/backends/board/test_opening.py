@@ -120,6 +120,7 @@ def test_paths_may_be_given_as_texts() -> None:
             "faults=('loss:0.1',)",
         ),
         ({"record": 3}, "record=3: expected a path; cure: name a file"),
+        ({"record": "a\0b"}, r"record='a\x00b': expected a path; cure: name a file"),
         ({"hold": "5"}, "hold=5: input should be a valid integer"),
         ({"hold": -1}, "hold=-1: must be 0 or more"),
         ({"board": Path("x")}, "board=x: input should be a valid string"),

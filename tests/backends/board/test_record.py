@@ -1,5 +1,6 @@
 """Records of sessions, whole or read up to a cut or a damage."""
 
+import errno
 import os
 import random
 from pathlib import Path
@@ -146,9 +147,43 @@ def test_a_record_whose_steps_go_back_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_full_disk_is_reported_with_the_record_s_name() -> None:
+def test_a_full_disk_is_reported_with_the_record_s_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("spikeport.backends.board.record._may_be_replaced", lambda _: True)
     recorder = SessionRecorder(Path("/dev/full"))
     with pytest.raises(OSError, match="No space left on device: '/dev/full'"):
         recorder.step(1, 0, b"", b"answer")
     with pytest.raises(OSError, match="No space left on device"):
         recorder.close()
+
+
+@pytest.mark.parametrize("kind", ["a device", "a pipe", "a model"])
+def test_a_path_that_is_no_record_is_refused_and_left_as_it_is(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "model.py"
+    match kind:
+        case "a device":
+            path.symlink_to("/dev/null")
+        case "a pipe":
+            os.mkfifo(path)
+        case _:
+            path.write_text("import nengo")
+    before = os.lstat(path)
+    with pytest.raises(UsageError, match=r"model.py: is not a record, and would be replaced; "):
+        SessionRecorder(path)
+    assert os.lstat(path) == before
+
+
+def test_a_record_that_cannot_be_begun_leaves_an_earlier_one(
+    tmp_path: Path, content: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "a.rec"
+    path.write_bytes(content)
+    recorder = SessionRecorder(path)
+
+    def fail(_size: int) -> int:
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(recorder._file, "truncate", fail, raising=False)
+    with pytest.raises(OSError, match="Input/output"):
+        recorder.begin(Hello("digest", 4), Welcome("digest", "native", 1e4))
+    recorder.discard()
+    assert path.read_bytes() == content

@@ -66,6 +66,12 @@ def test_the_option_rtl_chooses_the_machine_that_needs_verilator(
         serve(request, Tls())
 
 
+def test_a_rate_without_a_serial_line_is_refused() -> None:
+    request = BoardService(listen="unix:x", baud=115_200, fault=[])
+    with pytest.raises(UsageError, match="--baud: only a serial line has a rate; cure: --device"):
+        serve(request, Tls())
+
+
 def test_a_missing_device_is_refused_before_a_host_connects(tmp_path: Path) -> None:
     request = BoardService(listen=f"unix:{tmp_path / 's'}", device=tmp_path / "tty", fault=[])
     with pytest.raises(UsageError, match=r"device '.*tty' cannot be opened: No such file"):

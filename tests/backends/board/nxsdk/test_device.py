@@ -72,6 +72,13 @@ def test_spikes_and_all_errors_are_sent_in_each_step() -> None:
     assert hardware.calls == ["connect", False, "close"]
 
 
+def test_spikes_that_the_board_would_drop_are_refused() -> None:
+    device = Device(LEARNS, modules(), 3)
+    device.step(np.array([0, 0]), {})
+    with pytest.raises(BackendError, match=r"step 2: sources .* send 3 spikes, limit 2, one for"):
+        device.step(np.array([0, 1, 1]), {})
+
+
 def test_an_image_that_falls_into_a_trap_is_refused_with_the_finding() -> None:
     image = Parts([Block(1), Block(1, vmin=-1)]).image()
     with pytest.raises(BackendError, match=r"^NX03 refused: voltage ranges of a core: core 0"):
