@@ -101,17 +101,20 @@ class PlantClock:
     def __init__(self, plant: "SteppedPlant") -> None:
         self._plant = plant
         self._dt_s = plant.dt_s
-        self._is_known = False
+        self._has_own_clock = False
         self._last_s = -math.inf
 
     def begin(self) -> None:
         """Begin a run at the plant's present time."""
         self._last_s = self._plant.time_s
         # A robot at the end of a link may be held, or miss a step.
-        self._is_known = getattr(self._plant, "has_own_clock", False)
+        self._has_own_clock = getattr(self._plant, "has_own_clock", False)
 
     def check(self) -> None:
-        """Check the time after a step; its length is compared in the first step of a run alone.
+        """Check the time after a step.
+
+        A reset in the first step of a run remains unnoticed: time goes from 0 to ``dt_s`` all the
+        same.
 
         Raises
         ------
@@ -128,9 +131,8 @@ class PlantClock:
                 "was reset, as MuJoCo does if a simulation diverges; cure: a shorter time step or "
                 "weaker commands, or begin() after a reset() of yours"
             )
-        if not self._is_known:
+        if not self._has_own_clock:
             self._check_length(found_s)
-            self._is_known = True
 
     def _check_length(self, found_s: float) -> None:
         if abs(found_s - self._dt_s) > ROUNDING * self._dt_s:

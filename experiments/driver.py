@@ -250,24 +250,23 @@ def on_chip(sim: Simulator) -> dict[str, Any]:
 def _write(
     trial: Trial[K, R], rig: Rig, done: R, result: Result, sim: Simulator, folder: Path
 ) -> None:
-    """Write a run's folder; its pictures are drawn before an earlier run is removed."""
+    """Write a run's folder, whole, in place of an earlier run."""
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
-    # Not earlier: a run that fails before this line leaves the earlier run as it was.
-    run_folder.clear(folder)
-    run_folder.write_probes(folder, _series(trial, rig, done))
-    figure = trial.figure(done, pictures, result)
-    if result["link"] is not None:
-        figure.text(0.995, 0.003, plain(link_line(result["link"])), ha="right", va="bottom", size=6)
-    if result["robot"] is not None:
-        figure.text(0.005, 0.003, robot_line(result["robot"]), va="bottom", size=6)
-    run_folder.write_figure(folder, rendered(figure))
-    if sim.compilation is not None:
-        run_folder.write_report(folder, sim.report(), trial.name)
-    if rig.loop.over:
-        run_folder.add_last_states(folder, rig.plant.history())
-    if trial.options.video:
-        write_video(folder, rig.film, scenes)
-    run_folder.add_counts(folder, trial.options.counts)
-    # Written last: a folder without a result is a run that did not finish.
-    run_folder.write_result(folder, result)
+    with run_folder.renewed(folder) as new:
+        run_folder.write_probes(new, _series(trial, rig, done))
+        figure = trial.figure(done, pictures, result)
+        if result["link"] is not None:
+            line = plain(link_line(result["link"]))
+            figure.text(0.995, 0.003, line, ha="right", va="bottom", size=6)
+        if result["robot"] is not None:
+            figure.text(0.005, 0.003, robot_line(result["robot"]), va="bottom", size=6)
+        run_folder.write_figure(new, rendered(figure))
+        if sim.compilation is not None:
+            run_folder.write_report(new, sim.report(), trial.name)
+        if rig.loop.over:
+            run_folder.add_last_states(new, rig.plant.history())
+        if trial.options.video:
+            write_video(new, rig.film, scenes)
+        run_folder.add_counts(new, trial.options.counts)
+        run_folder.write_result(new, result)

@@ -23,6 +23,8 @@ from spikeport.experiments.pictures import Film, Scenes
 from spikeport.experiments.run_folder import Result
 from spikeport.hardware_models import chip as chips
 from spikeport.robot import menagerie
+from spikeport.robot.altered import alter
+from spikeport.robot.description import check_appearance, specified
 from spikeport.robot.link.connection import RobotOptions, connect
 from spikeport.robot.link.motion import EstimatedMotion
 from spikeport.robot.link.plant import LinkedPlant
@@ -136,8 +138,11 @@ class Trial(ABC, Generic[K, R]):
         self._check_pushes()
         if self.perturbation.robot_model == MENAGERIE:
             menagerie.feet()
+        check_appearance(self.settings.appearance)
         if self.settings.appearance == MENAGERIE:
             menagerie.model_file(menagerie.APPEARANCE)
+        if self.perturbation.payload < 0:  # there may be nothing left of the torso
+            alter(specified(), self.perturbation)
 
     def _check_pushes(self) -> None:
         """Refuse pushes of which none can come before the end of the run."""

@@ -70,6 +70,12 @@ def load(appearance: str = "primitive") -> mujoco.MjModel:
     return specified(appearance).compile()
 
 
+def check_appearance(appearance: str) -> None:
+    """Raise UsageError unless the appearance is one that `specified` knows."""
+    if appearance not in _APPEARANCES:
+        raise unknown("appearance", appearance, _APPEARANCES)
+
+
 def specified(appearance: str = "primitive") -> mujoco.MjSpec:
     """Return the model of the robot on a floor, to be compiled.
 
@@ -88,8 +94,7 @@ def specified(appearance: str = "primitive") -> mujoco.MjSpec:
     MissingExtraError
         The package ``mujoco-menagerie`` is absent.
     """
-    if appearance not in _APPEARANCES:
-        raise unknown("appearance", appearance, _APPEARANCES)
+    check_appearance(appearance)
     spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
     _APPEARANCES[appearance](spec)
     return spec

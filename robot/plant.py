@@ -92,6 +92,11 @@ class Plant:
         return np.array((heading_rad, *self._qpos[:2].tolist(), *self._qvel[:2].tolist()))
 
     @property
+    def true_data(self) -> mujoco.MjData:
+        """The true pose, angular velocity of the pelvis, and contacts, for recordings."""
+        return self.data
+
+    @property
     def height_m(self) -> float:
         """Height of the pelvis above the floor beneath it."""
         return float(self._qpos[2]) - self._floor_m(self._qpos)

@@ -76,7 +76,7 @@ class LegsPort(Port):
     def observe(self) -> np.ndarray:
         """Return the policy's last observation, clipped."""
         self._height_m = self._plant.height_m
-        if fallen(self._height_m, self._plant.data.xmat[PELVIS][8]):
+        if fallen(self._height_m, self._plant.true_data.xmat[PELVIS][8]):
             self.fallen_at_s = self._plant.time_s
         if self._n_driven % self._observe_steps == 0:
             self._look()

@@ -87,7 +87,7 @@ class WalkPort(LegsPort):
 
     def _look(self) -> None:
         super()._look()
-        data = self._plant.data
+        data = self._plant.true_data
         self._true_turn = data.qpos[3:7].copy(), data.qvel[3:6].copy()
 
     def _obey(self, action: np.ndarray, command: np.ndarray) -> None:
@@ -95,7 +95,7 @@ class WalkPort(LegsPort):
             command = self.approach.limited(command, *self.inputs[1:])
         super()._obey(action, command)
         plant, (observed, reference, _) = self._plant, self.inputs
-        on_floor = self._feet.on_floor(plant.data)
+        on_floor = self._feet.on_floor(plant.true_data)
         moved = reference, plant.true_in_plane, action, command
         self._rows.append(
             (plant.time_s, observed, *moved, self._height_m, on_floor, *self._true_turn)

@@ -1,5 +1,6 @@
 """The interface of motion estimators, and the fix: a measurement of the place from outside."""
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -37,8 +38,14 @@ class StateEstimator(Protocol):
         so a caller that has fixes must also give one here.
         """
 
-    def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
-        """Return the motion at the next observation, with a fix if there is one."""
+    def update(
+        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+    ) -> RobotState:
+        """Return the motion at the next observation, with a fix if there is one.
+
+        ``between`` are the sensors since the last observation, the oldest first, of a robot that is
+        observed less often than it measures. A filter integrates their IMU as well.
+        """
 
     @property
     def place_deviation_m(self) -> float | None:

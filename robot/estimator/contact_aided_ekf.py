@@ -3,6 +3,7 @@
 Source: Hartley et al. 2020, see `group`; `propagation` and `footholds` have its equations.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -118,13 +119,13 @@ class ContactAidedEkf:
         self._last = sensors
         return self._state(sensors)
 
-    def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def update(
+        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+    ) -> RobotState:
         """Propagate by the IMU, correct by the contacts, and by a fix if there is one."""
         dt_s = sensors.time_s - self._last.time_s
         if dt_s > 0:
-            # The mean of the rates at both ends is the step's rate to second order.
-            gyroscope = (self._last.gyroscope + sensors.gyroscope) / 2
-            imu = gyroscope, sensors.accelerometer
+            imu = _mean_imu(self._last, between, sensors)
             self.belief = propagated(self.belief, *imu, self.standing, dt_s, self._noise.imu)
             self._last = sensors
             self._correct_by_feet(sensors, dt_s)
@@ -214,3 +215,16 @@ def crossed_up(vectors: np.ndarray) -> np.ndarray:
     """Return the cross products (n, 3) of vectors (n, 3) with the vertical."""
     x, y, _ = vectors.T
     return np.stack((y, -x, np.zeros(len(vectors))), axis=1)
+
+
+def _mean_imu(
+    last: Sensors, between: Sequence[Sensors], now: Sensors
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean rates (3,), by the trapezoidal rule, and the mean specific force (3,).
+
+    The rates are exact to second order. A specific force is that of the time up to its observation,
+    so that of ``last`` does not count.
+    """
+    n = len(between) + 1
+    rates = sum((one.gyroscope for one in between), last.gyroscope / 2 + now.gyroscope / 2)
+    return rates / n, np.mean([one.accelerometer for one in (*between, now)], axis=0)

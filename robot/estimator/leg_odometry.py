@@ -5,6 +5,7 @@
 Orientation is the IMU's own. Height follows from a level floor; place is the integral of velocity.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,7 +56,9 @@ class LegOdometry:
         self._floor_m = begun.floor_m
         return self._state(sensors, rotation)
 
-    def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def update(
+        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+    ) -> RobotState:
         """Filter the velocity and integrate it; a fix replaces place and heading."""
         rotation, dt_s = self._pelvis(sensors), sensors.time_s - self._time_s
         if dt_s > 0:

@@ -5,6 +5,8 @@
 R is the IMU's orientation, turned about the vertical to the heading of the fix.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from spikeport.robot.estimator import torso
@@ -29,7 +31,9 @@ class Odometer:
         self._place, self._velocity, self._turn_rad = begun.position, np.zeros(3), 0.0
         return self.update(sensors, position)
 
-    def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def update(
+        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+    ) -> RobotState:
         """Return the motion at an observation, by a fix if there is one."""
         waist_rad, waist_rad_s = sensors.q.item(WAIST), sensors.dq.item(WAIST)
         own = torso.pelvis_rotation(torso.rotation(sensors.quaternion), waist_rad)

@@ -1,6 +1,6 @@
 """The true motion as an estimate, which only a simulation has."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.signals import Sensors
@@ -23,7 +23,9 @@ class Truth:
         """Return the motion now."""
         return self._read()
 
-    def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def update(
+        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+    ) -> RobotState:
         """Return the motion now."""
         return self._read()
 

@@ -45,6 +45,9 @@ class Observed(NamedTuple):
         The number of the controller that the robot obeys, in lock-step; 0 for none yet.
     odometry : Base or None
         Motion of the pelvis by an odometer, if one publishes it.
+    between : tuple of Sensors
+        In real time, the sensors of the states since the last observation, the oldest first: a
+        robot publishes more often than a controller observes, and estimators integrate all states.
     """
 
     tick: int
@@ -56,6 +59,7 @@ class Observed(NamedTuple):
     came: int = 0
     controller: int = 0
     odometry: Base | None = None
+    between: tuple[Sensors, ...] = ()
 
 
 @dataclass

@@ -37,8 +37,13 @@ class RobotFaults(Faults):
     """The faults that the link to a robot can have."""
 
     def parse(self, text: str) -> Fault:
-        """Return the fault that a text names; UsageError if invalid or for the first state."""
+        """Return the fault that a text names; UsageError if invalid, or if it has no effect."""
         fault = super().parse(text)
+        if fault.kind == "restart" and fault.step == 1:
+            raise UsageError(
+                f"{self.option} {text!r}: at its first step the robot has only begun; "
+                "cure: a step from 2 on"
+            )
         if fault.kind.startswith(STATE) and fault.step == 1:
             raise UsageError(
                 f"{self.option} {text!r}: the first state always arrives; cure: a step from 2 on"

@@ -67,6 +67,7 @@ class LockStep:
         # Another seed, or the same faults would be drawn for both directions.
         self._states = FaultyWay(ticks, _spoilt_state, of_states(faults), 2 * seed + 1)
         self._commands = 0
+        self._restarted_for: int | None = None
         self.silent = False
         self._newest = self._outgoing()
 
@@ -74,6 +75,15 @@ class LockStep:
         """Restart the robot and the plan of faults, for another controller."""
         self.robot.restart()
         self._begin()
+
+    def is_left(self, writers: list[int]) -> bool:
+        """Return whether the controller of this run is no longer among the writers.
+
+        A robot that a fault restarted obeys nobody, but its run lasts until its controller leaves.
+        """
+        if self._restarted_for is not None and self._restarted_for not in writers:
+            return True
+        return self.robot.is_left(writers)
 
     def never_reached(self) -> list[str]:
         """Return a line for each fault of the plan that lies beyond the commands so far."""
@@ -109,8 +119,10 @@ class LockStep:
         self._commands += 1
         self._way.send(self._commands, robot.tick, command)
         self.silent = "stop" in self._way.kinds
-        if "restart" in self._way.kinds:
+        # A robot at its first tick has nothing to go back from.
+        if "restart" in self._way.kinds and robot.steps:
             robot.restart()
+            self._restarted_for = writer
             self._newest = self._outgoing()
             return True
         for one in self._way.arrived(robot.tick):

@@ -15,6 +15,7 @@ from spikeport.robot.link.codec import TICK_S
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
 from spikeport.robot.link.odometer import OdometryFixes
 from spikeport.robot.link.truth import true_state
+from spikeport.robot.signals import Sensors
 from spikeport.robot.state import RobotState, in_plane
 
 ESTIMATE, BOTH = "estimate", "both"
@@ -88,10 +89,14 @@ class EstimatedMotion:
         """
         if self._begun and observed.tick == self._observed.tick:
             return self._found  # it was held, so nothing is new
+        earlier = self._observed if self._begun else None
         self._observed = observed
-        follow = self._estimator.update if self._begun else self._estimator.reset
+        sensors, fix = observed.sensors, self._fix(observed)
+        if earlier is None:
+            self._found = self._estimator.reset(sensors, fix)
+        else:
+            self._found = self._estimator.update(sensors, fix, _between(earlier, observed))
         self._begun = True
-        self._found = follow(observed.sensors, self._fix(observed))
         if self._name != TRUTH:
             self.true = self._comparison.with_truth(self._found, observed)
         return self._found
@@ -122,6 +127,16 @@ class EstimatedMotion:
             "place_deviation_m": self._estimator.place_deviation_m if self._begun else None,
             "recorded": TRUTH if self._name == TRUTH else self._comparison.recorded,
         }
+
+
+def _between(last: Observed, now: Observed) -> list[Sensors]:
+    """Return the sensors of the states between two observations; a state may have come again."""
+    found, last_s = [], last.sensors.time_s
+    for sensors in now.between:
+        if last_s < sensors.time_s < now.sensors.time_s:
+            found.append(sensors)
+            last_s = sensors.time_s
+    return found
 
 
 class Comparison:

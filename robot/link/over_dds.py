@@ -109,17 +109,18 @@ class DdsRobot(CommandedRobot):
 
     def _newest(self, within_s: float) -> Observed | None:
         """Return the newest observation of those that come within a time."""
-        newest = None
-        for arrival in self._states.take(within_s):
-            newest = self._read(arrival) or newest
-        if newest is None:
+        read = [self._read(arrival) for arrival in self._states.take(within_s)]
+        found = [one for one in read if one is not None]
+        if not found:
             return None
+        newest = found.pop()
         self._take_beside(newest)
         if missing := self._beside.missing(begins=not self._runs):
             self._lacks = missing
             return None
         truth, odometry = self._beside.newest(TRUTHS), self._beside.newest(ODOMETRY)
-        return newest._replace(truth=truth, odometry=odometry)
+        between = tuple(one.sensors for one in found)
+        return newest._replace(truth=truth, odometry=odometry, between=between)
 
     def _take_beside(self, state: Observed) -> None:
         """Take the messages beside a state; damp a robot if two publish the topic that it needs."""
@@ -302,7 +303,8 @@ class RealTimeRobot(DdsRobot):
     def _read(self, arrival: "Arrival") -> Observed | None:
         """Return the observation of a state; None if it is refused, as an implausible one is."""
         found = super()._read(arrival)
-        if found is not None and not self._runs and turn_of(arrival.message).asks == found.tick:
+        # A robot by the clock asks for nothing, 0, which is also its tick as it is switched on.
+        if found is not None and not self._runs and 0 < turn_of(arrival.message).asks == found.tick:
             # It would step by each answer, and not by the clock.
             raise RobotLostError("this robot waits in lock-step; cure: give --robot-lock-step")
         reason = None if found is None else beyond(found.sensors, self._limits)

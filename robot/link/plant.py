@@ -51,6 +51,7 @@ class LinkedPlant(Plant):
         self._true: RobotState | None = None
         self._start = np.zeros(3)
         super().__init__(anchored=anchored, appearance=appearance)
+        self._true_data = mujoco.MjData(self.model)
         self._connect = connect  # the reset by Plant's constructor only concerns the model
 
     def reset(
@@ -139,6 +140,11 @@ class LinkedPlant(Plant):
         return super().true_in_plane if self._true is None else in_plane(self._true)
 
     @property
+    def true_data(self) -> mujoco.MjData:
+        """The pose, angular velocity and contacts by the truth if it is published."""
+        return self.data if self._true is None else self._true_data
+
+    @property
     def height_m(self) -> float:
         """Height of the pelvis above the floor, by the truth if it is published."""
         return super().height_m if self._true is None else float(self._true.base_position[2])
@@ -171,3 +177,12 @@ class LinkedPlant(Plant):
         data.qvel[:3] = rotation.reshape(3, 3) @ state.base_linear_velocity
         # Kinematics, contacts and sensors at this state, without a step of the physics.
         mujoco.mj_step1(self.model, data)
+        if self._true is not None:
+            self._show_truth(self._true)
+
+    def _show_truth(self, true: RobotState) -> None:
+        """Move the model of recordings to the true pose; a foot may touch the floor in it alone."""
+        data = self._true_data
+        data.qpos[:] = np.concatenate((true.base_position, true.base_quaternion, true.q))
+        data.qvel[3:6] = true.base_angular_velocity
+        mujoco.mj_fwdPosition(self.model, data)

@@ -2,8 +2,8 @@
 
 import json
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 
 from spikeport.fault_plan import Fault
@@ -157,32 +157,23 @@ def serve(service: Service, say: Callable[[str], None]) -> None:
     ):
         interface, attendant = Interface(bus, service), Attendant(bus, robot, terminal, say)
         deadlines = Deadlines(1 / service.robot.rate_hz, SystemClock())
+        lock_step = LockStep(robot, service.faults, service.truth) if service.lock_step else None
 
         def report() -> None:
+            for line in lock_step.never_reached() if lock_step else ():
+                say(f"robot: {line}")
             say(f"robot: {json.dumps({**robot.summary(), 'overruns': deadlines.overruns})}")
 
         clock = "lock-step" if service.lock_step else f"{service.robot.rate_hz:g} Hz"
         try:  # a reader of the first line may end the process before the next statement
             say(f"robot: H1 on {place.interface}, domain {place.domain}, {clock}")
-            if service.lock_step:
-                lock_step = LockStep(robot, service.faults, service.truth)
-                with _unreached_reported(lock_step, say):
-                    serve_lock_step(lock_step, interface, attendant, report)
+            if lock_step is not None:
+                serve_lock_step(lock_step, interface, attendant, report)
             else:
                 with undisturbed(service.priority):
                     serve_real_time(robot, interface, attendant, service.truth, deadlines)
         finally:
             report()
-
-
-@contextmanager
-def _unreached_reported(robot: LockStep, say: Callable[[str], None]) -> Iterator[None]:
-    """Print a line for each fault of the plan that was never reached, however the block ends."""
-    try:
-        yield
-    finally:
-        for line in robot.never_reached():
-            say(f"robot: {line}")
 
 
 def serve_lock_step(
@@ -206,7 +197,7 @@ def serve_lock_step(
         writers = interface.commands.writers  # read once: a controller may leave between two reads
         if interface.note(writers):
             return
-        if robot.robot.is_left(writers):
+        if robot.is_left(writers):
             report()
             robot.restart()
 

@@ -72,6 +72,17 @@ def test_a_plant_whose_steps_take_another_time_is_refused_in_the_first_one():
     )
 
 
+@pytest.mark.parametrize("later_s", [1.004, 1.024])
+def test_a_plant_that_stands_or_jumps_later_is_refused(later_s):
+    plant, clock = plant_clock()
+    plant.time_s = 1.004
+    clock.check()
+    plant.time_s = later_s
+    assert refusal(clock.check).startswith(
+        f"a step of the plant took {1000 * (later_s - 1.004):g} ms by its time_s, but its dt_s was"
+    )
+
+
 def test_a_plant_whose_time_step_changes_after_the_loop_was_made_is_refused():
     plant, clock = plant_clock()
     plant.dt_s = 0.002

@@ -1,5 +1,7 @@
 """A robot, its ports and the loop that joins them."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -69,6 +71,19 @@ def test_counts_are_not_written_while_a_robot_in_real_time_waits(
         return
     with pytest.raises(UsageError, match=r"--counts: writes 10,000 steps .*--seconds below 10"):
         trial.plant()
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"appearance": "wood"}, "unknown appearance 'wood'; choose from: menagerie, primitive"),
+        ({"payload": -10.0, "mass": 0.1}, "payload=-10: the torso weighs 1.8 kg with mass=0.1, "),
+    ],
+)
+def test_a_robot_that_cannot_be_made_is_refused_before_a_run(settings, message):
+    with pytest.raises(UsageError, match=re.escape(message)):
+        WalkTrial(WalkSettings(**settings), Options(4.0)).check()
+    WalkTrial(WalkSettings(payload=-10.0), Options(4.0)).check()
 
 
 def test_a_robot_behind_its_interface_is_not_perturbed():

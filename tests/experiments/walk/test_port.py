@@ -9,6 +9,7 @@ from spikeport.experiments.walk.port import LEAD_S, WalkRig
 from spikeport.networks import walking_policy
 from spikeport.networks.region import Box
 from spikeport.robot import mirror
+from spikeport.robot.engine import mujoco
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
@@ -16,6 +17,7 @@ from spikeport.robot.walk_interface import PARTS
 
 LINE = find_path("line", 0.5, 10.0)
 REST = np.zeros(21)
+TURNED = (0.6, 0.0, 0.0, 0.8)
 
 
 def begun(encoding=None, every_s=0.005, dt_s=0.005, plant=None):
@@ -37,6 +39,25 @@ def test_the_path_of_a_robot_that_is_there_already_begins_where_it_stands():
     reference = begun(plant=Elsewhere()).walk.inputs[1]
     assert reference == pytest.approx([3.0, 2.0 + 0.5 * LEAD_S, 0.0, 0.5])
     assert begun().walk.inputs[1].tolist() == LINE.at(LEAD_S).tolist()
+
+
+class InTheAir(Plant):
+    """A robot that is in the air, and turned about its vertical, wherever an estimator finds it."""
+
+    @property
+    def true_data(self):
+        data = mujoco.MjData(self.model)
+        data.qpos[2:7] = 3.0, *TURNED
+        mujoco.mj_fwdPosition(self.model, data)
+        return data
+
+
+def test_contacts_and_tilt_are_recorded_as_they_are_and_not_as_they_are_estimated():
+    on_its_feet, in_the_air = (shaken(plant=plant) for plant in (Plant(), InTheAir()))
+    assert on_its_feet.on_floor.any()
+    assert not in_the_air.on_floor.any()
+    assert (in_the_air.quaternion == TURNED).all()
+    assert (in_the_air.state == on_its_feet.state).all()
 
 
 def test_physics_runs_at_200_hz():

@@ -288,7 +288,7 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
             {"n_neurons": 7},
             "n_neurons=7: a unit has half its neurons for each sign; use an even number, 2 or more",
         ),
-        ({"units": "elu"}, "unknown units 'elu'; choose from: hybrid, if, lif, relu"),
+        ({"units": "elu"}, "unknown units 'elu'; choose from: bent, hybrid, if, lif, relu"),
         ({"solve": "all"}, "unknown solve 'all'; choose from: layer, unit"),
         ({"tau_fwd": 0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
@@ -376,7 +376,7 @@ def test_a_video_follows_the_robot(tmp_path, monkeypatch):
     options = Options(0.1, backend="analytic", video=True)
     driver.run(WalkTrial(WalkSettings(), options), tmp_path)
     ((folder, film, scenes),) = shown
-    assert (folder, scenes.camera) == (tmp_path, "track")
+    assert (folder.parent, scenes.camera) == (tmp_path, "track")
     assert len(film.poses) == 20
     # The path, and one more place where the robot was.
     assert len(scenes.marks(20)) == len(scenes.marks(1)) + 1

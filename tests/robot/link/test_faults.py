@@ -90,13 +90,17 @@ def test_every_kind_of_fault_can_be_parsed() -> None:
         assert FAULTS.parse(text).kind == kind
 
 
-@pytest.mark.parametrize("text", ["state-nan@1", "state-delay=20@1"])
-def test_a_fault_of_the_first_state_is_refused(text: str) -> None:
+ALWAYS, ONLY_BEGUN = "the first state always arrives", "at its first step the robot has only begun"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [("state-nan@1", ALWAYS), ("state-delay=20@1", ALWAYS), ("restart@1", ONLY_BEGUN)],
+)
+def test_a_fault_of_the_first_step_that_cannot_be_is_refused(text: str, reason: str) -> None:
     with pytest.raises(UsageError) as caught:
         FAULTS._replace(option="--fault").parse(text)
-    assert str(caught.value) == (
-        f"--fault '{text}': the first state always arrives; cure: a step from 2 on"
-    )
+    assert str(caught.value) == f"--fault '{text}': {reason}; cure: a step from 2 on"
     assert FAULTS.parse(text.replace("@1", ":1")).step == 0
 
 

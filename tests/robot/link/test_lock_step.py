@@ -152,3 +152,19 @@ def test_a_restart_fault_takes_the_robot_back_to_its_first_tick() -> None:
     one = lock_step("restart@3")
     assert [answer(one) for _ in range(3)] == [True] * 3
     assert one.robot.tick == 5
+
+
+def test_a_restart_in_every_step_still_leaves_a_step_that_shows_it() -> None:
+    one = lock_step("restart:1")
+    assert [(answer(one), one.robot.tick)[1] for _ in range(4)] == [10, 5, 10, 5]
+
+
+def test_the_run_of_a_restarted_robot_lasts_until_its_controller_leaves() -> None:
+    one = lock_step("loss:0.2", "restart@50")
+    motion = run(one, 49)["motion"]
+    assert not one.is_left([1])
+    answer(one)
+    assert (one.robot.controller, one.is_left([1, 2]), one.is_left([2])) == (0, False, True)
+    one.restart()
+    assert not one.is_left([2])
+    assert run(one, 49)["motion"] == motion

@@ -1,5 +1,6 @@
 """Estimators on a robot's messages, and their errors where the truth is published."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from spikeport.robot.link.odometer import OdometerErrors
 from spikeport.robot.link.robot import SimulatedRobot
 from spikeport.robot.link.settings import RobotSettings
 from spikeport.robot.signals import MotorCommands, Sensors
-from spikeport.robot.state import RobotState
+from spikeport.robot.state import RobotState, in_plane
 from tests.helpers.standing_robot import POSE_RAD, N
 
 NONE = np.zeros(N)
@@ -209,6 +210,23 @@ def test_a_held_state_does_not_change_the_estimate() -> None:
     assert motion(seen[-1]) is found
 
 
+def test_the_filter_integrates_the_imu_of_the_states_between() -> None:
+    """With the rates of one state in five, a robot that turns quickly would seem to turn less."""
+    seen = [
+        one._replace(sensors=one.sensors._replace(gyroscope=np.array([0.0, 0.0, rate])))
+        for one, rate in zip(observations(10), [0.0, *2 * [1.0, 1.0, 1.0, 1.0, 0.0]], strict=True)
+    ]
+    between = tuple(one.sensors for one in seen)  # with states that came before, and again
+    every, fifth = EstimatedMotion(EKF), EstimatedMotion(EKF)
+    for one in seen:
+        turned = every(one)
+    for one in seen[::5]:
+        found = fifth(one._replace(between=between))
+    heading, wanted = (in_plane(state)[0] for state in (found, turned))
+    assert heading == pytest.approx(wanted, abs=1e-3)
+    assert wanted > 0.03
+
+
 @pytest.mark.parametrize("name", BY_ODOMETRY)
 def test_each_message_of_odometry_slower_than_the_states_is_used_once(
     name: str, monkeypatch: pytest.MonkeyPatch
@@ -222,9 +240,11 @@ def test_each_message_of_odometry_slower_than_the_states_is_used_once(
             fixes[:] = [position]  # a reset may call `update`
             return found
 
-        def update(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+        def update(
+            self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+        ) -> RobotState:
             fixes.append(position)
-            return super().update(sensors, position)
+            return super().update(sensors, position, between)
 
     monkeypatch.setitem(BY_SENSORS, name, Watched)
     seen = observations(40)

@@ -248,6 +248,13 @@ def test_in_real_time_a_robot_in_lock_step_is_refused_without_a_command() -> Non
     assert bus.commands.sent == []
 
 
+def test_in_real_time_a_robot_that_was_just_switched_on_is_used() -> None:
+    bus = FakeBus(clocked=True)
+    bus.publishes = False
+    bus.readers[STATES].queue.append(encode_state(0, READINGS))
+    assert RealTimeRobot(bus, None, Pace(0.005, FakeClock())).first().tick == 0
+
+
 def test_in_lock_step_a_robot_in_real_time_is_refused_without_a_command() -> None:
     bus = FakeBus(clocked=True)
     with pytest.raises(
@@ -292,7 +299,9 @@ def test_in_real_time_the_newest_state_wins() -> None:
         bus.publish()
         bus.robot.take_answer(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=1)
     bus.publish()
-    assert robot.exchange(seen, HOLD).tick == bus.robot.robot.tick
+    newest = robot.exchange(seen, HOLD)
+    assert newest.tick == bus.robot.robot.tick == 20
+    assert [round(1000 * sensors.time_s) for sensors in newest.between] == [5, 10, 15]
     assert robot.summary()["states"] == 1
 
 

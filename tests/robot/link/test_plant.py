@@ -11,6 +11,7 @@ from spikeport.robot.description import ARM_JOINTS, GAINS, JOINTS
 from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.estimator.registry import EKF, LEG_ODOMETRY, TRUTH
+from spikeport.robot.feet import Feet
 from spikeport.robot.link.client import InlineRobot, Observed
 from spikeport.robot.link.codec import Base
 from spikeport.robot.link.faults import FAULTS
@@ -106,6 +107,28 @@ def test_controllers_get_the_estimate_and_the_truth_is_recorded() -> None:
     assert plant.height_m == pytest.approx(true.height_m, abs=1e-5)
     np.testing.assert_array_equal(plant.in_plane[1:3], plant.state.base_position[:2])
     assert np.abs(plant.in_plane - plant.true_in_plane).max() > 1e-3
+
+
+@pytest.mark.parametrize("name", [EKF, LEG_ODOMETRY, TRUTH])
+def test_recordings_get_the_true_contacts_and_tilt(name: str) -> None:
+    made: list[Recorded] = []
+
+    def connect(settings: RobotSettings) -> Recorded:
+        made.append(Recorded(settings))
+        return made[-1]
+
+    plant = LinkedPlant(connect, partial(EstimatedMotion, name))
+    feet, on_floor = Feet(plant.model), []
+    plant.reset(3)
+    robot = made[0].robot._plant
+    for _ in range(100):
+        plant.step()
+        mujoco.mj_fwdPosition(robot.model, robot.data)  # contacts of the present state
+        on_floor.append(feet.on_floor(plant.true_data))
+        np.testing.assert_array_equal(on_floor[-1], feet.on_floor(robot.data))
+        np.testing.assert_allclose(plant.true_data.qpos, robot.data.qpos, atol=1e-6)
+        np.testing.assert_allclose(plant.true_data.qvel[3:6], robot.data.qvel[3:6], atol=1e-5)
+    assert np.any(on_floor)
 
 
 def moved(settings: RobotSettings) -> Recorded:

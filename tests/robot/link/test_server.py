@@ -87,7 +87,7 @@ def one_after_the_other() -> dict[str, object]:
     from spikeport.robot.link.over_dds import LockStepRobot
     from spikeport.robot.link.place import Place
 
-    process, found = started("--lock-step"), []
+    process, found = started("--lock-step", "--fault", "nan@9"), []
     for _ in range(2):
         robot = LockStepRobot(Bus(Place(), reliable=True), TRUTHS)
         seen = robot.first()
@@ -96,10 +96,11 @@ def one_after_the_other() -> dict[str, object]:
         found.append({"tick": seen.tick, "q": seen.sensors.q.tolist()})
         robot.close()  # and the next controller joins at once
     assert process.stdout is not None
-    reports = [json.loads(process.stdout.readline().removeprefix("robot: ")) for _ in found]
+    lines = [process.stdout.readline().removeprefix("robot: ").strip() for _ in 2 * found]
     process.terminate()
     process.communicate(timeout=30)
-    return {"observed": found, "reports": reports}
+    reports = [json.loads(line) for line in lines[1::2]]
+    return {"observed": found, "warnings": lines[::2], "reports": reports}
 
 
 @pytest.mark.slow
@@ -109,6 +110,8 @@ def test_a_robot_in_lock_step_restarts_for_each_controller() -> None:
     assert one == other
     assert one["tick"] == 30
     first, second = found["reports"]
+    unreached = "fault nan@9 was never reached: the robot's run has 5 steps"
+    assert found["warnings"] == [unreached, unreached]
     assert first["steps"] == second["steps"] == 5
     assert first["motion"] == second["motion"]
 
@@ -274,7 +277,7 @@ def test_a_controller_that_leaves_between_two_looks_does_not_restart_the_robot()
     from spikeport.robot.link.server import Interface, serve_lock_step
 
     robot = Mock(silent=True)
-    robot.robot.is_left = lambda writers: 7 not in writers
+    robot.is_left = lambda writers: 7 not in writers
     interface = Interface(Mock(reader=lambda topic: LeavingWriters()), Mock(once=True))
     serve_lock_step(robot, interface, Mock(), report := Mock())
     robot.restart.assert_not_called()
