@@ -2,12 +2,19 @@
 
 import nengo
 
+from spikeport.backends.generators import own_generators
 from spikeport.compile.ground.refusal import refused_in_float
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.events import own_event_reader
 
 
-def float_simulator(rewrite: Rewrite, dt_s: float, seed: int, optimize: bool) -> nengo.Simulator:
+def float_simulator(
+    rewrite: Rewrite,
+    dt_s: float,
+    seed: int,
+    optimize: bool,
+    model: nengo.builder.Model | None = None,
+) -> nengo.Simulator:
     """Return the simulator of a network, with the gains, encoders and decoders of its compile.
 
     Parameters
@@ -21,18 +28,22 @@ def float_simulator(rewrite: Rewrite, dt_s: float, seed: int, optimize: bool) ->
     optimize : bool
         Merge operators, so that a step takes a fraction of the time. Their order differs from run
         to run, and with it the rounding of sums; if False, a run depends on its seeds alone.
+    model : nengo.builder.Model, optional
+        The model of an earlier simulator, which is not built anew.
 
     Raises
     ------
     RefusedError
         If Nengo refuses the network.
     """
-    network = rewrite.network
-    model = nengo.builder.Model(dt=dt_s)
-    model.seeds.update(rewrite.all_seeds())
-    model.seeded[network] = True
     # Nengo-loihi's own reader of event files fails with NumPy 2.
     with own_event_reader(), refused_in_float():
-        return nengo.Simulator(
-            network, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=optimize
-        )
+        if model is None:
+            model = nengo.builder.Model(dt=dt_s)
+            model.seeds.update(rewrite.all_seeds())
+            model.seeded[rewrite.network] = True
+            model.build(rewrite.network)
+        with own_generators(model):
+            return nengo.Simulator(
+                None, dt=dt_s, seed=seed, model=model, progress_bar=False, optimize=optimize
+            )

@@ -6,6 +6,7 @@ The chip steps. Its outputs are decoded, and wait for the host's next step.
 """
 
 import functools
+import warnings
 from dataclasses import replace
 
 import nengo
@@ -22,10 +23,14 @@ from spikeport.backends.lost_spikes import LostSpikes
 from spikeport.backends.pooled_signals import PooledSignals
 from spikeport.backends.sampling import recorded
 from spikeport.backends.tape import Flattener
+from spikeport.compile.ground.refusal import without_addresses
 from spikeport.compile.ground.rewrite import Built
 from spikeport.compile.image.tables import offsets, part
 from spikeport.compile.pipeline import Compilation
 from spikeport.hardware_models.activity import Activity
+
+CHECKED_STEPS = 20
+"""Number of steps from one search for NaN to the next: in the walk, one takes a tenth of a step."""
 
 
 class HostLoop:
@@ -64,7 +69,7 @@ class HostLoop:
             self._flatten(program)
         first = offsets(image.inputs.size)
         self._events = [(first[i], one) for i, one in program.events.items()]
-        self._n_steps = 0
+        self._n_steps, self._has_nan = 0, False
         self._joined = self._join()
 
     def _join(self) -> Joined | None:
@@ -79,6 +84,7 @@ class HostLoop:
         errors = sum(port.size for port in program.error_senders)
         size = image.n_inputs + errors + self._decoder.size
         signals = PooledSignals(program.model, extra=size)
+        self._memory = signals.memory
         self._sources = signals.allocate(image.n_inputs)
         self._lost = LostSpikes(image, self._sources)
         starts = offsets(image.inputs.size)
@@ -103,11 +109,28 @@ class HostLoop:
         self._step_host()
         self._lost.count()
         self._n_steps += 1
+        if self._n_steps % CHECKED_STEPS == 0 and not self._has_nan:
+            self._warn_of_nan()
         if self._host.model.probes:
             self._probe()
         held = self._exchange()
         for recording in self._recordings.values():
             recording.append(held)
+
+    def _warn_of_nan(self) -> None:
+        """Warn of NaN in a signal, once; Nengo raises FloatingPointError where it arises."""
+        if not np.isnan(self._memory).any():
+            return
+        self._has_nan = True
+        signals = self._host.signals.items()
+        first = next((s.name for s, values in signals if np.isnan(values).any()), "a value")
+        warnings.warn(
+            f"{without_addresses(first)}: NaN on the host since step {self._n_steps} or up to "
+            f"{CHECKED_STEPS - 1} before; cure: give a loop that grows without bound a gain below "
+            "1, or a limit",
+            RuntimeWarning,
+            stacklevel=4,
+        )
 
     def _probe(self) -> None:
         """Sample the host's probes before the chip steps, as Nengo does at the end of its step."""

@@ -30,7 +30,7 @@ from spikeport.compile.passes.pipeline import Pipeline
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.report import Report
 from spikeport.digest import digest_of
-from spikeport.errors import ImageError
+from spikeport.errors import ImageError, UsageError
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.reading.mismatch import MismatchError
 
@@ -103,9 +103,8 @@ def compiled(request: CompileRequest, kept: Cache, compile_it: Compile) -> Compi
     if isinstance(kept, Nothing):
         return compile_it()
     try:
-        # A TypeError says that a function, an object or a pass has no identity.
         _check_passes(request.pipeline)
-        inputs = digest_of((identity(request.network), *request[1:]))
+        inputs = _inputs(request)
     except TypeError as error:
         return _each_time(error, compile_it)
     once = functools.cache(compile_it)
@@ -114,7 +113,29 @@ def compiled(request: CompileRequest, kept: Cache, compile_it: Compile) -> Compi
     except NotKeptError as error:
         return _each_time(error, once)
     # Return a fresh compile itself: it has its blocks, which an entry of the cache lacks.
-    return once() if once.cache_info().currsize else _found(arrays, request, compile_it)
+    if once.cache_info().currsize:
+        return once()
+    return _found(arrays, request, _if_unchanged(request, inputs, compile_it))
+
+
+def _if_unchanged(request: CompileRequest, inputs: str, compile_it: Compile) -> Compile:
+    """Return a compile that raises UsageError if the network is no longer that of the inputs."""
+
+    def compile_again() -> Compilation:
+        if _inputs(request) != inputs:
+            raise UsageError(
+                "the network was changed after it was compiled, and a compile from the cache has "
+                "no built parameters or blocks of its own; cure: read them before the change, or "
+                "compile without the cache"
+            )
+        return compile_it()
+
+    return compile_again
+
+
+def _inputs(request: CompileRequest) -> str:
+    """Return the digest of a request; TypeError if an object or a function has no identity."""
+    return digest_of((identity(request.network), *request[1:]))
 
 
 def _check_passes(pipeline: Pipeline) -> None:

@@ -75,8 +75,8 @@ class Source(NamedTuple):
 LOADING = "loading kernels (compiled when first used)"
 """The name of the stage after a compile, for progress."""
 
-Open = Callable[[Source, int, Compilation | None], Execution]
-"""A function that opens a network, with a seed and, if it was opened before, its compilation."""
+Open = Callable[[Source, int, Execution | None], Execution]
+"""A function that opens a network, with a seed; it uses what an earlier execution has built."""
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,11 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
     A network with nothing for the chip runs on the host alone, in float Nengo.
     """
 
-    def open_source(source: Source, seed: int, compilation: Compilation | None) -> Execution:
+    def open_source(source: Source, seed: int, earlier: Execution | None) -> Execution:
+        if isinstance(earlier, Reference):
+            return _without_chip(source, seed, earlier)
         try:
-            found = compilation or source.compiled()
+            found = (earlier and earlier.compilation) or source.compiled()
         except NothingOnChipError as nothing:
             warnings.warn(nothing.verdict, stacklevel=4)  # the caller of Simulator or its reset
             return _without_chip(source, seed, None)
@@ -114,10 +116,13 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
     return open_source
 
 
-def _without_chip(source: Source, seed: int, _: Compilation | None) -> Execution:
+def _without_chip(source: Source, seed: int, earlier: Execution | None) -> Execution:
+    log = LogOptions(folder=source.counts)
+    if isinstance(earlier, Reference):
+        return earlier.again(seed, log)
     chip, pipeline = targeted(str(source.chip), source.pipeline)
     rewrite = fused(source.network, chip, source.dt_s, pipeline)
-    return Reference(rewrite, source.dt_s, seed, LogOptions(folder=source.counts))
+    return Reference(rewrite, source.dt_s, seed, log)
 
 
 def _native(image: ChipImage, seed: int, log: LogOptions, _: LinkOptions) -> Chip:

@@ -313,10 +313,11 @@ def _compiled(job: Job) -> Compilation:
     with collected_warnings() as notices:
         begin(RULES)
         rewrite = _rewritten(job, scope, run)
-        begin(BUILD)
-        floats = _built(rewrite, job, run)
-        begin(ROUND)
-        blocks = discretise(floats)
+        with _about_members(rewrite):
+            begin(BUILD)
+            floats = _built(rewrite, job, run)
+            begin(ROUND)
+            blocks = discretise(floats)
     unplaced = extract(blocks, chip.name)
     image = run.images(unplaced)
     begin(VERIFY)
@@ -324,6 +325,18 @@ def _compiled(job: Job) -> Compilation:
     values = StageValues(scope, rewrite, blocks, unplaced, image, run.record)
     report = _report(job, values, cores, notices.texts())
     return Compilation(image, report, lambda: blocks, rewrite.stand_ins, rewrite.built)
+
+
+@contextlib.contextmanager
+def _about_members(rewrite: Rewrite) -> Iterator[None]:
+    """Add the user's ensembles to the objects that a refusal of fused or cut ones is about."""
+    try:
+        yield
+    except DoesNotFitError:
+        raise  # its violations have their objects
+    except RefusedError as error:
+        error.about = tuple(dict.fromkeys((*error.about, *rewrite.unfused(error.about))))
+        raise
 
 
 def _rewritten(job: Job, scope: Scope, run: PassRun) -> Rewrite:
@@ -336,7 +349,10 @@ def _rewritten(job: Job, scope: Scope, run: PassRun) -> Rewrite:
     rewrite = whole_targets(passed, job.dt_s)
     # Check again: a pass may have broken a rule, or mended a violation.
     if broken := lint(rewrite.scope):
-        raise DoesNotFitError(job.chip.name, broken)
+        names, of_rules = rewrite.names, {one.object for one in broken}
+        objects = [obj for obj in rewrite.network.all_objects if names[obj] in of_rules]
+        about = {names[obj]: rewrite.unfused(names.with_ends(obj)) for obj in objects}
+        raise DoesNotFitError(job.chip.name, broken, about)
     return rewrite
 
 

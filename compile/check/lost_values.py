@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
+from spikeport.counted import counted
 from spikeport.hardware_models.activity import Activity
 
 SATURATED = 0.01
@@ -27,8 +28,8 @@ def lost_values(activity: Activity) -> Iterator[Violation]:
 def readout_hints(n_spikes: int, n_steps: int) -> Iterator[Violation]:
     """Yield a hint if compartments that are read out as values have spiked ``n_spikes`` times."""
     if n_spikes:
-        spikes = f"{n_spikes:,} spikes in {n_steps:,} steps"
-        yield rules.get("SP406").broken("read-outs", spikes, "0")
+        spikes = counted(n_spikes, "spike"), counted(n_steps, "step")
+        yield rules.get("SP406").broken("read-outs", " in ".join(spikes), "0")
 
 
 def input_hints(shares: Mapping[str, float]) -> Iterator[Violation]:

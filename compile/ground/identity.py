@@ -22,6 +22,7 @@ from nengo.ensemble import Neurons
 from nengo.params import FrozenObject, iter_params
 from nengo.rc import rc
 
+from spikeport.compile.ground.refusal import without_addresses
 from spikeport.compile.ground.settings import add_params
 from spikeport.function_identity import FunctionIdentity
 
@@ -73,7 +74,7 @@ class _Identity:
                 return self._net(obj)
             return [type(obj).__name__, *self._parameters(obj)]
         except TypeError as error:
-            raise TypeError(f"{obj}: {error}") from error
+            raise TypeError(f"{without_addresses(str(obj))}: {error}") from error
 
     def _net(self, network: nengo.Network) -> object:
         sizes = [len(getattr(network, kind)) for kind in KINDS]

@@ -24,6 +24,8 @@ CYCLE_CURE = (
     "give a connection of each loop a synapse, as in synapse=nengo.Lowpass(0.001) (`spikeport "
     "compile` names loops on the chip, SP416)"
 )
+NENGOS_TOO = "Applying a sparse transform to a decoded connection"
+"""A refusal of nengo-loihi's that Nengo makes too; only a network that is rewritten avoids it."""
 ADDRESS = re.compile(r" at 0x[0-9a-f]+")
 
 
@@ -72,7 +74,7 @@ def refused(about: tuple[str, ...], error: Exception, cure: str) -> RefusedError
         f"{about[0]}: {'Nengo' if everywhere else 'nengo-loihi'} refuses it: {reason_of(error)}; "
         f"cure: {cure}"
     )
-    if not everywhere:
+    if not everywhere and NENGOS_TOO not in str(error):
         message += (
             ", or keep its ensembles on the host with net.config[ensemble].on_chip = False, after "
             "spikeport.add_params(net)"

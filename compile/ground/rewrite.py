@@ -6,6 +6,7 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import nengo
+import numpy as np
 from nengo.base import NengoObject
 from nengo.builder.connection import BuiltConnection
 from nengo.builder.ensemble import BuiltEnsemble
@@ -66,6 +67,9 @@ class Rewrite:
         silent at zero; None: they are nengo-loihi's.
     members : mapping of str to tuple of str
         The names of the user's ensembles that each fused ensemble is made of, by its name.
+    encoded : mapping of nengo.Connection to (n,) array
+        The connections to neurons that encode n values, in units of the ensemble's radius, and the
+        dimensions of these values: their weights are the ensemble's encoders.
     """
 
     network: nengo.Network
@@ -76,6 +80,7 @@ class Rewrite:
     pieces: Mapping[nengo.Ensemble, Piece] = field(default_factory=dict)
     input_weight: float | None = None
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    encoded: Mapping[nengo.Connection, np.ndarray] = field(default_factory=dict)
 
     @property
     def scope(self) -> Scope:
@@ -99,12 +104,14 @@ class Rewrite:
         stand_ins: Mapping[nengo.Probe, nengo.Probe] = NOTHING,
         pieces: Mapping[nengo.Ensemble, Piece] = NOTHING,
         members: Mapping[nengo.Ensemble, tuple[str, ...]] = NOTHING,
+        encoded: Mapping[nengo.Connection, np.ndarray] = NOTHING,
     ) -> "Rewrite":
         """Return the rewrite that follows this one, with another network and its seeds.
 
         A stand-in of a stand-in stands in for the user's own probe. ``pieces`` are the pieces among
         the new ensembles; ensembles that stay in the network remain the pieces they were.
-        ``members`` are the names of the user's ensembles that each new ensemble fuses.
+        ``members`` are the names of the user's ensembles that each new ensemble fuses, ``encoded``
+        the new connections that encode.
         """
         users = {probe: stand_ins.get(now, now) for probe, now in self.stand_ins.items()}
         known = set(self.stand_ins.values())
@@ -114,6 +121,7 @@ class Rewrite:
         names.update({new: self.names[now] for now, new in stand_ins.items()})
         named = Names(network, names)
         kept = {e: self.pieces[e] for e in network.all_ensembles if e in self.pieces}
+        encodes = {c: self.encoded[c] for c in network.all_connections if c in self.encoded}
         return Rewrite(
             network,
             named,
@@ -123,6 +131,7 @@ class Rewrite:
             {**kept, **pieces},
             self.input_weight,
             {**self.members, **{named[one]: found for one, found in members.items()}},
+            {**encodes, **encoded},
         )
 
     def users_names(self, ensemble: nengo.Ensemble) -> tuple[str, ...]:
@@ -131,9 +140,10 @@ class Rewrite:
         These are its own name, the name of the ensemble that it is a piece of, or the names of the
         ensembles that are fused in it.
         """
-        piece = self.pieces.get(ensemble)
-        return self.unfused([self.names[ensemble] if piece is None else piece.owner])
+        return self.unfused([self.names[ensemble]])
 
     def unfused(self, names: Iterable[str]) -> tuple[str, ...]:
-        """Return names of objects, with a fused ensemble's name replaced by its members' names."""
-        return tuple(one for name in names for one in self.members.get(name, (name,)))
+        """Return names of objects, a piece's replaced by its owner's, a fused one's by members'."""
+        owners = {self.names[e]: piece.owner for e, piece in self.pieces.items()}
+        whole = [owners.get(name, name) for name in names]
+        return tuple(one for name in whole for one in self.members.get(name, (name,)))

@@ -30,6 +30,7 @@ from spikeport.compile.loihi.error_parts import error_parts_placed
 from spikeport.compile.loihi.host_neurons import SparseInputNeurons
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.host_types import host_types_stay
+from spikeport.compile.loihi.known_sizes import sizes_known
 from spikeport.compile.loihi.learned_targets import learned_targets_stay
 from spikeport.compile.loihi.merged_connections import merged_in_full
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
@@ -95,6 +96,7 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
         quick_builder(),
         connections_probed_on_host(),
         host_types_stay(),
+        sizes_known(network),
         learned_targets_stay(),
         error_parts_placed(),
         merged_in_full(model.failed_at),

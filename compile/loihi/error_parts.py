@@ -42,7 +42,7 @@ def _build_part(model: Model, connection: nengo.Connection) -> None:
     sent = nengo.Connection(
         connection.pre,
         send[connection.post_slice],
-        function=connection.function,
+        function=connection.function_info,
         solver=connection.solver,
         eval_points=connection.eval_points,
         scale_eval_points=connection.scale_eval_points,

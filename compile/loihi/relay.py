@@ -102,8 +102,9 @@ def fit_range(model: Model, connection: nengo.Connection) -> None:
         return
     if _has_exponent(parts["decoded"]):
         return
-    factor = 1 / (HEADROOM * _largest_value(model, connection))
-    if factor > 1:
+    largest = _largest_value(model, connection)
+    if 0 < HEADROOM * largest < 1:
+        factor = 1 / (HEADROOM * largest)
         _scale(parts["decoders"], factor)
         _weaken(model, connection, factor)
 
@@ -121,13 +122,14 @@ def _has_exponent(block: LoihiBlock) -> bool:
 def _largest_value(model: Model, connection: nengo.Connection) -> float:
     """Return the largest value that a connection decodes, in units of its target's radius."""
     ensemble = base(connection.pre_obj)
-    built = model.params[ensemble]
-    points = built.eval_points @ built.encoders.T / ensemble.radius
+    built, decoded = model.params[ensemble], model.params[connection]
+    values = built.eval_points if decoded.eval_points is None else decoded.eval_points
+    points = values @ built.encoders.T / ensemble.radius
     kind = ensemble.neuron_type
     rates = loihi_rates(kind, points, built.gain, built.bias, model.dt)
     # A connection from neurons may read only some of them.
     spikes = rates[:, connection.pre_slice] if connection.pre_obj is not ensemble else rates
-    weights = model.params[connection].weights * model.dt / height_in_rates(kind)
+    weights = decoded.weights * model.dt / height_in_rates(kind)
     return float(np.abs(spikes @ weights.T).max() / connection.post_obj.radius)
 
 

@@ -115,7 +115,7 @@ class ParameterSolver:
         """Return the transform of a connection: a factor, a factor for each row, or a matrix."""
         return _sampled_transform(connection, self.seeds)
 
-    def weights(self, connection: nengo.Connection) -> np.ndarray:
+    def weights(self, connection: nengo.Connection) -> Matrix:
         """Return the matrix from the whole output of ``pre_obj`` to the connection's values.
 
         .. math:: W = T D
@@ -125,7 +125,7 @@ class ParameterSolver:
         Returns
         -------
         weights : (size_out, n) array
-            For n neurons, or values of a node.
+            For n neurons, or values of a node; sparse if the transform is.
 
         Raises
         ------
@@ -134,10 +134,13 @@ class ParameterSolver:
         """
         pre = connection.pre_obj
         if isinstance(pre, nengo.Ensemble):
-            weights: np.ndarray = self.decoded(connection).weights
+            weights: Matrix = self.decoded(connection).weights
             return weights
-        transform = full(self.transform(connection), connection.size_mid)
-        return placed(transform.T, source_rows(connection), pre.size_out).T
+        rows, transform = source_rows(connection), self.transform(connection)
+        if sparse.issparse(transform):
+            picks = np.ones(len(rows)), (np.arange(len(rows)), rows)
+            return sparse.csr_array(transform) @ sparse.csr_array(picks, (len(rows), pre.size_out))
+        return placed(full(transform, connection.size_mid).T, rows, pre.size_out).T
 
     def decoded(self, connection: nengo.Connection) -> BuiltConnection:
         """Return the built parameters of a connection from an ensemble, in Nengo's units.

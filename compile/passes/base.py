@@ -56,7 +56,7 @@ class NetworkPass(Pass[Rewrite]):
     """A pass that rewrites a network but keeps its float behaviour, up to rounding.
 
     There are exceptions: `Tie` changes decoded values, and notes by how much; `ConstantInputs`
-    changes the first steps; `Fuse` cuts off sums beyond the radius.
+    changes the first steps; passes that regroup ensembles cut off sums beyond the radius.
     """
 
 

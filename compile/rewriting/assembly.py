@@ -1,15 +1,18 @@
 """The assembly of a flat network from groups, edges and the objects that stay."""
 
 from collections import Counter, defaultdict
+from collections.abc import Collection
 
 import nengo
 import numpy as np
 import scipy.sparse as sparse
+from nengo.ensemble import Neurons
 from nengo.solvers import NoSolver
 
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.loihi.quick_builder import FEW
 from spikeport.compile.loihi.readout import readout_scale
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
 from spikeport.compile.rewriting.edges import EdgeKey, Edges, EdgeSource, EdgeTarget, without_zeros
@@ -18,6 +21,8 @@ from spikeport.compile.rewriting.partition import Partition
 
 FIRING = 1e3
 """A current at which every neuron fires."""
+POINTS = 1_000
+"""The most evaluation points of a group, which may have hundreds of dimensions."""
 
 
 class Assembly:
@@ -35,6 +40,9 @@ class Assembly:
         The connections.
     filtered_constants : bool
         Constants behind a synapse become biases too; else only constants without a synapse.
+    summed : collection of nengo.Node
+        Constants that the host adds to other values: they become biases only where it sends no
+        other values, since it may be the sum alone that is within the radius.
 
     Attributes
     ----------
@@ -42,6 +50,8 @@ class Assembly:
         The new network, without the objects that stay: these must be kept before `connect`.
     ensembles : list of nengo.Ensemble
         The ensemble of each group.
+    encoded : dict of nengo.Connection to (n,) array
+        The connections that encode the host's values, and the dimensions of these values.
     """
 
     def __init__(
@@ -51,23 +61,42 @@ class Assembly:
         partition: Partition,
         edges: Edges,
         filtered_constants: bool = False,
+        summed: Collection[nengo.Node] = (),
     ) -> None:
         self._scope = rewrite.scope
         self._dt_s = solver.dt_s
         self.flat = FlatNetwork(rewrite.network, solver.seeds)
-        edges = without_zeros(edges)
+        fixed, self._edges = self._separated(without_zeros(edges), filtered_constants, summed)
         constant: dict[int, Edges] = defaultdict(dict)
-        self._edges: Edges = {}
-        for key, matrix in edges.items():
-            fixed = _is_constant(key, filtered_constants)
-            of_kind = constant[key.target.group] if fixed else self._edges
-            of_kind[key] = matrix
+        for key, matrix in fixed.items():
+            constant[key.target.group][key] = matrix
         self._computed: dict[nengo.Connection, nengo.Node] = {}
+        self.encoded: dict[nengo.Connection, np.ndarray] = {}
         groups = _Groups(rewrite, solver, partition)
         with self.flat.network:
             self.ensembles = [
                 groups.ensemble(number, constant[number]) for number in range(len(partition.groups))
             ]
+
+    def _separated(
+        self, edges: Edges, filtered: bool, summed: Collection[nengo.Node]
+    ) -> tuple[Edges, Edges]:
+        """Return the constants that become biases, and the other edges.
+
+        The rows of a summed constant are divided between both, by the dimensions that get other
+        values from the host.
+        """
+        fixed = {key: matrix for key, matrix in edges.items() if _is_constant(key, filtered)}
+        others = {key: matrix for key, matrix in edges.items() if key not in fixed}
+        sent: dict[EdgeTarget, np.ndarray] = {}
+        for key, matrix in others.items():
+            if self._is_encoded(key):
+                sent[key.target] = sent.get(key.target, 0) + abs(matrix).sum(axis=1)
+        for key in [key for key in fixed if key.source.obj in summed and key.target in sent]:
+            stays = sparse.diags_array((sent[key.target] > 0).astype(float))
+            others[key] = sparse.csr_array(stays @ fixed[key])
+            fixed[key] = fixed[key] - others[key]
+        return fixed, without_zeros(others)
 
     def connect(self) -> None:
         """Add the connections."""
@@ -76,7 +105,7 @@ class Assembly:
         with self.flat.network:
             self._compute_once()
             for key, matrix in self._edges.items():
-                if key.target.kind == "dimensions" and not self._from_chip(key.source):
+                if self._is_encoded(key):
                     inputs[key.target.group][key] = matrix
                 elif key.source.in_group and not self._to_chip(key.target):
                     outputs[key.source.group][key] = matrix
@@ -106,6 +135,7 @@ class Assembly:
         encoders = ensemble.encoders[:, rows]
         wired = nengo.Connection(node, ensemble.neurons, transform=encoders, synapse=None)
         self.flat.network.config[wired].decode_path = "direct"
+        self.encoded[wired] = rows
 
     def _connect_output(self, group: int, edges: Edges) -> None:
         """Decode all values that the host reads of a group at once, scaled; it scales them back."""
@@ -119,8 +149,7 @@ class Assembly:
             ensemble,
             node,
             function=np.zeros((1, len(decoders))),
-            eval_points=ensemble.eval_points,
-            scale_eval_points=False,
+            eval_points=_firing_point(ensemble.gain, ensemble.bias, ensemble.encoders),
             solver=NoSolver((decoders / scale[:, np.newaxis]).T),
             synapse=None,
         )
@@ -137,13 +166,15 @@ class Assembly:
         pre, options = (self._start(source), {}) if old is None else start(old)
         if old in self._computed:
             pre, options, old = self._computed[old], {}, None
+        is_neurons = source.in_group or isinstance(source.obj, Neurons)
+        may_be_sparse = is_neurons and self._from_chip(source)
         # Nengo calls a function once to see how many values it returns.
         with warnings_about("" if old is None else self._scope.names[old]):
             connection = nengo.Connection(
                 pre,
                 target,
                 synapse=key.synapse,
-                transform=nengo_transform(matrix) if source.in_group else matrix.toarray(),
+                transform=nengo_transform(matrix) if may_be_sparse else matrix.toarray(),
                 **options,
             )
         if old is not None:
@@ -165,6 +196,11 @@ class Assembly:
 
     def _from_chip(self, source: EdgeSource) -> bool:
         return source.in_group or self._scope.on_chip(source.obj)
+
+    def _is_encoded(self, key: EdgeKey) -> bool:
+        """Return whether the host encodes an edge's values; spikes of its neurons are relayed."""
+        by_host = not self._from_chip(key.source) and not isinstance(key.source.obj, Neurons)
+        return key.target.kind == "dimensions" and by_host
 
     def _to_chip(self, target: EdgeTarget) -> bool:
         return target.in_group or self._scope.on_chip(target.obj)
@@ -204,10 +240,25 @@ class _Groups:
             bias=bias,
             encoders=encoders,
             normalize_encoders=False,  # already normalised, if the user asked for it
-            eval_points=_firing_point(gain, bias, encoders, radius),
+            eval_points=self._points(number, gain, bias, encoders),
             neuron_type=self._neuron_type(number),
             label=self._label(number),
         )
+
+    def _points(
+        self, number: int, gain: np.ndarray, bias: np.ndarray, encoders: np.ndarray
+    ) -> np.ndarray:
+        """Return values (n, d) that the parts represent, in units of the radius.
+
+        Ranges of relays are found from them. If no neuron fires at the first of these, nengo-loihi
+        needs a value at which one does.
+        """
+        parts = [part.ensemble for part in self._partition.groups[number]]
+        own = [self._solver.ensemble(part).eval_points / part.radius for part in parts]
+        rows = np.arange(min(POINTS, max(map(len, own))))
+        points: np.ndarray = np.hstack([values[rows % len(values)] for values in own])
+        fires = parts[0].neuron_type.rates(points[:FEW] @ encoders.T, gain, bias).any()
+        return points if fires else _firing_point(gain, bias, encoders)
 
     def _joined(self, number: int, name: str) -> np.ndarray:
         parts = self._partition.groups[number]
@@ -246,16 +297,17 @@ class _Groups:
         return first if len(groups) == 1 else f"{first}[{groups.index(number) + 1}/{len(groups)}]"
 
 
-def _firing_point(
-    gain: np.ndarray, bias: np.ndarray, encoders: np.ndarray, radius: float
-) -> np.ndarray:
-    """Return a value (1, d) at which some neuron fires: nengo-loihi needs one to decode."""
+def _firing_point(gain: np.ndarray, bias: np.ndarray, encoders: np.ndarray) -> np.ndarray:
+    """Return a value (1, d), in units of the radius, at which some neuron fires.
+
+    nengo-loihi needs one to decode.
+    """
     length = np.linalg.norm(encoders, axis=1)
     best = int(np.argmax(gain * length))
     if gain[best] * length[best] == 0:
         return np.zeros((1, encoders.shape[1]))
     value = (FIRING - bias[best]) / (gain[best] * length[best])
-    point: np.ndarray = encoders[best] / length[best] * value * radius
+    point: np.ndarray = encoders[best] / length[best] * value
     return point[np.newaxis]
 
 

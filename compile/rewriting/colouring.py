@@ -8,6 +8,7 @@ from typing import NamedTuple
 import nengo
 import numpy as np
 from nengo.base import NengoObject
+from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import (
@@ -72,18 +73,24 @@ def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[NengoObject
 
 
 def _is_ordinary(scope: Scope, connection: nengo.Connection) -> bool:
-    """Return whether a connection is a matrix and, on the chip, at most a low-pass filter."""
-    inside = scope.on_chip(connection.post_obj) and scope.on_chip(connection.pre_obj)
+    """Return whether a connection is a matrix and, on the chip, at most a low-pass filter.
+
+    The host decodes what its ensembles send, so full weights of theirs are no matrix to neurons.
+    """
+    from_chip = scope.on_chip(connection.pre_obj)
+    inside = from_chip and scope.on_chip(connection.post_obj)
+    between_neurons = inside and isinstance(connection.pre_obj, Neurons)
+    matrices = (*PLAIN, nengo.Sparse) if between_neurons else PLAIN
     return (
         connection.learning_rule_type is None
-        and isinstance(connection.transform, PLAIN)
-        and (not full_weights(connection) or connection.solver.compositional)
+        and isinstance(connection.transform, matrices)
+        and (not full_weights(connection) or (from_chip and connection.solver.compositional))
         and (not inside or type(connection.synapse) in (nengo.Lowpass, type(None)))
     )
 
 
 class _Edge(NamedTuple):
-    """A connection as colour refinement sees it; ``kind`` has the ends' types and the synapse."""
+    """A connection as colour refinement sees it; ``kind`` is what equal wiring has in common."""
 
     pre: NengoObject
     post: NengoObject
@@ -94,8 +101,9 @@ def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.
     """Return ensembles with equal neurons that are wired alike, by colour refinement.
 
     Two ensembles are alike if their neuron types are equal, and if the same kinds of connections
-    lead from and to objects of the same colours; the kind includes the synapse. Objects of one
-    colour are wired alike in turn; the objects that stay have one colour.
+    lead from and to objects of the same colours; the kind includes the synapse, the setting
+    ``decode_path``, and if a solver returns weights between neurons. Objects of one colour are
+    wired alike in turn; the objects that stay have one colour.
 
     Parameters
     ----------
@@ -116,7 +124,8 @@ def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.
         colour[node] = -1 if is_passthrough(node) else 0
         free += [node] if is_passthrough(node) else []
     colour.update(_numbered({ensemble: neuron_key(ensemble) for ensemble in ensembles}))
-    edges = [_edge(connection) for connection in scope.network.all_connections]
+    settings = NetworkSettings(scope.network)
+    edges = [_edge(connection, settings) for connection in scope.network.all_connections]
     _Refinement(colour, free, edges).run()
     groups = defaultdict(list)
     for ensemble in ensembles:
@@ -124,9 +133,11 @@ def alike(scope: Scope, ensembles: Sequence[nengo.Ensemble]) -> list[list[nengo.
     return list(groups.values())
 
 
-def _edge(connection: nengo.Connection) -> _Edge:
+def _edge(connection: nengo.Connection, settings: NetworkSettings) -> _Edge:
     pre, post = connection.pre_obj, connection.post_obj
-    kind = (type(pre).__name__, type(post).__name__, repr(connection.synapse))
+    # Weights between neurons filter in the target's own compartments, relays ahead of them.
+    wired = full_weights(connection), settings.get(connection, "decode_path")
+    kind = (type(pre).__name__, type(post).__name__, repr(connection.synapse), *wired)
     return _Edge(base(pre), base(post), kind)
 
 

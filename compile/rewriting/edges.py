@@ -7,7 +7,6 @@ Passthrough nodes between them are multiplied out.
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
 from typing import NamedTuple
 
 import nengo
@@ -20,7 +19,7 @@ from spikeport.compile.ground.names import End, base
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.ground.scope import full_weights, source_rows, target_rows
 from spikeport.compile.ground.settings import NetworkSettings
-from spikeport.compile.loihi.solver import FLOAT, ParameterSolver
+from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.partition import Partition, Position
 
 NO_GROUP = -1
@@ -152,8 +151,10 @@ class EdgeMatrices:
         folded: Sequence[nengo.Node],
     ) -> None:
         network = rewrite.network
-        self._rewrite = rewrite
-        self._scope = rewrite.scope
+        self._encoded = {
+            c: rows for c, rows in rewrite.encoded.items() if base(c.post_obj) in partition
+        }
+        self._on_chip = rewrite.scope.on_chip
         self._solver = solver
         self._partition = partition
         self._settings = NetworkSettings(network)
@@ -193,24 +194,21 @@ class EdgeMatrices:
         elif full_weights(connection):
             # A connection with such a solver cannot end on neurons; one with its weights can.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre.neurons))
-            solver = self._solver if self._scope.on_chip(pre) else self._host_solver
-            self._add(connection, origin, _entries(solver.weights(connection)))
+            self._add(connection, origin, _entries(self._solver.weights(connection)))
         elif isinstance(pre, nengo.Ensemble) or connection.function is not None:
             # Only the connection itself computes its function, so the result is the source.
             origin = origin._replace(source=EdgeSource(NO_GROUP, pre, connection))
             transform = self._solver.transform(connection)
             self._add(connection, origin, _entries(full(transform, connection.size_mid)))
+        elif connection in self._encoded:
+            self._add(connection, origin, _entries(np.eye(connection.size_mid)))
         else:
             self._add(connection, origin, _entries(self._solver.weights(connection)))
 
-    @cached_property
-    def _host_solver(self) -> ParameterSolver:
-        """The solver for ensembles on the host, whose neurons fire as in float Nengo."""
-        return ParameterSolver(self._rewrite, self._solver.dt_s, FLOAT)
-
     def _pass_on(self, connection: nengo.Connection) -> None:
         """Multiply the edges into a passthrough node by a connection from it."""
-        transform = self._solver.transform(connection)
+        encodes = connection in self._encoded
+        transform = np.ones(()) if encodes else self._solver.transform(connection)
         picked = source_rows(connection)
         for key, matrix in self.into_nodes[connection.pre_obj].items():
             # At most one of the two has a synapse: `passthrough` refuses two in a row.
@@ -219,6 +217,8 @@ class EdgeMatrices:
             self._add(connection, origin, _passed_on(transform, matrix, picked))
 
     def _path(self, connection: nengo.Connection) -> str | None:
+        if connection in self._encoded:
+            return None
         path: str | None = self._settings.get(connection, "decode_path")
         return path
 
@@ -241,26 +241,40 @@ class EdgeMatrices:
         post = connection.post_obj
         rows = target_rows(connection)
         if post in self.into_nodes or base(post) not in self._partition:
-            yield _Destination(EdgeTarget("object", NO_GROUP, post), rows)
+            # Values for an ensemble on the chip would be relayed, through another filter.
+            if full_weights(connection) and self._on_chip(post):
+                neurons, weights = np.arange(post.n_neurons), self._encoders(post)[:, rows]
+                target = EdgeTarget("object", NO_GROUP, post.neurons)
+                yield _Destination(target, neurons, factor=weights)
+            else:
+                yield _Destination(EdgeTarget("object", NO_GROUP, post), rows)
             return
+        encoded = self._encoded.get(connection)
         for place in self._partition.places[base(post)]:
-            if isinstance(post, Neurons):
+            # Inputs of a group are in units of its radius, the largest radius of its members.
+            radius = self._partition.radius[place.group]
+            dimensions = EdgeTarget("dimensions", place.group)
+            if encoded is not None:
+                yield _Destination(dimensions, encoded + place.dimension, factor=radius)
+            elif isinstance(post, Neurons):
                 yield _to_neurons(place, rows)
             elif full_weights(connection):
                 yield self._to_encoded(place, rows)
             else:
-                # Inputs of a group are in units of its radius, the largest radius of its members.
-                factor = self._partition.radius[place.group] / post.radius
-                target = EdgeTarget("dimensions", place.group)
-                yield _Destination(target, rows + place.dimension, factor=factor)
+                factor = radius / post.radius
+                yield _Destination(dimensions, rows + place.dimension, factor=factor)
 
     def _to_encoded(self, place: Position, rows: np.ndarray) -> _Destination:
         """Return the neurons of a part as the destination of a solver's weights between neurons."""
-        part, post = place.part, place.part.ensemble
-        encoders = self._solver.ensemble(post).encoders[part.start : part.stop, rows]
+        part = place.part
+        weights = self._encoders(part.ensemble)[part.start : part.stop, rows]
         neurons = np.arange(part.size) + place.neuron
-        target = EdgeTarget("neurons", place.group)
-        return _Destination(target, neurons, factor=encoders / post.radius)
+        return _Destination(EdgeTarget("neurons", place.group), neurons, factor=weights)
+
+    def _encoders(self, ensemble: nengo.Ensemble) -> np.ndarray:
+        """Return the weights (n, d) of an ensemble's values to its neurons."""
+        encoders: np.ndarray = self._solver.ensemble(ensemble).encoders / ensemble.radius
+        return encoders
 
     def _edges_into(self, node: nengo.Node | None) -> Edges:
         """Return all edges into a passthrough node; for None, all that end in no such node."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import nengo
 import numpy as np
 from nengo.base import NengoObject
-from nengo.connection import LearningRule
+from nengo.connection import FunctionInfo, LearningRule
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import End, Named
@@ -100,7 +100,7 @@ def start(connection: nengo.Connection) -> tuple[End, dict[str, object]]:
     if not reads_twice(connection):
         return connection.pre, options
     if not sums_up(connection):
-        options["function"] = _of_all(connection)
+        options["function"] = FunctionInfo(_of_all(connection), connection.size_mid)
     return connection.pre_obj, options
 
 
@@ -108,7 +108,9 @@ def decoding(connection: nengo.Connection) -> dict[str, object]:
     """Return the options of a connection's decoding or function; none if it starts at neurons."""
     if isinstance(connection.pre_obj, Neurons):
         return {}
-    return {name: getattr(connection, name) for name in DECODING}
+    options = {name: getattr(connection, name) for name in DECODING}
+    # With its size, Nengo does not call a function, which may have a state, to find it.
+    return {**options, "function": connection.function_info}
 
 
 def sums_up(connection: nengo.Connection) -> bool:

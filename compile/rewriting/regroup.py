@@ -1,6 +1,6 @@
 """Networks rewritten so that each chosen group of neurons is one ensemble."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import nengo
 import numpy as np
@@ -8,9 +8,10 @@ from nengo.base import NengoObject
 from nengo.ensemble import Neurons
 from nengo.solvers import NoSolver
 
+from spikeport.compile.ground.clusters import Connections, Nodes, clusters
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Built, Piece, Rewrite
-from spikeport.compile.ground.scope import neurons_read
+from spikeport.compile.ground.scope import Scope, neurons_read
 from spikeport.compile.loihi.solver import Builder, ParameterSolver
 from spikeport.compile.rewriting.assembly import Assembly
 from spikeport.compile.rewriting.edges import EdgeMatrices
@@ -38,7 +39,8 @@ def regroup(
     partition : Partition
         The groups, of ensembles that are `spikeport.compile.rewriting.colouring.regroupable`.
     folded : sequence of nengo.Node
-        The passthrough nodes to multiply out, sources first.
+        The passthrough nodes to multiply out, sources first. Nodes in which the host sums the input
+        of an ensemble that stays are left as they are.
     dt_s : float
         The time step, in seconds.
     builder : Builder, optional
@@ -52,6 +54,8 @@ def regroup(
         If the builder refuses an ensemble or a connection.
     """
     network, solver = rewrite.network, ParameterSolver(rewrite, dt_s, builder)
+    summed = set(_summed_on_host(rewrite.scope, partition))
+    folded = [node for node in folded if node not in summed]
     probes = ProbeMap(network, partition, solver)
     reads = probes.across_groups()
     matrices = EdgeMatrices(rewrite, reads, solver, partition, folded)
@@ -60,7 +64,8 @@ def regroup(
     edges = dict(matrices.edges)
     for node in probed:
         edges.update(matrices.into_nodes[node])
-    assembly = Assembly(rewrite, solver, partition, edges, filtered_constants)
+    constants = _summed_constants(rewrite.scope)
+    assembly = Assembly(rewrite, solver, partition, edges, filtered_constants, constants)
     gone = {*folded, *partition.places, *matrices.replaced, *probes.replaced}.difference(probed)
     sums = [read.post_obj for read in reads]
     nodes, ensembles = [*network.all_nodes, *sums], network.all_ensembles
@@ -77,7 +82,36 @@ def regroup(
         stand_ins=stand_ins,
         pieces=_pieces(rewrite, partition, assembly.ensembles),
         members=_members(rewrite, partition, assembly.ensembles),
+        encoded=assembly.encoded,
     )
+
+
+def _summed_on_host(scope: Scope, partition: Partition) -> Iterator[nengo.Node]:
+    """Yield the nodes in which the host sums what it sends to ensembles that stay.
+
+    Without them, each term would be sent, and cut off, by itself.
+    """
+    for cluster, connections in _host_clusters(scope):
+        behind = [c.post_obj for c in connections if c.post_obj not in cluster]
+        if any(scope.on_chip(end) and base(end) not in partition for end in behind):
+            yield from cluster
+
+
+def _summed_constants(scope: Scope) -> set[nengo.Node]:
+    """Return the nodes with constant output that the host adds to other values."""
+    return {
+        c.pre_obj
+        for cluster, connections in _host_clusters(scope)
+        for c in connections
+        if c.pre_obj not in cluster and isinstance(c.pre_obj, nengo.Node)
+    }
+
+
+def _host_clusters(scope: Scope) -> Iterator[tuple[Nodes, Connections]]:
+    """Yield the passthrough nodes that sum values on the host, and the connections around them."""
+    for cluster, connections in clusters(scope.network):
+        if not any(scope.on_chip(c.pre_obj) for c in connections if c.pre_obj not in cluster):
+            yield cluster, connections
 
 
 def _built(

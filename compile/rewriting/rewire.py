@@ -109,10 +109,8 @@ def _without_sparse(
     transform = connection.transform
     if isinstance(transform, nengo.Sparse):
         pre, options = start(connection)
-        if sums_up(connection):
-            transform = solver.weights(connection)
-        else:
-            transform = full(solver.transform(connection), connection.size_mid)
+        weights = solver.weights if sums_up(connection) else solver.transform
+        transform = full(weights(connection), connection.size_mid)
     else:
         pre, options = connection.pre, decoding(connection)
     synapse = connection.synapse

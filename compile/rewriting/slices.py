@@ -79,12 +79,11 @@ def _connect_whole(
 def _whole_transform(
     connection: nengo.Connection, solver: ParameterSolver
 ) -> nengo.transforms.Transform | np.ndarray:
-    if sums_up(connection):
-        weights = solver.weights(connection)
-    elif in_full(connection):
+    adds = sums_up(connection)
+    if in_full(connection) and not adds:
         return connection.transform
-    else:
-        weights = full(solver.transform(connection), connection.size_mid)
+    weights = solver.weights(connection) if adds else solver.transform(connection)
+    weights = full(weights, connection.size_mid)
     matrix = placed(weights, target_rows(connection), connection.post_obj.size_in)
     between_neurons = isinstance(connection.pre_obj, Neurons) and isinstance(
         connection.post_obj, Neurons

@@ -41,7 +41,7 @@ LIMIT_BYTES = 2**30
 ENTRY_BYTES = FILE_BYTES + 2**22
 """The largest entry, in bytes: arrays of `FILE_BYTES`, even a single array, and their headers."""
 HALF_WRITTEN_AGE_S = 24 * 3600.0
-"""Age from which a half-written entry counts as left by a killed process."""
+"""Age from which a half-written entry, or a lock, counts as left by a killed process."""
 SEAL = "seal"
 """The name of an entry's array that holds the digest of its key and its other arrays."""
 # Their versions, and how the linear algebra library adds up, decide the last bits of results.
@@ -53,6 +53,12 @@ OURS = (".py", ".toml", ".xml", ".npz")
 _DIGITS = 32
 _NAME = re.compile(rf"[a-z-]+-[0-9a-f]{{{_DIGITS}}}\.npz")
 """The name of an entry: its kind, and so many digits of its key."""
+LOCK = ".lock"
+"""The ending of a file that a process locks while it makes an entry."""
+_LEFT_OVER = re.compile(
+    rf"\.[a-z-]+-[0-9a-f]{{{_DIGITS}}}(\.npz\..*{re.escape(PART)}|{re.escape(LOCK)})"
+)
+"""The name of a half-written entry, or of such a lock."""
 
 Arrays: TypeAlias = Mapping[str, np.ndarray]
 
@@ -125,19 +131,18 @@ class Cache:
         return sorted(found, key=lambda entry: entry.changed_s)
 
     def clear(self) -> int:
-        """Remove all entries, and half-written ones; return the number of whole entries."""
+        """Remove all entries, and left-overs; return the number of whole entries."""
         found = self.entries()
-        for path in (*(entry.path for entry in found), *self._halves()):
+        for path in (*(entry.path for entry in found), *self._left_overs()):
             path.unlink(missing_ok=True)
         return len(found)
 
-    def _halves(self, until_s: float = math.inf) -> list[Path]:
-        """Return entries that killed processes left half written, unchanged since a time."""
+    def _left_overs(self, until_s: float = math.inf) -> list[Path]:
+        """Return half-written entries and locks that killed processes left, older than a time."""
         found = []
-        for path in self.folder.glob(f".*{PART}"):
-            whole = Path(path.name.removeprefix(".")).with_suffix("").stem
+        for path in self.folder.glob(".*"):
             with contextlib.suppress(FileNotFoundError):  # its process has just completed it
-                if _NAME.fullmatch(whole) and path.stat().st_mtime <= until_s:
+                if _LEFT_OVER.fullmatch(path.name) and path.stat().st_mtime <= until_s:
                     found.append(path)
         return found
 
@@ -180,8 +185,8 @@ class Cache:
             )
 
     def _trim(self) -> None:
-        """Remove old half-written entries, and the oldest entries beyond the limit."""
-        for path in self._halves(time.time() - HALF_WRITTEN_AGE_S):
+        """Remove old left-overs, and the oldest entries beyond the limit."""
+        for path in self._left_overs(time.time() - HALF_WRITTEN_AGE_S):
             path.unlink(missing_ok=True)
         entries = self.entries()
         size = sum(entry.size for entry in entries)

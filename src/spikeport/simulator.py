@@ -30,7 +30,7 @@ from spikeport.compile.check.violation import Violation, hint_lines
 from spikeport.compile.ground.refusal import ArgumentError, without_addresses
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pipeline import Pipeline
-from spikeport.compile.pipeline import Compilation, check_arguments
+from spikeport.compile.pipeline import check_arguments
 from spikeport.constants import DT_S, LARGEST_SEED, LONGEST_RUN
 from spikeport.errors import BackendError, BoardLostError, UsageError
 from spikeport.hardware_models.activity import Activity
@@ -151,11 +151,11 @@ class Simulator:
         self._dt = dt
         self.progress_bar = progress_bar
         self.data = _Data(network.all_probes)
-        self._start(compilation=None)
+        self._start(earlier=None)
         self.closed = False
 
-    def _start(self, compilation: Compilation | None) -> None:
-        self._execution = self._open(self.seed, compilation)
+    def _start(self, earlier: Execution | None) -> None:
+        self._execution = self._open(self.seed, earlier)
         self._n_steps = 0
         # No thread waits for this lock: it marks a step that is under way, or was broken off.
         self._stepping = threading.Lock()
@@ -332,7 +332,7 @@ class Simulator:
         # If the chip cannot be opened again, the simulator stays closed, with its data.
         self._close()
         self.seed = self.seed if seed is None else seed
-        self._start(self.compilation)
+        self._start(self._execution)
         self.closed = False
 
     def close(self) -> None:

@@ -1,4 +1,5 @@
 import dataclasses
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -71,6 +72,23 @@ def test_feedback_through_the_host_closes_the_loop() -> None:
     # x = 0.5 - x settles at 0.25.
     assert settled(closed=False) == pytest.approx(0.5, abs=0.05)
     assert settled(closed=True) == pytest.approx(0.25, abs=0.05)
+
+
+def test_nan_on_the_host_is_warned_of_once() -> None:
+    with nengo.Network(seed=1) as network:
+        nengo.Ensemble(10, 1)
+        grows, rest = (nengo.Node(size_in=1, label=label) for label in ("grows", "rest"))
+        nengo.Connection(nengo.Node([1.0]), grows, synapse=None)
+        nengo.Connection(grows, grows, transform=1e3, synapse=0)
+        for sign in (1, -1):
+            nengo.Connection(grows, rest, transform=sign, synapse=None)
+        nengo.Probe(rest)
+    with spikeport.Simulator(network) as sim:
+        with pytest.warns(RuntimeWarning, match=r"NaN on the host since step 120 .*; cure: "):
+            sim.run_steps(130)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            sim.run_steps(50)
 
 
 def test_the_host_sees_the_spikes_of_the_chip_one_step_later() -> None:

@@ -12,6 +12,7 @@ from spikeport.backends.kept import KeptCompilation
 from spikeport.cache import Cache
 from spikeport.compile.passes.base import ImagePass
 from spikeport.compile.passes.pipeline import Pipeline
+from spikeport.errors import UsageError
 
 
 @pytest.fixture
@@ -109,6 +110,17 @@ def test_blocks_of_a_kept_compilation_have_the_errors_of_fresh_blocks(kept):
         assert isinstance(sim.compilation, KeptCompilation)
         found = sim.compilation.blocks
     assert found.errors == wanted.errors
+
+
+def test_parameters_of_a_kept_compilation_are_never_those_of_a_changed_network(kept):
+    network = mixed()
+    ensemble = network.all_ensembles[0]
+    with Simulator(network, cache=kept) as fresh, Simulator(network, cache=kept) as again:
+        ensemble.seed = 7
+        with pytest.raises(UsageError, match="was changed after it was compiled"):
+            again.data[ensemble]
+        ensemble.seed = None
+        np.testing.assert_array_equal(again.data[ensemble].gain, fresh.data[ensemble].gain)
 
 
 def calling(first, second, third=None):

@@ -1,6 +1,9 @@
+from typing import Any
+
 import nengo
 import numpy as np
 import pytest
+import scipy.sparse
 
 import spikeport
 from spikeport.compile.ground.refusal import RefusedError
@@ -9,8 +12,10 @@ from spikeport.hardware_models.activity import Activity
 STEPS = 200
 
 
-def run(network: nengo.Network, seed: int | None = 7, steps: int = STEPS) -> spikeport.Simulator:
-    with spikeport.Simulator(network, backend="reference", seed=seed) as simulator:
+def run(
+    network: nengo.Network, seed: int | None = 7, steps: int = STEPS, **options: str
+) -> spikeport.Simulator:
+    with spikeport.Simulator(network, backend="reference", seed=seed, **options) as simulator:
         simulator.run_steps(steps)
     return simulator
 
@@ -75,6 +80,26 @@ def test_a_spike_arrives_in_the_next_step_at_every_neuron_of_its_target(
     assert activity.messages_host.tolist() == [0, 0]
 
 
+@pytest.mark.parametrize("on_chip", [True, False])
+def test_a_reset_runs_the_network_as_it_was_built(on_chip: bool) -> None:
+    with nengo.Network(seed=1) as network:
+        spikeport.add_params(network)
+        ensemble = nengo.Ensemble(20, 1, noise=nengo.processes.WhiteNoise(scale=False))
+        network.config[ensemble].on_chip = on_chip
+        nengo.Connection(nengo.Node(0.3), ensemble)
+        probe = nengo.Probe(ensemble, synapse=0.01)
+    backend = "reference" if on_chip else "native"  # which has nothing on the chip
+    with spikeport.Simulator(network, backend=backend) as simulator:
+        simulator.run_steps(50)
+        before, counts = simulator.data[probe].copy(), simulator.activity.totals()
+        ensemble.seed, ensemble.max_rates = 7, nengo.dists.Choice([50])
+        simulator.reset()
+        assert simulator.activity.n_steps == 0
+        simulator.run_steps(50)
+        assert np.array_equal(simulator.data[probe], before)
+        assert simulator.activity.totals() == counts
+
+
 def test_a_network_without_neurons_runs() -> None:
     with nengo.Network(seed=1) as network:
         probe = nengo.Probe(nengo.Node(lambda t: t))
@@ -110,6 +135,57 @@ def test_fused_ensembles_are_fewer_cores_and_compute_the_same() -> None:
             assert simulator.data[layers[0][0]].gain.shape == (20,)
     assert found[1] == pytest.approx(found[0], abs=1e-9)
     assert blocks[1] < blocks[0] == 8
+
+
+def test_a_spike_costs_as_much_in_a_fused_network() -> None:
+    with nengo.Network(seed=1) as network:
+        for number in range(5):
+            first, second = nengo.Ensemble(20, 1), nengo.Ensemble(15, 2)
+            nengo.Connection(nengo.Node([0.2 * number]), first)
+            nengo.Connection(first, second, transform=[[0.1], [0.2]])
+    written, fused = (run(network, pipeline=passes).activity for passes in ("", "fuse"))
+    assert len(fused.cores) == 2
+    assert written.totals()["spikes"] == fused.totals()["spikes"] > 0
+    assert written.totals()["synaptic_operations"] == fused.totals()["synaptic_operations"]
+    assert written.messages.sum() == fused.messages.sum()
+
+
+def test_a_decoded_value_reaches_the_neurons_that_it_has_weights_to() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(20, 2), nengo.Ensemble(7, 1)
+        nengo.Connection(a, b.neurons[[4, 0, 2]], transform=[[0, 0], [1, 0], [1, 1]])
+    activity = run(network).activity
+    sent = activity.messages.sum()
+    assert activity.totals()["synaptic_operations"] == 2 * sent > 0
+
+
+SPARSE = nengo.Sparse((4, 6), indices=[(0, 0), (3, 0), (1, 5)], init=0.1)
+UNSORTED = scipy.sparse.csr_matrix((np.full(3, 0.1), [5, 0, 0], [0, 2, 2, 2, 3]), shape=(4, 6))
+
+
+@pytest.mark.parametrize(
+    ("transform", "n_pre", "reached"),
+    [
+        (0.1, 4, [1, 1, 1, 1]),
+        (SPARSE, 6, [2, 0, 0, 0, 0, 1]),
+        (nengo.Sparse((4, 6), init=UNSORTED), 6, [2, 0, 0, 0, 0, 1]),
+        (np.eye(4, 6), 6, [1] * 4 + [0] * 2),
+    ],
+)
+def test_a_spike_reaches_the_neurons_that_it_has_weights_to(
+    transform: Any, n_pre: int, reached: list[int]
+) -> None:
+    with nengo.Network(seed=1) as network:
+        ones = {"gain": np.ones(9), "bias": np.full(9, 5.0), "encoders": np.ones((9, 1))}
+        a, b = nengo.Ensemble(9, 1, **ones), nengo.Ensemble(7, 1)
+        pre, post = a.neurons[3 : 3 + n_pre], b.neurons[[6, 2, 1, 0]]
+        nengo.Connection(pre, post, transform=transform)
+        probe = nengo.Probe(pre)
+    simulator = run(network)
+    spikes = (simulator.data[probe][:-1] > 0).sum(axis=0)
+    assert spikes.all()
+    assert simulator.activity.totals()["synaptic_operations"] == spikes @ reached
+    assert simulator.activity.messages.sum() == spikes @ (np.array(reached) > 0)
 
 
 def test_a_network_that_nengo_refuses_is_refused_with_a_cure() -> None:

@@ -15,6 +15,7 @@ from spikeport.compile.rewriting.edges import EdgeMatrices
 from spikeport.compile.rewriting.links import Link
 from spikeport.compile.rewriting.partition import Part, Partition
 from spikeport.compile.rewriting.passthrough import foldable
+from spikeport.simulator import Simulator
 
 DT_S = 0.001
 FAST, SLOW = nengo.Lowpass(0.005), nengo.Lowpass(0.1)
@@ -66,3 +67,13 @@ def matrices_of(network: nengo.Network, partition: Partition) -> EdgeMatrices:
     rewrite = rewrite_of(network)
     solver = ParameterSolver(rewrite, DT_S)
     return EdgeMatrices(rewrite, [], solver, partition, folded)
+
+
+def probed(network: nengo.Network, probe: nengo.Probe, *pipelines: str) -> list[np.ndarray]:
+    """Return the values (300, n) that a probe records on the chip, for each pipeline."""
+    found = []
+    for pipeline in pipelines:
+        with Simulator(network, pipeline=pipeline) as sim:
+            sim.run_steps(300)
+            found.append(sim.data[probe])
+    return found

@@ -225,8 +225,9 @@ def half_written(kept, age_s):
     return path
 
 
-def test_clearing_removes_half_written_entries(kept):
+def test_clearing_removes_half_written_entries_and_locks(kept):
     half_written(kept, 0)
+    (kept.folder / f".gait-{'0' * 32}.lock").touch()  # its process was killed
     mine = kept.folder / ".notes.txt.1a2b3c4d.part"
     mine.write_text("mine")
     assert kept.clear() == 0

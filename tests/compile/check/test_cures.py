@@ -263,7 +263,7 @@ CASES = [
         partial(value_twice, lambda t, x: x),
     ),
 ]
-NENGOS = ("negative", "Max rates", "NaNs", "Non-compositional", "Applying a convolution")
+NENGOS = ("negative", "Max rates", "NaNs", "Non-compositional", "Applying a")
 OF_NENGO = [words for words in CURES if words.startswith(NENGOS)]
 """Refusals that are the same on the host."""
 

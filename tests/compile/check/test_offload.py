@@ -59,6 +59,29 @@ def test_members_of_a_fused_ensemble_can_be_moved(tmp_path: Path) -> None:
     assert [one.object for one in report.offloaded] == ["array.array_0", "array.array_1"]
 
 
+@pytest.mark.parametrize("passes", ["as_written", "compact", "split_ensembles{max_neurons=6},fuse"])
+def test_members_and_owners_of_ensembles_that_the_builder_refuses_can_be_moved(passes: str) -> None:
+    with nengo.Network(seed=1) as network:
+        u = nengo.Node(np.sin)
+        # No scale of weights fits both gains.
+        gain, bias = np.r_[np.full(9, 1e-6), 1e7], np.r_[np.full(9, 2.0), 1e7]
+        bad = nengo.Ensemble(10, 1, label="bad", gain=gain, bias=bias)
+        nengo.Connection(u, bad)
+        nengo.Connection(u, nengo.Ensemble(12, 2, label="good")[0])
+    assert [name for name, *_ in moved(network, passes)] == ["bad"]
+
+
+@pytest.mark.parametrize("passes", ["as_written", "compact", "constant_inputs,compact"])
+def test_ends_of_connections_that_passes_make_can_be_moved(passes: str) -> None:
+    with nengo.Network(seed=1) as network:
+        source, through = nengo.Ensemble(20, 1, label="source"), nengo.Node(size_in=1)
+        nengo.Connection(nengo.Node([0.6]), source)
+        nengo.Connection(source, through, synapse=nengo.Alpha(0.01))
+        for _ in range(2):
+            nengo.Connection(through, nengo.Ensemble(30, 1), synapse=None)
+    assert [name for name, *_ in moved(network, passes)] == ["source"]
+
+
 def test_the_simulator_runs_an_offloaded_network_and_leaves_it_unchanged() -> None:
     network = mixed()
     with Simulator(network, offload=True) as sim, Simulator(network, backend="reference") as ref:

@@ -32,6 +32,16 @@ def test_an_invalid_parameter_raises_nengos_validation_error() -> None:
     )
 
 
+def test_no_host_helps_a_sparse_transform_of_decoded_values() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(10, 2), nengo.Ensemble(10, 2)
+        nengo.Connection(a, b, transform=nengo.Sparse((2, 2), indices=[[0, 1]]))
+    with pytest.raises(RefusedError, match="nengo-loihi refuses it") as raised:
+        compile_network(network)
+    assert "on_chip" not in str(raised.value)  # Nengo would refuse it on the host
+    compile_network(network, pipeline="compact")
+
+
 def test_a_refusal_caused_by_removing_a_passthrough_node_is_not_everywhere() -> None:
     with nengo.Network(seed=1) as network:
         a, node = nengo.Ensemble(10, 1), nengo.Node(size_in=2)

@@ -95,12 +95,12 @@ def test_pieces_are_kept_while_their_ensembles_are_in_the_network() -> None:
     assert first.then(later(a), {}, pieces=cut_again).pieces == cut_again
 
 
-def test_members_of_a_fused_ensemble_are_named_as_the_users_ensembles() -> None:
+def test_pieces_and_members_of_fused_ensembles_are_named_as_the_users_ensembles() -> None:
     network = make()
     a, b = network.ensembles
     first = Rewrite(network, Names(network)).then(
         later(a, b), {}, pieces={a: Piece("cut", 0, 2)}, members={b: ("one", "other")}
     )
-    assert first.unfused(["a", "b"]) == ("a", "one", "other")
+    assert first.unfused(["a", "b"]) == ("cut", "one", "other")
     assert [first.users_names(one) for one in (a, b)] == [("cut",), ("one", "other")]
     assert first.then(later(a), {}).members == {"b": ("one", "other")}

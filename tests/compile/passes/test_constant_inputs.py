@@ -16,6 +16,7 @@ from tests.helpers.random_networks import (
     rewritten,
 )
 from tests.helpers.same_run import context
+from tests.helpers.small_networks import probed
 
 N_STEPS = 400
 
@@ -53,7 +54,10 @@ def test_a_constant_as_a_bias_computes_the_same_in_float(passthrough: bool) -> N
     net = network(passthrough=passthrough)
     rewritten = assert_equal_in_float(net, ConstantInputs())
     offset = next(node for node in net.nodes if node.label == "offset")
-    assert not [c for c in rewritten.network.all_connections if c.pre_obj is offset]
+    sent = [c for c in rewritten.network.all_connections if c.pre_obj is offset]
+    # A constant stays in a sum that the host makes, here that of the first dimension.
+    expected = [[[0, 1 / 1.5]]] if passthrough else []
+    assert [c.transform.init.tolist() for c in sent] == expected
 
 
 @pytest.mark.slow
@@ -88,6 +92,64 @@ def test_only_changing_inputs_are_sent_to_the_chip() -> None:
     assert sent["constant_inputs"] == (pytest.approx(1.0, abs=0.05), 2)
     for before, after in zip(*decoded.values(), strict=True):
         assert np.sqrt(np.mean((after - before) ** 2)) < 0.1
+
+
+@pytest.mark.parametrize(
+    "pipeline",
+    [
+        "constant_inputs,compact",
+        "sparse_inputs,constant_inputs,compact",
+        "split_ensembles{max_neurons=60},fuse",
+    ],
+)
+def test_a_second_pass_still_sends_the_sum_in_units_of_the_radius(pipeline: str) -> None:
+    with nengo.Network(seed=1) as net:
+        target = nengo.Ensemble(100, 1, radius=4)
+        # Beyond 1, where neurons' own input is cut off.
+        nengo.Connection(nengo.Node(lambda t: 3 * np.sin(12 * t)), target)
+        nengo.Connection(nengo.Node([0.05]), target, synapse=None)
+        probe = nengo.Probe(target, synapse=0.02)
+    once, twice = probed(net, probe, "compact", pipeline)
+    assert once.max() > 2.5
+    np.testing.assert_allclose(twice, once, atol=0.4)
+
+
+@pytest.mark.parametrize(
+    "pipeline",
+    [
+        "constant_inputs,compact",
+        "constant_inputs,fuse{max_neurons=45}",
+        "constant_inputs,split_ensembles{max_neurons=45},fuse",
+        "split_ensembles{max_neurons=45},fuse{max_neurons=20}",
+    ],
+)
+def test_an_ensemble_that_only_the_first_pass_regroups_keeps_its_input(pipeline: str) -> None:
+    with nengo.Network(seed=1) as net:
+        first, second = nengo.Ensemble(50, 2), nengo.Ensemble(40, 2)
+        constant = nengo.Node([0.1, 0.1])
+        nengo.Connection(nengo.Node(lambda t: [0.7 * np.sin(12 * t), 0.5]), first)
+        nengo.Connection(constant, first, synapse=None)
+        nengo.Connection(constant, second, synapse=None)
+        nengo.Connection(first[0], second[0])  # half of the weights of this matrix are zeros
+        probe = nengo.Probe(first, synapse=0.02)
+    written, regrouped = (values[100:] for values in probed(net, probe, "as_written", pipeline))
+    assert np.ptp(written[:, 0]) > 0.6
+    np.testing.assert_allclose(regrouped, written, atol=0.2)
+
+
+@pytest.mark.parametrize("synapse", [None, 0.005])
+@pytest.mark.parametrize("pipeline", ["compact", "constant_inputs,compact"])
+def test_a_constant_stays_in_a_sum_of_the_host(pipeline: str, synapse: float | None) -> None:
+    with nengo.Network(seed=1) as net:
+        target, hub = nengo.Ensemble(100, 2, radius=2), nengo.Node(size_in=2)
+        # The first alone is beyond the radius; nothing else is sent to the second dimension.
+        nengo.Connection(nengo.Node(lambda t: 3.2), hub[0], synapse=None)
+        nengo.Connection(nengo.Node([-2.0, 0.5]), hub, synapse=None)
+        nengo.Connection(hub, target, synapse=synapse)
+        probe = nengo.Probe(target, synapse=0.05)
+    written, rewritten = probed(net, probe, "as_written", pipeline)
+    assert written[-1] == pytest.approx([1.2, 0.5], abs=0.15)
+    np.testing.assert_allclose(rewritten[-1], written[-1], atol=0.1)
 
 
 def test_targets_are_noted_and_a_network_without_constants_is_unchanged() -> None:

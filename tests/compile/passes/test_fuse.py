@@ -3,13 +3,19 @@
 import nengo
 import numpy as np
 import pytest
+from nengo_loihi.neurons import LoihiLIF
 
+import spikeport
 from spikeport.compile.check.lint import lint
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.solver import ParameterSolver
+from spikeport.compile.passes.base import NetworkPass
+from spikeport.compile.passes.constant_inputs import ConstantInputs
 from spikeport.compile.passes.fuse import Fuse
+from spikeport.compile.passes.split_ensembles import SplitEnsembles
+from spikeport.simulator import Simulator
 from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
-from tests.helpers.small_networks import rewrite_of
+from tests.helpers.small_networks import probed, rewrite_of
 
 
 @pytest.mark.slow
@@ -20,6 +26,37 @@ def test_a_fused_network_computes_the_same_in_float(seed: int) -> None:
     assert len(fused.network.all_ensembles) < len(network.all_ensembles)
     assert not fused.network.networks
     assert not lint(fused.scope)
+
+
+def two_by_two() -> nengo.Network:
+    """Return arrays of ensembles with two dimensions, whose matrices are half zeros."""
+    with nengo.Network(seed=1) as network:
+        network.config[nengo.Ensemble].neuron_type = LoihiLIF()  # decoded in float as on the chip
+        stimulus = nengo.Node(lambda t: np.sin(20 * t + np.arange(4)))
+        first, second = (nengo.networks.EnsembleArray(30, 2, ens_dimensions=2) for _ in range(2))
+        nengo.Connection(stimulus, first.input)
+        nengo.Connection(nengo.Node([0.2] * 4), first.input, synapse=None)
+        nengo.Connection(first.output, second.input, transform=np.roll(np.eye(4), 1, 0))
+        nengo.Probe(second.output)
+    return network
+
+
+@pytest.mark.parametrize("before", [ConstantInputs(), SplitEnsembles(max_neurons=20)])
+def test_ensembles_that_a_pass_before_wired_anew_become_one(before: NetworkPass) -> None:
+    network = two_by_two()
+    fused = assert_equal_in_float(network, before, Fuse())
+    assert len(fused.network.all_ensembles) == len(network.all_ensembles) / 2
+
+
+def test_ensembles_with_sparse_transforms_become_one() -> None:
+    network = two_by_two()
+    first, second = network.networks
+    transform = nengo.Sparse((30, 30), indices=[(0, 3), (7, 7)], init=[0.05, -0.02])
+    with network:
+        for pre, post in zip(first.all_ensembles, second.all_ensembles, strict=True):
+            nengo.Connection(pre.neurons, post.neurons, transform=transform)
+    fused = assert_equal_in_float(network, Fuse())
+    assert len(fused.network.all_ensembles) == 2
 
 
 @pytest.mark.slow
@@ -84,6 +121,91 @@ def test_nodes_on_a_path_with_two_filters_stay() -> None:
         nengo.Connection(relay, network.networks[1].input, synapse=0.1)
     fused = assert_equal_in_float(network, Fuse())
     assert relay in fused.network.nodes
+
+
+@pytest.mark.parametrize("kind", [nengo.Direct(), nengo.Tanh(), nengo.LIF()])
+def test_full_weights_of_the_host_are_decoded_there(kind: nengo.neurons.NeuronType) -> None:
+    with nengo.Network(seed=1) as network:
+        spikeport.add_params(network)
+        host, chip = nengo.Ensemble(100, 1, neuron_type=kind), nengo.Ensemble(100, 1)
+        network.config[host].on_chip = False
+        nengo.Connection(nengo.Node(lambda t: np.sin(20 * t)), host)
+        nengo.Connection(host, chip, solver=nengo.solvers.LstsqL2(weights=True))
+        probe = nengo.Probe(chip, synapse=0.02)
+    written, fused = probed(network, probe, "as_written", "compact")
+    assert written.max() > 0.8
+    np.testing.assert_allclose(fused, written, atol=0.1)
+
+
+def test_the_host_sums_the_input_of_an_ensemble_that_stays() -> None:
+    with nengo.Network(seed=1) as network:
+        learns, hub = nengo.Ensemble(50, 1), nengo.Node(size_in=1)
+        # Either input alone is beyond the radius.
+        nengo.Connection(nengo.Node(lambda t: 3 + 0.8 * np.sin(12 * t)), hub, synapse=None)
+        nengo.Connection(nengo.Node([-3.0]), hub, synapse=None)
+        nengo.Connection(hub, learns)
+        out = nengo.Node(size_in=1)
+        learned = nengo.Connection(learns, out, learning_rule_type=nengo.PES(1e-5))
+        nengo.Connection(out, learned.learning_rule)
+        probe = nengo.Probe(learns, synapse=0.02)
+    written, fused = probed(network, probe, "as_written", "compact")
+    assert written.max() > 0.6
+    np.testing.assert_allclose(fused, written, atol=0.2)
+
+
+def test_spikes_of_the_host_are_not_encoded_as_values() -> None:
+    with nengo.Network(seed=3) as network:
+        spikeport.add_params(network)
+        slow, ones = {"gain": np.ones(4), "bias": np.full(4, 1.02)}, np.ones((4, 1))
+        host, target = nengo.Ensemble(4, 1, encoders=ones, **slow), nengo.Ensemble(100, 1)
+        network.config[host].on_chip = False
+        # A spike is 1000 for a step, so 12 Hz are 0.3 in mean.
+        nengo.Connection(host.neurons, target, transform=np.full((1, 4), 6e-3), synapse=None)
+        probe = nengo.Probe(target, synapse=0.1)
+    written, fused = probed(network, probe, "as_written", "compact")
+    assert written[-100:].mean() > 0.15
+    np.testing.assert_allclose(fused[-100:].mean(), written[-100:].mean(), rtol=0.1)
+
+
+def test_a_slow_input_from_many_neurons_keeps_its_range() -> None:
+    axes = nengo.dists.Choice([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    with nengo.Network(seed=1) as network:
+        source = nengo.Ensemble(400, 2, encoders=axes)
+        integrator = nengo.Ensemble(200, 1)
+        nengo.Connection(nengo.Node([0.1, -0.9]), source)
+        nengo.Connection(source[1], integrator, transform=-0.1, synapse=0.1)
+        nengo.Connection(integrator, integrator, synapse=0.1)
+        nengo.Connection(nengo.Node(lambda t: 0), integrator)
+        probe = nengo.Probe(integrator, synapse=0.02)
+    written, fused = probed(network, probe, "as_written", "compact")
+    assert written[-1] > 0.2
+    assert fused[-1] == pytest.approx(written[-1], abs=0.05)
+
+
+def test_full_weights_to_an_ensemble_that_stays_pass_through_no_relay() -> None:
+    with nengo.Network(seed=2) as network:
+        source, learns = nengo.Ensemble(60, 1), nengo.Ensemble(50, 1)
+        nengo.Connection(nengo.Node([0.6]), source)
+        solver = nengo.solvers.LstsqL2(weights=True)
+        nengo.Connection(source, learns, solver=solver, synapse=0.01)
+        out = nengo.Node(size_in=1)
+        learned = nengo.Connection(learns, out, learning_rule_type=nengo.PES(1e-5))
+        nengo.Connection(out, learned.learning_rule)
+        probe = nengo.Probe(learns, synapse=0.02)
+    images = [spikeport.compile_network(network, pipeline=p).image for p in ("as_written", "fuse")]
+    written, fused = (sorted(block.kind for block in one.manifest.blocks) for one in images)
+    assert written == fused
+    written, fused = probed(network, probe, "as_written", "fuse")
+    assert written[-1] > 0.4
+    np.testing.assert_allclose(fused, written, atol=0.1)
+
+
+def test_an_ensemble_of_a_small_radius_is_read_out() -> None:
+    with nengo.Network(seed=1) as network:
+        few = nengo.dists.Uniform(0.1, 0.9)
+        nengo.Probe(nengo.Ensemble(30, 1, radius=3e-4, intercepts=few))
+    with Simulator(network, pipeline="compact") as sim:
+        assert sim.image.n_cores == 1
 
 
 def test_constants_become_bias() -> None:

@@ -93,10 +93,23 @@ def test_neurons_of_a_group_keep_their_initial_voltages() -> None:
     assert group.neuron_type.tau_rc == 0.03
 
 
-def test_some_neuron_fires_at_the_evaluation_point_of_a_group() -> None:
+def test_a_group_has_the_evaluation_points_of_its_parts() -> None:
     with nengo.Network(seed=1) as network:
-        a, silent = ensemble("a", 4, 2), ensemble("silent", 2)
-    a.gain = np.array([9.0, 1.0, 1.0, 1.0])  # the first has the shortest encoder
+        a, b = ensemble("a", 4, 2, radius=3), ensemble("b", 5, n_eval_points=10)
+        c = ensemble("c", 3, eval_points=[[0.5]])
+    solver = ParameterSolver(rewrite_of(network), DT_S)
+    (group,) = assembled(network, whole((a, b, c))).ensembles
+    points = [solver.ensemble(one).eval_points / one.radius for one in (a, b)]
+    assert len(group.eval_points) == min(len(points[0]), 1_000)
+    np.testing.assert_array_equal(group.eval_points[:15, :2], points[0][:15])
+    np.testing.assert_array_equal(group.eval_points[:15, 2], [*points[1][:, 0], *points[1][:5, 0]])
+    np.testing.assert_array_equal(group.eval_points[:, 3], 0.5)
+
+
+def test_some_neuron_fires_at_the_evaluation_point_of_a_group_that_is_silent_at_its_own() -> None:
+    with nengo.Network(seed=1) as network:
+        a, silent = ensemble("a", 4, 2, eval_points=np.zeros((1, 2))), ensemble("silent", 2)
+    a.gain, a.bias = np.array([9.0, 1.0, 1.0, 1.0]), np.zeros(4)  # the first's encoder is shortest
     silent.gain = np.zeros(2)
     fires, never = assembled(network, whole(a, silent)).ensembles
     current = fires.gain * (fires.encoders @ fires.eval_points[0]) / fires.radius + fires.bias

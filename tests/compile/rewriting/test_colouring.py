@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from nengo.solvers import Lstsq
 
+import spikeport
 from spikeport.compile.rewriting import colouring
 from spikeport.compile.rewriting.colouring import alike, neuron_key, regroupable
 from spikeport.compile.rewriting.passthrough import foldable
@@ -79,6 +80,15 @@ def test_ensembles_with_different_input_filters_are_not_alike() -> None:
 def test_a_source_and_its_target_are_not_alike_but_a_mutual_pair_is() -> None:
     assert groups(network_of("ab", [("a", "b", FAST)])) == ["a", "b"]
     assert groups(network_of("ab", [("a", "b", FAST), ("b", "a", FAST)])) == ["ab"]
+
+
+def test_connections_that_filter_elsewhere_are_not_alike() -> None:
+    edges = [("a", "c", SLOW), ("b", "d", SLOW)]
+    direct, full = network_of("abcd", edges), network_of("abcd", edges)
+    spikeport.add_params(direct)
+    direct.config[direct.connections[0]].decode_path = "direct"
+    full.connections[0].solver = nengo.solvers.LstsqL2(weights=True)
+    assert groups(direct) == groups(full) == ["a", "b", "c", "d"]
 
 
 def test_connections_of_neurons_and_of_values_are_not_alike() -> None:
@@ -218,6 +228,8 @@ def test_ensembles_with_ordinary_connections_and_probes_can_be_regrouped() -> No
     with network:
         nengo.Connection(first, second, synapse=None)
         nengo.Connection(first, second, solver=Lstsq(weights=True), synapse=FAST)
+        sparse = nengo.Sparse((5, 5), indices=[(0, 1)])
+        nengo.Connection(first.neurons, second.neurons, transform=sparse, synapse=FAST)
         nengo.Connection(nengo.Node([1]), first, synapse=nengo.Alpha(0.1))
         nengo.Probe(first)
         for attr in ("output", "voltage", "input"):
@@ -245,6 +257,13 @@ def not_compositional(network: nengo.Network) -> None:
     nengo.Connection(network.ensembles[0], network.ensembles[2], solver=solver, synapse=FAST)
 
 
+def weights_from_the_host(network: nengo.Network) -> None:
+    spikeport.add_params(network)
+    network.config[network.ensembles[0]].on_chip = False
+    solver = nengo.solvers.LstsqL2(weights=True)
+    nengo.Connection(network.ensembles[0], network.ensembles[2], solver=solver, synapse=FAST)
+
+
 def other_filter(network: nengo.Network) -> None:
     nengo.Connection(network.ensembles[0], network.ensembles[2], synapse=nengo.Alpha(0.01))
 
@@ -254,7 +273,15 @@ def probed_weights(network: nengo.Network) -> None:
 
 
 @pytest.mark.parametrize(
-    "change", [convolution, learning, not_compositional, other_filter, probed_weights]
+    "change",
+    [
+        convolution,
+        learning,
+        not_compositional,
+        weights_from_the_host,
+        other_filter,
+        probed_weights,
+    ],
 )
 def test_ends_of_special_connections_cannot_be_regrouped(
     change: Callable[[nengo.Network], None],

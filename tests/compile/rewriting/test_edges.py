@@ -1,5 +1,6 @@
 """Edges: the matrices between groups that connections and passthrough nodes amount to."""
 
+from dataclasses import replace
 from typing import Any
 
 import nengo
@@ -8,10 +9,11 @@ import pytest
 from nengo.solvers import LstsqL2
 
 import spikeport
-from spikeport.compile.loihi.solver import CHIP, FLOAT, ParameterSolver
+from spikeport.compile.loihi.solver import ParameterSolver
 from spikeport.compile.rewriting.edges import (
     NO_GROUP,
     EdgeKey,
+    EdgeMatrices,
     Edges,
     EdgeSource,
     EdgeTarget,
@@ -82,6 +84,19 @@ def test_the_edge_between_neurons_is_their_transform() -> None:
     with network:
         nengo.Connection(network.a.neurons, network.b.neurons, transform=weights, synapse=FAST)
     assert_edges(edges_of(network), {key(): weights})
+
+
+def test_the_edge_of_a_sparse_transform_is_its_matrix() -> None:
+    network = two()
+    with network:
+        # An entry that occurs twice counts twice, and so does a neuron that is read twice.
+        places = [(0, 0), (1, 2), (1, 2), (0, 1)]
+        transform = nengo.Sparse((2, 3), indices=places, init=[1.0, 2.0, 3.0, 4.0])
+        pre, post = network.a.neurons[[4, 4, 1]], network.b.neurons[[4, 0]]
+        nengo.Connection(pre, post, transform=transform, synapse=FAST)
+    expected = np.zeros((5, 6))
+    expected[4, 4], expected[0, 1] = 1 + 4, 2 + 3
+    assert_edges(edges_of(network), {key(): expected})
 
 
 def test_slices_select_rows_and_columns() -> None:
@@ -187,19 +202,14 @@ def test_weights_of_an_ensemble_that_stays_start_at_its_neurons() -> None:
     assert_edges(edges_of(network), {edge: network.b.encoders @ values})
 
 
-def test_weights_of_an_ensemble_on_the_host_are_for_its_rates_in_float_nengo() -> None:
-    with nengo.Network(seed=1) as network:
-        spikeport.add_params(network)
-        host = nengo.Ensemble(20, 1, max_rates=nengo.dists.Uniform(250, 450))
-        network.config[host].on_chip = False
-        b = ensemble("b", 5)
-        solved = nengo.Connection(host, b, solver=LstsqL2(weights=True), synapse=FAST)
-    solvers = (ParameterSolver(rewrite_of(network), DT_S, one) for one in (CHIP, FLOAT))
-    on_chip, in_float = (solver.weights(solved) for solver in solvers)
-    edge = EdgeKey(EdgeSource(NO_GROUP, host.neurons), EdgeTarget("neurons", 0), FAST, None)
-    assert_edges(matrices_of(network, whole(b)).edges, {edge: b.encoders @ in_float})
-    # Neurons on the chip fire at other rates, as their periods are whole steps.
-    assert not np.allclose(on_chip, in_float, rtol=0.02)
+def test_weights_to_an_ensemble_that_stays_on_the_chip_end_at_its_neurons() -> None:
+    network = two()
+    with network:
+        stays = ensemble("stays", 3, 2, radius=0.5)
+        solved = nengo.Connection(network.a, stays[1], solver=LstsqL2(weights=True), synapse=FAST)
+    values = ParameterSolver(rewrite_of(network), DT_S).weights(solved)
+    edge = key(target=EdgeTarget("object", NO_GROUP, stays.neurons))
+    assert_edges(edges_of(network), {edge: stays.encoders[:, 1:] / 0.5 @ values})
 
 
 def test_the_edge_through_a_passthrough_node_is_a_product() -> None:
@@ -223,6 +233,25 @@ def test_a_value_that_is_read_twice_counts_twice() -> None:
     fast[:3] = 2 * into[[1, 0, 1]]
     slow[:2, 3] = 1
     assert_edges(edges_of(network), {key(): fast, key(synapse=SLOW): slow})
+
+
+@pytest.mark.parametrize("multiplied_out", [True, False])
+def test_values_that_a_pass_encodes_go_to_the_dimensions(multiplied_out: bool) -> None:
+    network = two(dimensions=2, radius=0.5)
+    into = numbers(1, 3)
+    with network:
+        source, node = nengo.Node(np.ones(3)), nengo.Node(size_in=1)
+        nengo.Connection(source, node, transform=into, synapse=None)
+        b = network.b
+        encodes = nengo.Connection(node, b.neurons, transform=b.encoders[:, 1:], synapse=FAST)
+    rewrite = replace(rewrite_of(network), encoded={encodes: np.array([1])})
+    folded = [node] if multiplied_out else []
+    solver = ParameterSolver(rewrite, DT_S)
+    edges = EdgeMatrices(rewrite, [], solver, whole(b), folded).edges
+    # The values are in units of the radius; a group divides its input by its radius.
+    start, values = (source, into) if multiplied_out else (node, np.ones((1, 1)))
+    edge = key(EdgeSource(NO_GROUP, start), EdgeTarget("dimensions", 0))
+    assert_edges(edges, {edge: 0.5 * np.vstack([np.zeros_like(values), values])})
 
 
 def test_parallel_paths_add_up() -> None:
