@@ -27,6 +27,7 @@ from spikeport.experiments.policy.calibration import (
     SpikingHalves,
     refit_lagged,
 )
+from spikeport.experiments.policy.conversion import PASSES
 from spikeport.experiments.policy.readout import policy_digest
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.policy import (
@@ -71,6 +72,7 @@ UNITS = ("hybrid", "lif", "relu", "if")
 CASES = (
     *(Case(units, solve) for solve in ("unit", "layer") for units in UNITS),
     *(Case(u, activation=a) for a in ("tanh", "silu", "gelu") for u in ("hybrid", "lif")),
+    *(Case("bent", activation=a) for a in ("elu", "tanh", "silu", "gelu")),
     *(Case(units, backend="reference") for units in UNITS),
 )
 HEADS = ("activation", "units", "solved by", "neurons", "as solved", "read-out refitted")
@@ -93,7 +95,8 @@ def measure(case: Case, seed: int) -> dict[str, float]:
     build = functools.partial(policy, *asked, observations=gait[:fitted])
     last = solved_layers(*asked, gait[:fitted])[-1]
     solved = last if isinstance(last, Readout) else by_halves(last, options)
-    run = Options(1.0, backend=case.backend, pipeline="compact")
+    # Bent units are one ensemble a layer, whose weights take more memory than `compact` allows.
+    run = Options(1.0, backend=case.backend, pipeline=PASSES if case.units == "bent" else "compact")
     with closing(SpikingHalves(build, solved.weights.shape[1], run)) as spiking:
         halves = spiking.play(gait)
     wanted = exact(layers, gait, case.activation)[-1]

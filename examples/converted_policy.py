@@ -16,7 +16,7 @@ import torch
 import spikeport
 from spikeport.experiments.policy.conversion import Conversion
 from spikeport.networks.loading.files import load_mlp
-from spikeport.networks.policy import PolicyOptions
+from spikeport.networks.perceptron import options_for
 
 torch.manual_seed(0)
 observations = torch.rand(400, 2) * 2 - 1
@@ -38,7 +38,7 @@ with tempfile.TemporaryDirectory() as folder:
     path = Path(folder) / "policy.pt"
     torch.jit.trace(net, observations).save(str(path))
     mlp = load_mlp(path)
-conversion = Conversion(mlp, PolicyOptions(n_neurons=20), observations.numpy())
+conversion = Conversion(mlp, options_for(mlp, n_neurons=20), observations.numpy())
 model = conversion.network(probed=False)
 
 with spikeport.Simulator(model, pipeline="compact") as sim:

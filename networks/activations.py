@@ -17,10 +17,15 @@ from spikeport.errors import unknown
 
 
 class Activation(NamedTuple):
-    """A function of pre-activations; ``signs`` are the signs of z that need neurons."""
+    """A function of pre-activations.
+
+    ``signs`` are the signs of z that need neurons, ``units`` the neurons that compute it best (see
+    `spikeport.networks.policy_values.PolicyOptions`).
+    """
 
     function: Callable[[Floats], Floats]
     signs: tuple[int, ...] = (+1, -1)
+    units: str = "hybrid"
 
 
 def elu(z: Floats) -> Floats:
@@ -48,9 +53,9 @@ def gelu(z: Floats) -> Floats:
 ACTIVATIONS = {
     "elu": Activation(elu),
     "relu": Activation(relu, signs=(+1,)),
-    "tanh": Activation(np.tanh),
-    "silu": Activation(silu),
-    "gelu": Activation(gelu),
+    "tanh": Activation(np.tanh, units="bent"),
+    "silu": Activation(silu, units="bent"),
+    "gelu": Activation(gelu, units="bent"),
 }
 
 

@@ -52,6 +52,13 @@ class ArmSizes:
         """The number of neurons in the whole controller, without an efference copy's."""
         return 3 * self.m1 + 5 * self.cb + STATE_SIZE * self.s1
 
+    @property
+    def decoders(self) -> dict[str, tuple[int, int]]:
+        """The shapes of the decoders of each term of the torque, by the group that decodes it."""
+        m1 = {f"M1 {axis}": (self.m1, len(JOINTS)) for axis in AXES}
+        cb = {f"CB {term}": (self.cb, len(JOINTS)) for term in (*JOINTS, "gravity")}
+        return m1 | cb
+
 
 PRESETS = {"paper": ArmSizes(m1=8000), "lean": ArmSizes(m1=1000)}
 

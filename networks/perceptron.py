@@ -5,6 +5,7 @@ from dataclasses import replace
 import nengo
 import numpy as np
 
+from spikeport.networks.activations import activation
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.policy import PolicyNetwork, PolicyOptions, policy, record_ranges
 from spikeport.networks.policy_values import Ranges, check_observations
@@ -23,7 +24,8 @@ def perceptron(
     observations : (m, n) array
         Recorded observations, from which the ranges of the units are taken.
     options : PolicyOptions, optional
-        Neurons, rates and time constants; the activation is always the perceptron's.
+        Neurons, rates and time constants; the activation is always the perceptron's. The default is
+        `options_for`.
     seed : int
         Seed of the neurons.
 
@@ -33,7 +35,7 @@ def perceptron(
         If the observations are not finite numbers, or not as many a row as the perceptron has
         inputs.
     """
-    options = replace(options or PolicyOptions(), activation=mlp.activation)
+    options = replace(options or options_for(mlp), activation=mlp.activation)
     if mlp.observed is not None:  # the host clips what the first layer observes
         options = replace(options, observes_host=True)
     ranges = ranges_of(mlp, observations)
@@ -57,3 +59,16 @@ def ranges_of(mlp: Mlp, observations: np.ndarray) -> list[Ranges]:
     check_observations(observations, mlp.sizes[0])
     inputs = mlp.clipped(observations)
     return record_ranges(mlp.layers, inputs, activation_name=mlp.activation)
+
+
+def options_for(
+    mlp: Mlp,
+    n_neurons: int = PolicyOptions.n_neurons,
+    tau_fwd: float = PolicyOptions.tau_fwd,
+) -> PolicyOptions:
+    """Return options with the units that compute a perceptron's activation best.
+
+    ``n_neurons`` and ``tau_fwd`` are those of `PolicyOptions`; raises UsageError as it does.
+    """
+    units = activation(mlp.activation).units
+    return PolicyOptions(n_neurons, tau_fwd, activation=mlp.activation, units=units)

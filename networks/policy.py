@@ -140,6 +140,8 @@ def _network(
             signs = options.function.signs
             if number == 0 and options.observes_host and _is_off_centre(layer, reach, signs):
                 _on_host(values, hidden.input, layer)
+            elif number == 0:
+                _from_host(values, hidden, layer)
             else:
                 _dense(values, hidden.input, layer, synapse)
             net.layers.append(hidden)
@@ -172,6 +174,17 @@ def _on_host(pre: nengo.Node, post: nengo.Node, layer: Layer) -> None:
     )
     nengo.Connection(pre, sums, synapse=None)
     nengo.Connection(sums, post, synapse=None)
+
+
+def _from_host(pre: nengo.Node, hidden: HiddenLayer, layer: Layer) -> None:
+    """Connect as `_dense` does, from the host, but give biases to the neurons themselves.
+
+    In a sum that the host sends, biases would stay in it, and be no biases of neurons.
+    """
+    bias = nengo.Node(layer.bias, label=f"bias of {hidden.input.label}")
+    for half in hidden.halves:
+        nengo.Connection(bias[half.unit], half.ensemble, synapse=None)
+    nengo.Connection(pre, hidden.input, transform=layer.weights, synapse=None)
 
 
 def _dense(pre: nengo.Node, post: nengo.Node, layer: Layer, synapse: float | None) -> None:

@@ -1,7 +1,11 @@
 """The hidden units of a policy as neurons: one or two one-dimensional ensembles each.
 
-Neurons for z > 0 have encoders +1, neurons for z < 0 have encoders -1. They are at threshold at
-z = 0, and all neurons of an ensemble have the same decoder (`spikeport.networks.solvers.Tied`).
+Neurons for z > 0 have encoders +1, neurons for z < 0 have encoders -1. Except in ``bent`` units,
+they are at threshold at z = 0, and all neurons of an ensemble have the same decoder
+(`spikeport.networks.solvers.Tied`). An ensemble of a ``bent`` unit has two parts with a decoder
+each (`TiedInParts`), and the second is at threshold further out:
+
+    f(z) = d_0 |z| + d_1 max(|z| - c, 0)
 
 A unit of the first half of a layer and its counterpart in the second have the same neurons. If
 these units mirror each other, as in a policy that treats left and right alike, their errors mirror
@@ -18,7 +22,7 @@ from nengo.utils.numpy import maxint
 
 from spikeport.networks.at_rest import at_rest
 from spikeport.networks.policy_values import PolicyOptions, Ranges
-from spikeport.networks.solvers import Tied
+from spikeport.networks.solvers import Tied, TiedInParts
 
 N_POINTS = 200
 """The number of values of one sign at which a decoder is solved."""
@@ -26,6 +30,10 @@ N_POINTS = 200
 IF_TAU_RC_S = 4.0
 """Membrane time constant of the neurons called integrate-and-fire: on the chip, at steps of 1 ms, a
 decay of 1 in 4,096, the least nengo-loihi allows neurons with a refractory period."""
+
+BENT = "bent"
+BENDS = np.linspace(0.05, 0.9, 18)
+"""The places at which a unit may bend, as shares of its range; beyond, few values would follow."""
 
 
 class Half(NamedTuple):
@@ -99,7 +107,7 @@ def _ensemble(
         1,
         radius=radius,
         encoders=np.full((n, 1), sign),
-        intercepts=nengo.dists.Choice([0.0]),
+        intercepts=_intercepts(n, points, options),
         max_rates=nengo.dists.Uniform(*options.max_rates),
         eval_points=points / radius,
         neuron_type=kind,
@@ -108,6 +116,32 @@ def _ensemble(
         seed=seed,
     )
     return ensemble, points
+
+
+def _intercepts(
+    n: int, points: np.ndarray, options: PolicyOptions
+) -> nengo.dists.Distribution | np.ndarray:
+    """Return the places from which neurons fire, as shares of the range."""
+    if options.units != BENT:
+        return nengo.dists.Choice([0.0])
+    first = n - n // 2  # as `TiedInParts` splits them: the first part is the larger
+    return np.repeat([0.0, bend(options.function.function(points[:, 0]))], [first, n - first])
+
+
+def bend(values: np.ndarray) -> float:
+    """Return the place c at which a unit with these values (m,) over its range should bend.
+
+        c = argmin_c min_d sum_i (d_0 z_i + d_1 max(z_i - c, 0) - f_i)^2
+
+    It is a share of the range, one of `BENDS`; ``values`` f are those at m points z from 0 to 1.
+    """
+    z = np.linspace(0, 1, len(values))
+    hinges = np.maximum(z - BENDS[:, np.newaxis], 0)
+    lines = np.stack([np.broadcast_to(z, hinges.shape), hinges], axis=2)
+    across = lines.transpose(0, 2, 1)
+    decoders = np.linalg.solve(across @ lines, (across @ values)[..., np.newaxis])
+    errors = ((lines @ decoders)[..., 0] - values) ** 2
+    return float(BENDS[errors.sum(axis=1).argmin()])
 
 
 def _decode(
@@ -119,7 +153,7 @@ def _decode(
         function=options.function.function(points),
         eval_points=points,
         scale_eval_points=False,
-        solver=Tied(),
+        solver=TiedInParts(min(2, ensemble.n_neurons)) if options.units == BENT else Tied(),
         synapse=None,
     )
 
@@ -148,4 +182,5 @@ _KINDS: dict[str, tuple[_Kind, _Kind]] = {
     "lif": (_lif, _lif),
     "relu": (_relu, _relu),
     "if": (_integrate_and_fire, _integrate_and_fire),
+    BENT: (_relu, _relu),
 }

@@ -12,7 +12,7 @@ from spikeport.networks.option_checks import check_filters, check_pairs, check_r
 WIDEST = 1.75
 """The most by which a unit's least range exceeds its values. The smallest units of the shipped
 walking policies, whose values reach 0.295, still have the least range of 0.5."""
-UNITS = ("hybrid", "lif", "relu", "if")
+UNITS = ("hybrid", "lif", "relu", "if", "bent")
 SOLVES = ("unit", "layer")
 
 
@@ -78,7 +78,9 @@ class PolicyOptions:
         One of `spikeport.networks.activations.ACTIVATIONS`.
     units : str
         ``hybrid``: spiking rectified linear neurons for z > 0, LIF for z < 0; ``lif``, ``relu``
-        or ``if`` (integrate-and-fire with a refractory period): the same neurons for both signs.
+        or ``if`` (integrate-and-fire with a refractory period): the same neurons for both signs;
+        ``bent``: rectified linear neurons for both signs, half of which fire only further out, for
+        activations that bend at other places than zero.
     solve : str
         ``unit``: every unit decodes the activation, and the weights stay as they are; ``layer``:
         the weights between two layers are solved for jointly (`spikeport.networks.policy_solving`).

@@ -65,3 +65,34 @@ class Tied(nengo.solvers.Solver):
         total = A.sum(axis=1)
         decoder = total @ Y / (total @ total)
         return np.tile(decoder, (A.shape[1], 1)), {}
+
+
+class TiedInParts(nengo.solvers.Solver):
+    r"""Solver with one decoder for each of some parts of the neurons: least squares.
+
+    .. math:: d = \arg\min_d |S d - Y|^2, \quad S_{mp} = \sum_{n \in p} A_{mn}
+
+    As with `Tied`, the neurons of a part can share an axon on the chip.
+
+    Parameters
+    ----------
+    n_parts : int
+        The number of parts: consecutive neurons, as equal in number as possible, the first parts
+        larger.
+    """
+
+    compositional = True
+    n_parts = IntParam("n_parts", low=1)
+
+    def __init__(self, n_parts: int) -> None:
+        super().__init__(weights=False)
+        self.n_parts = n_parts
+
+    def __call__(
+        self, A: np.ndarray, Y: np.ndarray, rng: object = np.random
+    ) -> tuple[np.ndarray, dict[str, object]]:
+        """Return the decoders of shape (n, d) for activities A (m, n) and values Y (m, d)."""
+        parts = np.array_split(A, self.n_parts, axis=1)
+        sums = np.stack([part.sum(axis=1) for part in parts], axis=1)
+        decoders, *_ = np.linalg.lstsq(sums, Y, rcond=None)
+        return np.repeat(decoders, [part.shape[1] for part in parts], axis=0), {}

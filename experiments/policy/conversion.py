@@ -14,6 +14,7 @@ import nengo
 import numpy as np
 
 from spikeport.compile.check.lost_values import cut_off_by_design
+from spikeport.compile.passes.registry import PIPELINES
 from spikeport.compile.pipeline import Compilation
 from spikeport.constants import DT_S
 from spikeport.experiments.calibration import play_in
@@ -26,6 +27,9 @@ from spikeport.networks.policy import PolicyNetwork, PolicyOptions, Ranges
 from spikeport.progress import Progress
 from spikeport.simulator import Simulator
 
+PASSES = PIPELINES["compact"].replace("decode_path", "decode_path{slack_cores=16}")
+"""The passes for a policy: layers are wired from neuron to neuron even if relays, which carry
+coarser values, would save some cores."""
 HOLD_S = 0.05
 """The least time for which an observation is held: on the chip, three layers settle in 40 ms."""
 SETTLED = 4

@@ -14,6 +14,7 @@ from spikeport.experiments.policy.calibration import METHOD, Walks, calibrated_p
 from spikeport.experiments.policy.settings import AUTO, EXACT, PolicySettings
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.policy import Calibrated, Layer, Ranges
+from spikeport.networks.policy_solving import by_halves
 from spikeport.networks.walking_policy import WalkingPolicy
 
 
@@ -48,7 +49,7 @@ def check_calibrated(trial: PolicyTrial, policy: WalkingPolicy) -> None:
     """Refuse a calibration file that does not fit a trial's policy, see `calibrated`."""
     wanted = _asked(trial)
     if isinstance(wanted, str):
-        load(Path(wanted), _made_for(trial, policy.layers))
+        _loaded(wanted, trial, policy.layers)
 
 
 def _asked(trial: PolicyTrial) -> bool | str:
@@ -92,7 +93,7 @@ def calibrated(
     """
     wanted = _asked(trial)
     if isinstance(wanted, str):
-        return Calibrated(**load(Path(wanted), _made_for(trial, layers)).decoders)
+        return Calibrated(**_loaded(wanted, trial, layers).decoders)
     return Calibrated(**refitted(trial, layers, ranges, gait, walks).decoders) if wanted else None
 
 
@@ -114,6 +115,17 @@ def refitted(
     made_for = _made_for(trial, layers)
     inputs = (made_for, chips.get(options.chip), layers, ranges, gait)
     return Refitted.of(options.cache.kept("policy", inputs, refit)).made_for(made_for)
+
+
+def _loaded(file: str, trial: PolicyTrial, layers: Sequence[Layer]) -> DecoderCalibration:
+    """Return the calibration in a file, which must be one of the trial's policy."""
+    readout = by_halves(layers[-1], trial.settings.policy_options)
+    shapes = {
+        "weights": readout.weights.shape,
+        "bias": readout.bias.shape,
+        "trim": layers[0].weights.shape[1:],
+    }
+    return load(Path(file), _made_for(trial, layers), shapes)
 
 
 def _made_for(trial: PolicyTrial, layers: Sequence[Layer]) -> dict[str, object]:

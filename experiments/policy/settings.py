@@ -69,9 +69,10 @@ class PolicySettings(Perturbation):
     unit, an even number, half of them for each sign. ``tau_fwd`` and ``tau_out`` are the time
     constants of the filters between layers and of the action, in s. ``units`` is the neurons of a
     unit: ``hybrid`` is spiking rectified linear for positive and LIF for negative input; ``lif``,
-    ``relu`` or ``if`` (integrate-and-fire) is the same for both. ``solve`` is ``unit`` if the
-    policy's weights are kept, ``layer`` if those between two layers are solved for anew.
-    ``network_seed`` draws the neurons. ``gait`` is ``calm`` or ``rough``: neurons that are made and
+    ``relu`` or ``if`` (integrate-and-fire) is the same for both, and so is ``bent``, rectified
+    linear neurons of which half fire only further out. ``solve`` is ``unit`` if the policy's
+    weights are kept, ``layer`` if those between two layers are solved for anew. ``network_seed``
+    draws the neurons. ``gait`` is ``calm`` or ``rough``: neurons that are made and
     calibrated for a calm gait do not know the observations of a robot that is pushed, or that walks
     on a slope. ``calibrated`` fits read-out and trim to the spikes of the neurons on the backend
     (`experiments.policy.calibration`), or names a file that ``spikeport calibrate`` wrote, with

@@ -119,11 +119,17 @@ def _chain(
         return only([evaluation.apply(kind, chain, *values)])
 
     chain = applied("normalisation", Chain(), arrays(moments)) if moments else Chain()
-    for number, names in enumerate(_dense(layout, state)):
-        chain = chain.activated(activation) if number else chain
+    before = None
+    for number, names in _dense(layout, state):
         layer = arrays(state[name] for name in names)
         _check_shapes(names, layer)
-        chain = applied("dense", chain, layer)
+        # After the shapes: a normalisation, whose weight is no matrix, has a cure of its own.
+        if before is not None:
+            if number == before + 1:
+                found = f"{layout.actor}{before} and {number}"
+                raise MismatchError("an activation between two dense layers", found)
+            chain = chain.activated(activation)
+        chain, before = applied("dense", chain, layer), number
     return chain
 
 
@@ -166,15 +172,17 @@ def _tensors(name: str, state: object) -> dict[str, Tensor]:
     return tensors
 
 
-def _dense(layout: CheckpointLayout, state: Mapping[str, Tensor]) -> Iterator[list[str]]:
-    """Yield the names of weights and bias of every layer, in the order of their numbers."""
+def _dense(
+    layout: CheckpointLayout, state: Mapping[str, Tensor]
+) -> Iterator[tuple[int, list[str]]]:
+    """Yield every layer's number, and the names of its weights and bias, in order of numbers."""
     pattern = re.compile(rf"{re.escape(layout.actor)}({NUMBER})\.(weight|bias)")
     # Numbers have gaps: an activation counts as a layer of torch's Sequential, and has no weights.
     for number in sorted({int(m[1]) for m in map(pattern.fullmatch, state) if m}):
         names = [f"{layout.actor}{number}.{kind}" for kind in ("weight", "bias")]
         if missing := [name for name in names if name not in state]:
             raise MismatchError(missing[0], "none")
-        yield names
+        yield number, names
 
 
 def _check_shapes(names: Sequence[str], layer: Sequence[np.ndarray]) -> None:

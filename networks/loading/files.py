@@ -13,7 +13,7 @@ from pathlib import Path
 
 from spikeport.networks import walking_policy
 from spikeport.networks.loading import checkpoint, onnx_file, torchscript
-from spikeport.networks.loading.mlp import Mlp, check_activation
+from spikeport.networks.loading.mlp import Mlp, check_activation, checked
 from spikeport.networks.loading.refusal import refusing
 from spikeport.reading.archive import Archive, read_bytes
 from spikeport.reading.mismatch import MismatchError
@@ -96,7 +96,8 @@ def _of_zip(archive: Archive) -> str:
 
 
 def _npz(path: Path) -> Mlp:
-    return Mlp(walking_policy.load(path).layers, "elu")
+    layers = walking_policy.load(path).layers
+    return checked(layers, ("elu",) * (len(layers) - 1))
 
 
 READERS: dict[str, Callable[[Path, str, str | None], Mlp]] = {

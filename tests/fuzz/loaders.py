@@ -155,11 +155,12 @@ def _image(folder: Path) -> None:
     good().save(folder / "image.npz")
 
 
-MADE_FOR = {"experiment": "reach", "m1": 100}
+MADE_FOR, SHAPES = {"experiment": "reach", "m1": 100}, {"arm": (2, 3)}
 
 
 def _calibration(folder: Path) -> None:
-    DecoderCalibration(MADE_FOR, "0" * 64, {"arm": np.ones((2, 3))}).save(folder / "c.npz")
+    decoders = {name: np.ones(shape) for name, shape in SHAPES.items()}
+    DecoderCalibration(MADE_FOR, "0" * 64, decoders).save(folder / "c.npz")
 
 
 def _observations(folder: Path) -> None:
@@ -502,7 +503,7 @@ LOADERS = {
     "ONNX": Loader(_onnx, load_mlp),
     "description": Loader(_description, described),
     "image": Loader(_image, ChipImage.load),
-    "calibration": Loader(_calibration, lambda path: calibration.load(path, MADE_FOR)),
+    "calibration": Loader(_calibration, lambda path: calibration.load(path, MADE_FOR, SHAPES)),
     "observations": Loader(_observations, lambda path: read_observations(path, 3)),
     "notebook": Loader(_notebook, read_notebook),
     "remote": Loader(_remote, _pressed),

@@ -10,8 +10,8 @@ from spikeport import Simulator
 from spikeport.errors import UsageError
 from spikeport.networks.loading.chain import Chain
 from spikeport.networks.loading.mlp import Mlp
-from spikeport.networks.perceptron import perceptron
-from spikeport.networks.policy import PolicyOptions, exact
+from spikeport.networks.perceptron import options_for, perceptron
+from spikeport.networks.policy import Layer, PolicyOptions, exact
 
 
 @pytest.fixture
@@ -55,3 +55,22 @@ def test_without_ends_the_network_is_the_policy_alone() -> None:
 def test_observations_of_another_size_are_refused(bounded: Mlp) -> None:
     with pytest.raises(UsageError, match=r"observations of shape \(5, 3\), expected \(m, 2\)"):
         perceptron(bounded, np.zeros((5, 3)))
+
+
+@pytest.mark.parametrize(
+    ("activation", "units"),
+    [("elu", "hybrid"), ("relu", "hybrid"), ("tanh", "bent"), ("silu", "bent"), ("gelu", "bent")],
+)
+def test_units_are_those_that_compute_the_activation_best(activation: str, units: str) -> None:
+    mlp = Mlp(
+        (Layer(np.ones((3, 2)), np.zeros(3)), Layer(np.ones((1, 3)), np.zeros(1))), activation
+    )
+    options = options_for(mlp, 6)
+    assert (options.units, options.activation, options.n_neurons) == (units, activation, 6)
+    net = perceptron(mlp, np.zeros((5, 2)))
+    parts = {
+        np.unique(np.round(one.intercepts, 3)).size
+        for one in net.layers[0].all_ensembles
+        if isinstance(one.intercepts, np.ndarray)
+    }
+    assert parts == ({2} if units == "bent" else set())

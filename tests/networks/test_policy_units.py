@@ -15,6 +15,8 @@ from spikeport.networks.policy import (
     policy,
 )
 from spikeport.networks.policy_solving import by_halves
+from spikeport.networks.policy_units import bend
+from spikeport.networks.policy_values import UNITS
 from tests.helpers.policies import LAYERS, OBSERVATIONS, built, float_error
 
 
@@ -29,7 +31,7 @@ RELU, LIF = (nengo.SpikingRectifiedLinear, None), (nengo.LIF, 0.02)
 
 @pytest.mark.parametrize(
     ("units", "above", "below"),
-    [("hybrid", RELU, LIF), ("lif", LIF, LIF), ("relu", RELU, RELU)],
+    [("hybrid", RELU, LIF), ("lif", LIF, LIF), ("relu", RELU, RELU), ("bent", RELU, RELU)],
 )
 def test_units_have_neurons_of_the_named_type(units, above, below):
     assert kinds(PolicyOptions(units=units)) == [above, below]
@@ -48,7 +50,7 @@ def test_integrate_and_fire_units_have_the_smallest_voltage_decay_on_the_chip():
 
 
 @pytest.mark.parametrize("activation", ACTIVATIONS)
-@pytest.mark.parametrize("units", ["hybrid", "lif", "relu", "if"])
+@pytest.mark.parametrize("units", UNITS)
 def test_units_of_all_kinds_are_fused_into_few_ensembles_on_the_chip(activation, units):
     options = PolicyOptions(activation=activation, units=units)
     with nengo.Network(seed=0) as network:
@@ -66,6 +68,9 @@ def test_units_of_all_kinds_are_fused_into_few_ensembles_on_the_chip(activation,
     [
         ("elu", "hybrid", 0.06),
         ("relu", "hybrid", 0.04),
+        ("tanh", "bent", 0.1),
+        ("silu", "bent", 0.06),
+        ("gelu", "bent", 0.06),
         pytest.param("tanh", "lif", 0.2, marks=pytest.mark.slow),
         pytest.param("silu", "hybrid", 0.3, marks=pytest.mark.slow),
         pytest.param("gelu", "hybrid", 0.3, marks=pytest.mark.slow),
@@ -73,6 +78,13 @@ def test_units_of_all_kinds_are_fused_into_few_ensembles_on_the_chip(activation,
 )
 def test_float_neurons_compute_each_activation(activation, units, most):
     assert float_error(PolicyOptions(activation=activation, units=units)) < most
+
+
+def test_a_unit_bends_where_two_lines_follow_it_best():
+    z = np.linspace(0, 1, 101)
+    assert bend(np.maximum(z - 0.3, 0) - 0.2 * z) == pytest.approx(0.3)
+    dip = bend(ACTIVATIONS["silu"].function(-5 * z))
+    assert 0.2 <= dip <= 0.35  # silu is least at z = -1.28
 
 
 def test_a_trim_shifts_the_observations_of_the_first_layer():
@@ -91,7 +103,10 @@ def refusal(call):
 @pytest.mark.parametrize(
     ("option", "message"),
     [
-        ({"units": "izhikevich"}, "unknown units 'izhikevich'; choose from: hybrid, if, lif, relu"),
+        (
+            {"units": "izhikevich"},
+            "unknown units 'izhikevich'; choose from: bent, hybrid, if, lif, relu",
+        ),
         ({"solve": "all"}, "unknown solve 'all'; choose from: layer, unit"),
         (
             {"n_neurons": 1},

@@ -80,7 +80,7 @@ def test_observations_that_ranges_cannot_be_taken_from_are_refused(
     ("option", "message"),
     [
         ({"activation": "swish"}, "unknown activation 'swish'"),
-        ({"units": "hh"}, "unknown units 'hh'; choose from: hybrid, if, lif, relu"),
+        ({"units": "hh"}, "unknown units 'hh'; choose from: bent, hybrid, if, lif, relu"),
         ({"n_neurons": 5}, "n_neurons=5: a unit has half its neurons for each sign"),
         ({"tau_fwd": 0.0}, "tau_fwd=0: a filter must be above 0 and below 1 s"),
         ({"max_rates": (-5.0, -1.0)}, "max_rates=(-5, -1): firing rates in Hz must be above 0"),

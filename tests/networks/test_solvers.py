@@ -3,7 +3,7 @@
 import nengo
 import numpy as np
 
-from spikeport.networks.solvers import PerDimension, Tied
+from spikeport.networks.solvers import PerDimension, Tied, TiedInParts
 
 
 def test_a_tied_decoder_is_the_best_single_number() -> None:
@@ -12,6 +12,20 @@ def test_a_tied_decoder_is_the_best_single_number() -> None:
     decoders, _ = Tied()(activities, values)
     # sums s are 2, 2 and 4: d = s Y / s s = (4 + 2 + 16, 0 + 2 - 4) / 24
     np.testing.assert_allclose(decoders, [[22 / 24, -2 / 24]] * 2)
+
+
+def test_decoders_tied_in_parts_are_least_squares_with_one_unknown_for_each_part() -> None:
+    activities = np.random.RandomState(0).rand(30, 5)
+    wanted = activities @ [[2.0], [2.0], [2.0], [-1.0], [-1.0]]
+    decoders, _ = TiedInParts(2)(activities, wanted)
+    np.testing.assert_allclose(decoders, [[2.0], [2.0], [2.0], [-1.0], [-1.0]])
+    single, _ = TiedInParts(1)(activities, wanted)
+    np.testing.assert_allclose(single, Tied()(activities, wanted)[0])
+
+
+def test_a_part_that_never_fires_decodes_nothing() -> None:
+    decoders, _ = TiedInParts(2)(np.array([[1.0, 0.0], [2.0, 0.0]]), np.array([[3.0], [6.0]]))
+    np.testing.assert_allclose(decoders, [[3.0], [0.0]])
 
 
 def test_each_dimension_is_solved_from_its_own_neurons() -> None:

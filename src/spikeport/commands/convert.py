@@ -14,26 +14,28 @@ from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.report.refusal import refused_report
-from spikeport.errors import UsageError
-from spikeport.experiments.policy.conversion import Conversion, convert
+from spikeport.errors import UsageError, unknown
+from spikeport.experiments.policy.conversion import PASSES, Conversion, convert
 from spikeport.experiments.policy.lint import ConversionLint
 from spikeport.experiments.policy.observations import (
     Observations,
     normal_observations,
     read_observations,
 )
-from spikeport.files import write_json
+from spikeport.files import read_json, write_json
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.loading.files import file_format, load_mlp
 from spikeport.networks.loading.mlp import Mlp
 from spikeport.networks.loading.walking import our_observations
-from spikeport.networks.policy import PolicyOptions
+from spikeport.networks.perceptron import options_for
 from spikeport.networks.walking_policy import POLICIES, WalkingPolicy
 
 POLICY = "policy.npz"
 """The file of a walking policy, in the folder of its conversion."""
 CONVERSION = "conversion.json"
 """The file of a conversion's errors in that folder."""
+WALKER = "walking_policy"
+"""Its key that is true if a walking policy was written beside it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,14 +50,23 @@ class ConvertRequest:
     n_neurons: int
     tau_fwd: float
     chip: str
-    passes: str
+    passes: str | None
     seed: int
     to: Destinations
 
     @property
     def policy(self) -> Path:
         """The file of the policy, which may be given by the name of a shipped policy."""
-        return POLICIES.get(str(self.file), self.file)
+        if (shipped := POLICIES.get(str(self.file))) is not None:
+            return shipped
+        if not (self.file.suffix or self.file.exists()):
+            raise unknown("policy", str(self.file), (*POLICIES, "the path of a file"))
+        return self.file
+
+    @property
+    def pipeline(self) -> str:
+        """The passes, by default those for a policy."""
+        return PASSES if self.passes is None else self.passes
 
 
 def run(request: ConvertRequest) -> None:
@@ -65,10 +76,10 @@ def run(request: ConvertRequest) -> None:
         progress("reading the policy", None)
         walker, mlp = _read(request)
         observations = _observations(request, walker, mlp)
-        options = PolicyOptions(request.n_neurons, request.tau_fwd)
+        options = options_for(mlp, request.n_neurons, request.tau_fwd)
         conversion = Conversion(mlp, options, observations.values, request.seed)
         with _refusal_reported(request):
-            converted = convert(conversion, request.chip, request.passes, progress)
+            converted = convert(conversion, request.chip, request.pipeline, progress)
     findings = Findings(converted.compilation.report, converted.activity)
     with request.to.alone():
         request.to.write_image(converted.compilation.image)
@@ -111,17 +122,25 @@ def _check(request: ConvertRequest) -> None:
     if request.to.out is not None:
         check_output("--out", request.to.out / POLICY, *reads)
     chips.get(request.chip)
-    parse(request.passes)
+    parse(request.pipeline)
 
 
 def _write(out: Path, lint: ConversionLint, walker: WalkingPolicy | None) -> None:
     """Write the errors of a conversion and a walking policy, in place of an earlier conversion."""
     if walker is not None:
         walker.save(out / POLICY)
-    elif (out / CONVERSION).exists():
-        # The walking policy of the earlier conversion; without one, the file is the user's own.
+    elif _wrote_policy(out / CONVERSION):  # otherwise the file is the user's own
         (out / POLICY).unlink(missing_ok=True)
-    write_json(out / CONVERSION, asdict(lint))
+    write_json(out / CONVERSION, {**asdict(lint), WALKER: walker is not None})
+
+
+def _wrote_policy(conversion: Path) -> bool:
+    """Return whether an earlier conversion wrote a walking policy beside this file."""
+    try:
+        held = read_json(conversion)
+    except UsageError:
+        return False
+    return isinstance(held, dict) and held.get(WALKER) is True
 
 
 def _smaller(n_neurons: int) -> str:

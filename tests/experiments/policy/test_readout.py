@@ -12,7 +12,7 @@ from spikeport.experiments.options import Options
 from spikeport.experiments.policy import readout as module
 from spikeport.experiments.policy.calibration import METHOD, Walks
 from spikeport.experiments.policy.readout import calibrated, check_neurons, refitted
-from spikeport.networks.policy import Layer
+from spikeport.networks.policy import Layer, PolicyOptions
 
 LAYERS = [Layer(np.ones((2, 69)), np.zeros(2))]
 GAIT = np.zeros((1, 69))
@@ -22,14 +22,18 @@ WALKS = Walks(lambda _policy: GAIT, lambda _policy: np.zeros(69))
 @pytest.fixture(autouse=True)
 def found(monkeypatch):
     """Replace the calibration by one that finds fixed decoders, and return these."""
-    decoders = {"weights": np.ones((2, 4)), "bias": np.zeros(2), "trim": np.ones(69)}
+    decoders = {"weights": np.ones((2, 2 * 69)), "bias": np.zeros(2), "trim": np.ones(69)}
     monkeypatch.setattr(module, "calibrated_policy", lambda *_: Refitted(decoders, ""))
     return decoders
 
 
 def trial(given, backend="native", cache=NOTHING, policy="spiking"):
     settings = SimpleNamespace(
-        calibrated=given, conversion={}, network_seed=0, policy_options=None, policy=policy
+        calibrated=given,
+        conversion={},
+        network_seed=0,
+        policy_options=PolicyOptions(),
+        policy=policy,
     )
     options = Options(1.0, backend=backend, cache=cache)
     return SimpleNamespace(settings=settings, options=options, recorded={})

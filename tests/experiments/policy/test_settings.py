@@ -50,7 +50,7 @@ from spikeport.networks.policy import PolicyOptions
         ),
         ({"gait": "wild"}, "unknown gait 'wild'; choose from: calm, rough"),
         ({"network_seed": -1}, "network_seed=-1: a seed must be from 0 to 4294967295"),
-        ({"units": "hh"}, "unknown units 'hh'; choose from: hybrid, if, lif, relu"),
+        ({"units": "hh"}, "unknown units 'hh'; choose from: bent, hybrid, if, lif, relu"),
     ],
 )
 def test_a_wrong_setting_says_what_is_allowed(wrong, message):

@@ -129,6 +129,14 @@ def test_layers_that_do_not_fit_are_refused(path, checkpoint, refusal):
     assert refusal(path) == "expected weights of shape (6, 7) in layer 1, found (6, 8)"
 
 
+def test_dense_layers_without_an_activation_between_them_are_refused(path, checkpoint, refusal):
+    state = checkpoint["actor_state_dict"]
+    for kind in ("weight", "bias"):
+        state[f"mlp.3.{kind}"] = state.pop(f"mlp.4.{kind}")
+    torch.save(checkpoint, path)
+    assert refusal(path) == "expected an activation between two dense layers, found mlp.2 and 3"
+
+
 def test_a_bias_that_does_not_fit_is_refused(path, checkpoint, refusal):
     checkpoint["actor_state_dict"]["mlp.2.bias"] = torch.ones(4)
     torch.save(checkpoint, path)

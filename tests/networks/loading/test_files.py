@@ -10,6 +10,7 @@ from spikeport.networks import walking_policy
 from spikeport.networks.loading import isaac
 from spikeport.networks.loading.files import load_mlp
 from spikeport.networks.policy_values import exact
+from spikeport.networks.walking_policy import WalkingPolicy
 
 FORMATS = "expected npz or TorchScript or checkpoint or ONNX, found"
 
@@ -39,6 +40,22 @@ def test_an_npz_of_other_arrays_is_refused(tmp_path):
     np.savez(path, x=np.zeros(2))
     with pytest.raises(UsageError, match=r"expected weights, biases and joints, .* arrays missing"):
         load_mlp(path)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "message"),
+    [
+        ((3, 2), "at least one hidden layer, found none"),
+        ((3, 0, 2), "units in layer 0, found none"),
+    ],
+)
+def test_our_own_file_has_a_hidden_layer_with_units(tmp_path, sizes, message):
+    weights = [np.ones(shape) for shape in zip(sizes[1:], sizes[:-1], strict=True)]
+    biases = [np.ones(len(one)) for one in weights]
+    policy = WalkingPolicy(tuple(weights), tuple(biases), ("hip", "knee"), np.zeros(2), 0.5)
+    policy.save(tmp_path / "policy.npz")
+    with pytest.raises(UsageError, match=f"expected {message}"):
+        load_mlp(tmp_path / "policy.npz")
 
 
 @pytest.mark.slow

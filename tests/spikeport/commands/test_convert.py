@@ -11,8 +11,11 @@ from torch import nn
 
 from spikeport.commands.convert import POLICY, _write
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.passes.decode_path import DecodePath
+from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.registry import PASSES, PIPELINES
 from spikeport.compile.report.schema import ReportData
+from spikeport.experiments.policy import conversion
 from spikeport.experiments.policy.lint import ConversionLint
 from spikeport.experiments.policy.settings import load_policy
 from spikeport.hardware_models import chip as chips
@@ -51,7 +54,7 @@ def test_a_policy_file_becomes_an_image_with_errors_and_report(spikeport, tiny, 
     layer = written["layers"][0]
     assert row[-2:] == [f"{100 * layer['error']:.1f}", "%"]
     assert f"{100 * written['chip_error']:.1f} % on the chip" in done.out
-    assert lines[-2].startswith("fits chip 'loihi' on 2 cores")
+    assert lines[-2].startswith("fits chip 'loihi' on 1 core")
     assert lines[-1] == f"written: {out}/, {tmp_path / 'report.json'}"
     report = json.loads((out / "report.json").read_text())
     assert (
@@ -61,11 +64,18 @@ def test_a_policy_file_becomes_an_image_with_errors_and_report(spikeport, tiny, 
     assert not (out / "policy.npz").exists()
 
 
+def test_the_default_passes_have_more_room_for_wiring_from_neuron_to_neuron():
+    passes, usual = parse(conversion.PASSES).passes, parse("compact").passes
+    assert [type(one) for one in passes] == [type(one) for one in usual]
+    assert [one for one in passes if one not in usual] == [DecodePath(slack_cores=16.0)]
+
+
 def test_an_earlier_conversion_in_the_folder_is_replaced(tmp_path):
     lint = ConversionLint((), 0.1, 0.2, 0.004)
     (tmp_path / POLICY).write_bytes(b"the user's own")
-    _write(tmp_path, lint, None)
-    assert (tmp_path / POLICY).read_bytes() == b"the user's own"
+    for _ in range(2):
+        _write(tmp_path, lint, None)
+        assert (tmp_path / POLICY).read_bytes() == b"the user's own"
     _write(tmp_path, lint, load_policy())
     assert load_policy(tmp_path / POLICY) is not None
     _write(tmp_path, lint, None)
@@ -76,7 +86,7 @@ def test_a_policy_that_does_not_fit_has_a_report(spikeport, tiny, tmp_path):
     chip = chip_file(tmp_path / "small.toml", cores=1)
     report = tmp_path / "report.json"
     report.write_text("{}")
-    done = spikeport("convert", tiny, "-n", "4", "--chip", chip, "--json", report)
+    done = spikeport("convert", tiny, "-n", "300", "--chip", chip, "--json", report)
     assert done.code == 1
     assert "SP201 cores" in done.err
     found = ReportData.model_validate(json.loads(report.read_text()))
@@ -167,6 +177,12 @@ def test_wrong_options_are_refused(spikeport, tiny, options, message):
 def test_a_file_that_is_not_there_is_named(spikeport, tmp_path):
     path = tmp_path / "none.pt"
     assert spikeport("convert", path) == (2, "", f"error: {path}: no such file\n")
+
+
+def test_a_name_that_no_shipped_policy_has_is_refused(spikeport):
+    assert spikeport("convert", "h1_wlk").err == (
+        "error: unknown policy 'h1_wlk'; choose from: h1_robust, h1_walk, the path of a file\n"
+    )
 
 
 def test_a_file_that_is_not_a_policy_is_refused(spikeport, tmp_path):
