@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import nengo
 import numpy as np
@@ -24,6 +24,8 @@ from spikeport.simulator import Simulator
 
 MADE_FOR, DIGEST, SCHEMA_KEY = "made_for", "image_digest", "image_schema"
 DECODERS = "decoders/"
+Shapes: TypeAlias = Mapping[str, tuple[int, ...]]
+"""Shapes of decoders, by name."""
 
 
 class Refitted(NamedTuple):
@@ -89,14 +91,23 @@ def is_calibration(path: Path) -> bool:
         return False
 
 
-def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
+def load(path: Path, wanted: Mapping[str, object], shapes: Shapes) -> DecoderCalibration:
     """Read a calibration that `DecoderCalibration.save` wrote.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    wanted : mapping of str
+        The settings that the neurons of the run depend on.
+    shapes : mapping of str
+        The shapes of the decoders, by name.
 
     Raises
     ------
     UsageError
-        If the file holds something else, numbers that are not finite, or decoders that were made
-        for other settings than ``wanted``.
+        If the file holds something else, numbers that are not finite, decoders that were made
+        for other settings than ``wanted``, or others than those of ``shapes``.
     """
     arrays = _read(path)
     made_for = _made_for(path, arrays)
@@ -112,7 +123,23 @@ def load(path: Path, wanted: Mapping[str, object]) -> DecoderCalibration:
         raise _refusal(
             path, f"made for {_text(held, other)}, but the run has {_text(wanted, other)}"
         )
+    _check_shapes(path, {name: D.shape for name, D in decoders.items()}, shapes)
     return found
+
+
+def _check_shapes(path: Path, found: Shapes, wanted: Shapes) -> None:
+    """Refuse decoders of other names or shapes than the run's."""
+    if wrong := [name for name in found.keys() | wanted if found.get(name) != wanted.get(name)]:
+        name = min(wrong)
+        raise _refusal(
+            path,
+            f"decoders {shown(name)}: expected {_shape(wanted.get(name))}, found "
+            f"{_shape(found.get(name))}",
+        )
+
+
+def _shape(shape: tuple[int, ...] | None) -> str:
+    return "none" if shape is None else f"shape {shape}"
 
 
 def _made_for(path: Path, arrays: Mapping[str, np.ndarray]) -> dict[str, object]:

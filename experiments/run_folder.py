@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from spikeport.atomic import atomic_path, is_leftover, locked
+from spikeport.atomic import PART, atomic_path, is_leftover, locked
 from spikeport.compile.report.page import write_page
 from spikeport.compile.report.report import Json
 from spikeport.errors import UsageError
@@ -38,6 +38,8 @@ FILES = (
 )
 COUNTS = "counts"
 """The subfolder for the counts of every step, see `spikeport.backends.step_log.StepLog`."""
+NEW = ".run"
+"""The beginning of the name of a folder in which a run is written."""
 PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 
 
@@ -45,7 +47,7 @@ PACKAGES = ("spikeport", "numpy", "scipy", "nengo", "nengo-loihi", "mujoco")
 def opened(out: Path | None, experiment: str, overwrite: bool = False) -> Iterator[Path]:
     """Make a folder for a run; by default ``runs/<experiment>-<date>-<time>``.
 
-    An earlier run in the folder is kept until `clear` makes room for the new one. No other process
+    An earlier run in the folder is kept until the new one is written (`renewed`). No other process
     writes into the folder meanwhile. A folder that was made here and is still empty is removed.
 
     Raises
@@ -100,9 +102,35 @@ def check_outside(folder: Path, option: str, path: Path | None) -> None:
         )
 
 
+@contextlib.contextmanager
+def renewed(folder: Path) -> Iterator[Path]:
+    """Make a folder for the files of a run, which then replace those of an earlier run.
+
+    If one of them cannot be written, as on a full disk, the earlier run stays as it was. The run's
+    folder is made if there is none.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for stale in folder.glob(f"{NEW}*{PART}"):  # of a run that was killed
+        shutil.rmtree(stale, ignore_errors=True)
+    with tempfile.TemporaryDirectory(prefix=NEW, suffix=PART, dir=folder) as name:
+        new = Path(name)
+        try:
+            yield new
+        except OSError as error:
+            # Users know the folder of the run alone.
+            if str(error.filename).startswith(name):
+                error.filename = str(folder) + str(error.filename)[len(name) :]
+            raise
+        clear(folder)
+        # The result comes last: a folder without one is a run that did not finish.
+        for path in sorted(new.iterdir(), key=lambda path: path.name == "result.json"):
+            path.replace(folder / path.name)
+
+
 def clear(folder: Path) -> None:
     """Remove an earlier run, its result first, so that half a run does not look finished."""
-    for path in [*(folder / name for name in FILES), *filter(is_leftover, folder.glob("*"))]:
+    leftovers = (path for path in folder.glob("*") if is_leftover(path) and path.is_file())
+    for path in [*(folder / name for name in FILES), *leftovers]:
         path.unlink(missing_ok=True)
     shutil.rmtree(folder / COUNTS, ignore_errors=True)
 

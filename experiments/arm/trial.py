@@ -91,7 +91,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         if asked and self._exact:
             raise no_neurons(asked, f"backend '{self.options.backend}'", "give --backend native")
         if isinstance(asked, str):
-            load(Path(asked), self._made_for)
+            self._loaded(asked)
 
     @property
     def unused(self) -> dict[str, str]:
@@ -115,7 +115,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
             another controller.
         """
         asked = self.settings.calibrated
-        calibration = load(Path(asked), self._made_for) if isinstance(asked, str) else None
+        calibration = self._loaded(asked) if isinstance(asked, str) else None
         region = self._rehearsed()
         if asked is True:
             calibration = self._calibrated(region)
@@ -126,6 +126,9 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
     def calibrate(self) -> DecoderCalibration:
         """Refit the controller's decoders to the firing of its neurons on the backend."""
         return self._calibrated(self._rehearsed())
+
+    def _loaded(self, file: str) -> DecoderCalibration:
+        return load(Path(file), self._made_for, self.settings.sizes.decoders)
 
     def _rehearsed(self) -> ArmRegion:
         def rehearse() -> Arrays:

@@ -155,9 +155,13 @@ def _during(values: np.ndarray) -> np.ndarray:
 
 
 def _slip_m_s(force_n: np.ndarray, speed_m_s: np.ndarray) -> float | None:
-    """Return the mean speed of feet (n, 2), weighted by their loads; None without a load."""
+    """Return the mean speed of feet (n, 2), weighted by their loads; None without a load.
+
+    MuJoCo's integrator moves a body by its speed at the end of a step: as a foot touches down, its
+    speed in the air moves it no more.
+    """
     load_n = force_n[1:]
-    return float((load_n * _during(speed_m_s)).sum() / load_n.sum()) if load_n.any() else None
+    return float((load_n * speed_m_s[1:]).sum() / load_n.sum()) if load_n.any() else None
 
 
 def _cost_of_transport(walked: EpisodeRecording, weight_n: float, dt_s: float) -> float | None:
@@ -223,7 +227,11 @@ class _Steps:
         # The number of the touch-down after each lift-off; the last swing may not end.
         ends = np.searchsorted(down_at, up_at)
         short = np.append(down_at, np.inf)[ends] - up_at < shortest
-        self.down_at, self._up_at = np.delete(down_at, ends[short]), up_at[~short]
+        no_steps = ends[short]
+        # A reset leaves a foot some mm above the floor: its first contact ends no step either.
+        if len(down_at) and not down[0] and down_at[0] < shortest:
+            no_steps = np.append(no_steps, 0)
+        self.down_at, self._up_at = np.delete(down_at, no_steps), up_at[~short]
         self._height_m, self._force_n = height_m, force_n
 
     def peaks(self, n_after: int) -> np.ndarray:

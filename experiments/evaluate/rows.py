@@ -32,7 +32,7 @@ ROWS: tuple[Row, ...] = (
     *({"terrain": value} for value in ("boxes:0.01", "boxes:0.02")),
     *({"terrain": value} for value in ("relief:0.01", "relief:0.02", "relief:0.03")),
     *({"estimator": value} for value in ("leg-odometry", "ekf")),
-    {"estimator": "ekf", "sensor_noise": 1.0},
+    {"sensor_noise": 1.0, "estimator": "ekf"},
     {"robot_model": "urdf"},
     {
         "robot_model": "urdf",

@@ -24,8 +24,8 @@ MOST_METRICS = 100
 """The most metrics of a result: experiments have about twenty, and a figure draws each of them."""
 
 
-FILES, VERSIONS = "files", "versions"
-"""The keys of a plan for the digests of files, and the versions of packages."""
+FILES, VARIED, VERSIONS = "files", "varied", "versions"
+"""The keys of a plan for the digests of files, the varied settings, and the package versions."""
 
 NONE = "none"
 """Stands for the digest of a file that a plan lacks: a changed schedule may name other files."""
@@ -195,7 +195,13 @@ def _check_same(folder: SweepFolder, sweep: Sweep) -> None:
     asked = _as_json(dataclasses.asdict(sweep))
     now = asked.pop(FILES)
     held, asked = _by_package(held), _by_package(asked)
-    differing = sorted(key for key in held.keys() | asked if held.get(key) != asked.get(key))
+    differing = sorted(
+        key
+        for key in held.keys() | asked
+        if held.get(key) != asked.get(key)
+        # The order of the varied settings decides the names of the points.
+        or (key == VARIED and list(held[key]) != list(asked[key]))
+    )
     if differing:
         there, here = (_pairs(plan, differing) for plan in (held, asked))
         raise UsageError(

@@ -75,7 +75,7 @@ def _check_versions(plan: Sweep) -> None:
         if here[name] != version:
             raise UsageError(
                 f"{name} is {here[name]} in the worker, but {version} where the {plan.kind} began; "
-                "cure: install the same version"
+                "cure: install the same version, or choose another --out if you changed it"
             )
 
 

@@ -18,10 +18,14 @@ LONGEST_NAME, KEPT = 235, 150
 """The longest name of a point, and the letters that are kept of a longer one. Names in file systems
 have up to 255 bytes, of which an ending and the ending of a half-written file take 20."""
 
+_COMPUTING_TOO = ("nengo-spa", "scikit-learn")
+"""Packages that no image and no cached result depends on, but figures: weights of an action
+selection, and the digit that a drawing is read as."""
+
 
 def computing_versions() -> dict[str, str | None]:
     """Return the versions of the packages that compute: others may have other results."""
-    return {name: version_of(name) for name in COMPUTING}
+    return {name: version_of(name) for name in (*COMPUTING, *_COMPUTING_TOO)}
 
 
 @dataclass(frozen=True)

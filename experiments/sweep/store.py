@@ -10,10 +10,8 @@ from pathlib import Path
 from typing import Self
 
 from spikeport import cache
-from spikeport.cache import Arrays, Cache
+from spikeport.cache import LOCK, Arrays, Cache
 from spikeport.digest import digest_of
-
-LOCK = ".lock"
 
 
 class Store(Cache):

@@ -52,7 +52,7 @@ class Phase(_Strictly):
     begin_s: Seconds
     end_s: Seconds
     utilities: dict[str, Utility]
-    path: str | None = None
+    path: Name | None = None
     speed_m_s: Speed = 0.5
     arm: Literal["digit", "retract", "reach"] | None = None
 

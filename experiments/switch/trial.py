@@ -130,6 +130,8 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         if not self.options.has_neurons:
             of_neurons = (*OF_NEURONS, "preset", "selection")
             found |= dict.fromkeys(of_neurons, WITHOUT_NEURONS_UNUSED)
+            if self.settings.selection == "spa":
+                found["selection"] = "without neurons; cure: --backend reference, for float ones"
         return found
 
     # the controller

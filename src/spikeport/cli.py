@@ -354,8 +354,14 @@ def convert_command(
     ] = 0.002,
     chip: ChipOption = "loihi",
     passes: Annotated[
-        str, typer.Option("--passes", "-p", metavar="PASSES", help=PASSES_HELP)
-    ] = "compact",
+        str | None,
+        typer.Option(
+            "--passes",
+            "-p",
+            metavar="PASSES",
+            help=f"{PASSES_HELP} By default compact, with decode_path{{slack_cores=16}}.",
+        ),
+    ] = None,
     seed: Annotated[int, seed_of("the neurons")] = 0,
     out: ImageFolder = None,
     json: ReportFile = None,
@@ -392,7 +398,8 @@ def diff_command(
 ) -> None:
     """Compare the figures of two compiles or runs on a chip, or of two evaluations.
 
-    Exit with 1 if a figure differs; a figure of an evaluation, if it does by more than chance.
+    Exit with 1 if a figure, setting, seed or version differs; a figure of an evaluation, if it does
+    by more than chance.
     """
     from spikeport.commands.diff import run
 

@@ -10,24 +10,25 @@ from spikeport.experiments.options import Options
 from tests.helpers.chip_files import chip_file
 
 MADE_FOR = {"experiment": "reach", "m1": 40, "chip": "loihi", "passes": "by default"}
+DECODERS = {"M1 x": np.arange(6.0).reshape(3, 2), "bias": np.ones(2)}
+SHAPES = {name: D.shape for name, D in DECODERS.items()}
 CURE = "; make it with `spikeport calibrate`, the settings of the run, and --out"
 
 
 @pytest.fixture
 def path(tmp_path):
-    decoders = {"M1 x": np.arange(6.0).reshape(3, 2), "bias": np.ones(2)}
-    DecoderCalibration(MADE_FOR, "abc", decoders).save(tmp_path / "c.npz")
+    DecoderCalibration(MADE_FOR, "abc", DECODERS).save(tmp_path / "c.npz")
     return tmp_path / "c.npz"
 
 
 def refusal(path, **other):
     with pytest.raises(UsageError) as caught:
-        load(path, {**MADE_FOR, **other})
+        load(path, {**MADE_FOR, **other}, SHAPES)
     return str(caught.value).removesuffix(CURE).removeprefix(f"calibrated={path}: ")
 
 
 def test_a_saved_calibration_is_read_back_and_leaves_no_other_file(path):
-    found = load(path, MADE_FOR)
+    found = load(path, MADE_FOR, SHAPES)
     assert (found.made_for, found.image_digest) == (MADE_FOR, "abc")
     assert list(found.decoders) == ["M1 x", "bias"]
     assert (found.decoders["M1 x"] == np.arange(6.0).reshape(3, 2)).all()
@@ -40,6 +41,25 @@ def test_decoders_for_another_network_are_refused_with_every_difference_named(pa
     )
     assert len(refusal(path, box="small" * 10**6)) < 1000
     assert refusal(path, box="small") == "made for box=None, but the run has box=small"
+
+
+@pytest.mark.parametrize(
+    ("decoders", "found"),
+    [
+        ({}, "decoders M1 x: expected shape (3, 2), found none"),
+        (
+            {**DECODERS, "trim": np.ones(2)},
+            "decoders trim: expected none, found shape (2,)",
+        ),
+        (
+            {**DECODERS, "bias": np.array(1.0)},
+            "decoders bias: expected shape (2,), found shape ()",
+        ),
+    ],
+)
+def test_decoders_that_do_not_fit_the_neurons_are_refused(path, decoders, found):
+    DecoderCalibration(MADE_FOR, "", decoders).save(path)
+    assert refusal(path) == found
 
 
 def test_numbers_that_are_not_finite_are_refused(path):
@@ -134,5 +154,5 @@ def test_a_run_without_passes_differs_from_one_with_the_default_passes():
 
 
 def test_a_file_without_a_method_counts_as_made_by_method_1(path):
-    load(path, {**MADE_FOR, "method": 1})
+    load(path, {**MADE_FOR, "method": 1}, SHAPES)
     assert refusal(path, method=2) == "made for method=1, but the run has method=2"

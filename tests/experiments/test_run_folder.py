@@ -118,6 +118,34 @@ def test_clear_removes_a_run_and_its_result_first(tmp_path, monkeypatch):
     assert removed[0] == "result.json"
 
 
+def test_a_run_replaces_an_earlier_one_whole(tmp_path):
+    run_folder.write_result(tmp_path, {"number": 1})
+    (tmp_path / "video.mp4").touch()
+    (tmp_path / ".run1234.part").mkdir()  # of a run that was killed
+    with run_folder.renewed(tmp_path) as new:
+        (new / "figure.png").touch()
+        (new / run_folder.COUNTS).mkdir()
+        run_folder.write_result(new, {"number": 2})
+        assert read(tmp_path)["number"] == 1
+    assert read(tmp_path)["number"] == 2
+    assert names(tmp_path) == ["counts", "figure.png", "result.json"]
+
+
+def test_an_earlier_run_stays_if_a_later_one_cannot_be_written(tmp_path):
+    run_folder.write_result(tmp_path, {"number": 1})
+    (tmp_path / "figure.png").write_bytes(b"first")
+
+    def write():
+        with run_folder.renewed(tmp_path) as new:
+            (new / "figure.png").write_bytes(b"second")
+            raise OSError("the disk is full")
+
+    with pytest.raises(OSError, match="full"):
+        write()
+    assert names(tmp_path) == ["figure.png", "result.json"]
+    assert (tmp_path / "figure.png").read_bytes() == b"first"
+
+
 def interrupt(folder, writes):
     with run_folder.opened(folder, "reach"):
         if writes:

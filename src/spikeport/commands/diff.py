@@ -64,7 +64,7 @@ def _of_evaluations(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
     by_chance = compared * (1 - CONFIDENCE)
     note = (
         f"figures compared, by Fisher's test and intervals of 95 %: {compared}; between two "
-        f"evaluations of one policy, about {by_chance:.0f} would differ"
+        f"evaluations of one policy, at most about {by_chance:.0f} would differ"
     )
     return [tuple(map(printable, one)) for one in differences], note
 
@@ -82,18 +82,25 @@ def _of_reports(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
 
         write_pair(html, reports, rows)
         print(f"written: {html}")
-    alone = [one for one in SECTIONS if sum(bool(each.get(one)) for each in reports.values()) == 1]
+    alone = [one for one in SECTIONS if sum(one in _held(each) for each in reports.values()) == 1]
     lacking = f"not compared, since one report lacks them: {', '.join(alone)}"
     return rows, lacking if alone and len(reports) == 2 else ""
 
 
 def changes(a: Json, b: Json) -> list[Change]:
     """Return the figures that differ, or are in one report only, in sections that both have."""
-    shared = [section for section in SECTIONS if a.get(section) and b.get(section)]
+    shared = [section for section in SECTIONS if section in _held(a) & _held(b)]
     left, right = figures(a, shared), figures(b, shared)
     names = [*left, *(name for name in right if name not in left)]
     pairs = [Change(name, left.get(name), right.get(name)) for name in names]
     return [change for change in pairs if change.a != change.b]
+
+
+def _held(report: Json) -> set[str]:
+    """Return the sections that a report has: one may be empty, but a refused network has none."""
+    if not report["image_digest"]:  # no image was made
+        return set()
+    return {section for section in SECTIONS if report.get(section) is not None}
 
 
 def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
@@ -104,14 +111,16 @@ def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
     # A network that is refused takes no resources: why it is refused is all that differs.
     for one in report.get("violations", ()):
         rule = f"{one['id']} {one['rule']}".strip()  # a builder's own refusal has no id
-        found[f"{one['object']}: {rule}"] = one["used"]
+        name = f"{one['object']}: {rule}"
+        # A rule may be broken by an object twice, such as by two settings.
+        found[name] = f"{found[name]}; {one['used']}" if name in found else one["used"]
     for section in sections:
         found |= FIGURES[section](report[section])
     return found
 
 
 def _passes(passes: list[Json]) -> Figures:
-    return {"passes": ",".join(map(_pass, passes))}
+    return {"passes": ",".join(map(_pass, passes)) or "none"}
 
 
 def _pass(record: Json) -> str:

@@ -1,6 +1,7 @@
 """The end of a command by a signal."""
 
 import contextlib
+import shlex
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
@@ -48,7 +49,7 @@ def resumable(folder: Path, parts: str) -> Iterator[None]:
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
                 f"finished {parts} are kept in {folder}; to go on, give the same command with "
-                f"--out {folder}"
+                f"--out {shlex.quote(str(folder))}"
             ) from None
 
 

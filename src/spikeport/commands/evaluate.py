@@ -86,13 +86,13 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
     check_target(target)
     settings = experiment.parse_settings(request.settings)
     _refuse_others(settings)
-    seconds = EPISODE_S if request.seconds is None else request.seconds
-    if seconds <= SHORTEST_S:
+    seconds = EPISODE_S if request.seconds is None else seconds_of(request.seconds, experiment)
+    # To the nearest step, which would be the cure for a time that is no whole number of them.
+    if round(seconds / PHYSICS_DT_S) * PHYSICS_DT_S <= SHORTEST_S:
         raise UsageError(
             f"--seconds {seconds:g}: the measures need episodes longer than {SHORTEST_S:g} s; "
             f"cure: leave it out, for the default of {EPISODE_S:g} s"
         )
-    seconds = seconds_of(seconds, experiment)
     # An exact policy has no steps between those of the robot.
     check_whole_steps("--seconds", seconds, PHYSICS_DT_S)
     evaluation = EvaluationSweep(
@@ -117,7 +117,7 @@ def _refuse_others(settings: Mapping[str, SettingValue]) -> None:
     from spikeport.robot.perturbation import Perturbation
 
     perturbations = {field.name for field in fields(Perturbation)}
-    known = {field.name for field in fields(PolicySettings)}
+    known = {field.name for field in fields(PolicySettings)} - {"appearance"}
     for key, value in settings.items():
         if key in perturbations:
             raise UsageError(
@@ -125,8 +125,8 @@ def _refuse_others(settings: Mapping[str, SettingValue]) -> None:
             )
         if key not in known:
             raise UsageError(
-                f"--set {key}: an evaluation draws commands, follows no path and silences no "
-                "neurons; cure: leave it out"
+                f"--set {key}: an evaluation draws commands, follows no path, silences no neurons "
+                "and shows no robot; cure: leave it out"
             )
 
 

@@ -122,8 +122,8 @@ class PaperOverview:
             # Its time is not limited: the message would name an option that figures lack.
             network = built_in("humanoid", settings, request.target.chip)
             picture = rendered(drawing.overview_figure(network))
-            run_folder.clear(folder)
-            run_folder.write_figure(folder, picture)
+            with run_folder.renewed(folder) as new:
+                run_folder.write_figure(new, picture)
         print(f"written: {folder}/ (figure.png)")
         return 0
 

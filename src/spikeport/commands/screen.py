@@ -40,11 +40,12 @@ class Findings:
 
     @property
     def hints(self) -> tuple[Violation, ...]:
-        """The hints of the compile and, if the loss was measured, of its run."""
-        if self.loss is None or self.activity is None:
+        """The hints of the compile, of its run, and of a loss that was measured."""
+        if self.activity is None:
             return self.report.hints
+        of_loss = () if self.loss is None else self.loss.hints
         found = hints_after(self.activity, self.report.hints)
-        return tuple(dict.fromkeys((*found, *self.loss.hints)))
+        return tuple(dict.fromkeys((*found, *of_loss)))
 
     def to_dict(self) -> Json:
         """Return plain data, ready for JSON."""

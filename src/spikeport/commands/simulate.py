@@ -88,9 +88,10 @@ def simulate(request: SimulateRequest) -> None:
 
             ran = work() if network.all_probes else probing_outputs(network, work)
             progress("writing", None)
-            _write(folder, request, ran, drawing, series)
-            run_folder.add_counts(folder, counts)
-            run_folder.write_result(folder, _result(request, ran, network, files))
+            with run_folder.renewed(folder) as new:
+                _write(new, request, ran, drawing, series)
+                run_folder.add_counts(new, counts)
+                run_folder.write_result(new, _result(request, ran, network, files))
         _show(ran, network, played, folder)
 
 
@@ -160,11 +161,9 @@ def _write(
     drawing: ModuleType,
     series: ModuleType,
 ) -> None:
-    """Write a folder except its result; everything is made before an earlier run is removed."""
+    """Write time series, figure and report of a run into its folder."""
     picture = rendered(drawing.figure(ran.recorded, ran.backend, request.network))
-    probes = series.dataset(ran.recorded, ran.backend)
-    run_folder.clear(folder)
-    run_folder.write_probes(folder, probes)
+    run_folder.write_probes(folder, series.dataset(ran.recorded, ran.backend))
     run_folder.write_figure(folder, picture)
     if ran.report_json is not None:
         run_folder.write_report(folder, ran.report_json, request.network)

@@ -118,7 +118,8 @@ def test_a_file_made_by_another_method_is_refused(tmp_path, monkeypatch):
     path, settings, options = tmp_path / "decoders.npz", ReachSettings(), Options(0.1)
     monkeypatch.setattr(ReachTrial, "_rehearsed", lambda _: None)
     monkeypatch.setattr(arm_trial, "draw_states", lambda *_: None)
-    monkeypatch.setattr(arm_trial, "refit_arm", lambda *_: Refitted({}, ""))
+    decoders = {name: np.zeros(shape) for name, shape in settings.sizes.decoders.items()}
+    monkeypatch.setattr(arm_trial, "refit_arm", lambda *_: Refitted(decoders, ""))
     monkeypatch.setattr(ReachTrial, "_arm", lambda *_: None)
     ReachTrial(settings, options).calibrate().save(path)
     read = ReachTrial(dataclasses.replace(settings, calibrated=str(path)), options)

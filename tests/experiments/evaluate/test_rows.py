@@ -18,6 +18,13 @@ def test_the_default_rows_are_distinct_perturbations(monkeypatch):
     assert find_rows([])[-1] == MENAGERIE
 
 
+def test_a_default_row_has_the_name_that_it_has_if_it_is_asked_for():
+    """Two evaluations are compared by the names of their rows."""
+    for row in ROWS[1:]:
+        text = ",".join(f"{key}={value}" for key, value in row.items())
+        assert name_of(find_rows([text])[-1]) == name_of(row)
+
+
 def test_rows_that_are_asked_for_follow_the_nominal_one():
     rows = find_rows(["terrain=boxes:0.01,push=0.8"])
     assert [name_of(row) for row in rows] == ["nominal", "push=0.8 terrain=boxes:0.01"]

@@ -51,6 +51,16 @@ def test_a_folder_of_another_sweep_is_refused_with_every_difference_named(
     assert json.loads(folder.plan.read_text())["seconds"] == 2.0
 
 
+def test_settings_in_another_order_are_refused_as_they_name_the_points_differently(
+    sweep_of, tmp_path
+):
+    varied = {"n_neurons": (2, 20), "backend": ("native",)}
+    begin(tmp_path, sweep_of(varied=varied))
+    begin(tmp_path, sweep_of(varied=dict(varied)))
+    turned = sweep_of(varied=dict(reversed(varied.items())))
+    assert 'has varied={"backend": ["native"], "n_neurons": [2, 20]}; ' in refused(tmp_path, turned)
+
+
 def test_many_seeds_are_named_by_the_first_and_the_last(sweep_of, tmp_path):
     begin(tmp_path, sweep_of(seeds=tuple(range(5, 1005))))
     message = refused(tmp_path, sweep_of(seeds=(0, 1)))

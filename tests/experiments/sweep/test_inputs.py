@@ -111,7 +111,7 @@ def test_a_worker_with_other_versions_than_the_plan_is_refused(sweep_of, other):
         Unchanged(lambda *_: PointFiles({}, None))(point, "")
     assert str(caught.value) == (
         f"{name} is {here} in the worker, but 0.1 where the sweep began; cure: install "
-        "the same version"
+        "the same version, or choose another --out if you changed it"
     )
 
 

@@ -1,9 +1,12 @@
 """Points of a sweep: all combinations, seed by seed."""
 
+from importlib.metadata import version
+
 import pytest
 
+from spikeport.cache import COMPUTING
 from spikeport.experiments.sweep.folder import SweepFolder
-from spikeport.experiments.sweep.plan import LONGEST_NAME
+from spikeport.experiments.sweep.plan import LONGEST_NAME, computing_versions
 from tests.helpers.sweeps import VARIED, finish
 
 
@@ -57,6 +60,13 @@ def test_a_name_of_the_greatest_length_allowed_is_not_shortened(sweep_of):
     (point,) = sweep_of(varied={"path": ("a" * 223,)}).points()
     assert point.name == f"path={'a' * 223},seed=0"
     assert len(point.name) == LONGEST_NAME
+
+
+def test_a_plan_has_the_versions_of_all_packages_that_figures_depend_on():
+    versions = computing_versions()
+    assert versions["scikit-learn"] == version("scikit-learn")
+    assert versions["nengo-spa"] == version("nengo-spa")
+    assert versions.keys() > set(COMPUTING)
 
 
 def test_points_that_differ_only_in_settings_of_the_run_share_a_network(sweep_of):

@@ -124,6 +124,11 @@ def test_phases_that_do_not_follow_each_other_are_refused(reason, changed, to, m
         ),
         ('name = "phase 1"\n', "", "name: is missing"),
         ('"phase 1"', '"\\u001b[2J"', r"name: holds control characters: '\x1b[2J'"),
+        (
+            'arm = "digit"',
+            'arm = "digit"\npath = "a\\u0000b.csv"',
+            r"path: holds control characters: 'a\x00b.csv'",
+        ),
         ('arm = "digit"', 'arm = "digit"\nhaste = 1', "haste: is not a known key"),
         ('"digit"', '"wave"', "arm: Input should be 'digit', 'retract' or 'reach'"),
     ],

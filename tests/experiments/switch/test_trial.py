@@ -51,6 +51,8 @@ def test_the_selection_of_nengo_spa_is_refused_on_a_backend_with_a_chip():
         "need two (AMPA 2 ms, GABA 8 ms); leave it out, or give --backend reference"
     )
     SwitchTrial(SwitchSettings(selection="spa"), Options(60.0, backend="reference")).check()
+    unused = SwitchTrial(SwitchSettings(selection="spa"), Options(60.0, backend="analytic")).unused
+    assert unused["selection"] == "without neurons; cure: --backend reference, for float ones"
 
 
 def test_a_schedule_that_leaves_an_uneven_floor_is_refused(tmp_path):

@@ -38,7 +38,7 @@ def test_decoders_are_written_and_the_image_named(spikeport, asked, tmp_path):
     )
     message = f"1,200 decoders refitted on image 0123456789abcdef\nwritten: {path}\n"
     assert done == (0, message, "")
-    assert load(path, FOUND.made_for).image_digest == FOUND.image_digest
+    assert load(path, FOUND.made_for, {"M1 x": (300, 4)}).image_digest == FOUND.image_digest
     ((settings, options),) = asked
     assert settings.m1 == 40
     assert (options.backend, options.chip, options.pipeline) == ("native", "loihi", "compact")

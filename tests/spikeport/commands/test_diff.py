@@ -4,9 +4,12 @@ import json
 
 import pytest
 
+from spikeport.compile.ground.refusal import RefusedError
+from spikeport.compile.report.refusal import refused_report
 from spikeport.experiments.evaluate.interval import of_share
 from spikeport.experiments.evaluate.table import TableRow
 from spikeport.experiments.run_folder import RESULT_SCHEMA
+from spikeport.hardware_models import chip as chips
 from tests.helpers.evaluations import write_evaluation
 
 
@@ -71,6 +74,27 @@ def test_sections_of_one_report_alone_are_named(spikeport, two):
     assert spikeport("diff", other, other) == (0, "no difference\n", "")
 
 
+def test_no_passes_differ_from_some(spikeport, two, reported):
+    report = json.loads((two[0] / "report.json").read_text())
+    some, none = two[0], reported("none", report, passes=[])
+    assert spikeport("diff", none, none) == (0, "no difference\n", "")
+    done = spikeport("diff", some, none)
+    assert (done.code, rows(done.out)["passes"][-1]) == (1, "none")
+    assert "not compared" not in done.out
+
+
+def test_a_refused_network_has_no_passes_and_no_rounding(spikeport, two, tmp_path):
+    path = tmp_path / "refused.json"
+    refused = refused_report(chips.get("loihi"), RefusedError("a: bad")).to_dict()
+    path.write_text(json.dumps(refused))
+    done = spikeport("diff", two[0], path)
+    assert done.code == 1
+    assert "bad" in done.out
+    assert "passes" not in rows(done.out)
+    assert not [name for name in rows(done.out) if name.startswith("rounding")]
+    assert "not compared, since one report lacks them: passes, quantisation" in done.out
+
+
 def rows(printed):
     """Return the cells behind the name of each figure in a printed table."""
     lines = (line.split("  ") for line in printed.splitlines())
@@ -109,6 +133,9 @@ def test_networks_that_are_refused_differ_by_what_they_break(spikeport, two, rep
     assert (done.code, rows(done.out)["a: SP005 synapse"]) == (1, ["-", "Alpha"])
     done = spikeport("diff", refused, other)
     assert (done.code, rows(done.out)["b: refused by the builder"]) == (1, ["-", "no"])
+    twice = reported("twice", report, violations=[one, one | {"used": "Triangle"}])
+    done = spikeport("diff", refused, twice)
+    assert rows(done.out)["a: SP005 synapse"] == ["Alpha", "Alpha; Triangle"]
 
 
 def test_costs_at_other_rates_say_so(spikeport, two, reported):

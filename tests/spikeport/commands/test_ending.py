@@ -34,10 +34,10 @@ def test_a_signal_ends_a_command_as_an_exit_does(number: signal.Signals, serves:
 @pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_of_resumable_work_says_how_to_go_on(number: signal.Signals) -> None:
-    with pytest.raises(KeyboardInterrupt) as interrupt, resumable(Path("out"), "points"):
+    with pytest.raises(KeyboardInterrupt) as interrupt, resumable(Path("my out"), "points"):
         os.kill(os.getpid(), number)
     assert str(interrupt.value) == (
-        "finished points are kept in out; to go on, give the same command with --out out"
+        "finished points are kept in my out; to go on, give the same command with --out 'my out'"
     )
 
 

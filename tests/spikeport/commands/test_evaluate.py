@@ -131,12 +131,22 @@ def test_the_title_of_the_table_names_the_policy(
         ),
         (
             (*WALK, "--set", "silence=0.1"),
-            "--set silence: an evaluation draws commands, follows no path and silences no "
-            "neurons; cure: leave it out",
+            "--set silence: an evaluation draws commands, follows no path, silences no neurons and "
+            "shows no robot; cure: leave it out",
+        ),
+        (
+            (*WALK, "--set", "appearance=primitive"),
+            "--set appearance: an evaluation draws commands, follows no path, silences no neurons "
+            "and shows no robot; cure: leave it out",
         ),
         (
             (*WALK[:-1], "3"),
             "--seconds 3: the measures need episodes longer than 3 s; cure: leave it out, for "
+            "the default of 20 s",
+        ),
+        (
+            (*WALK[:-1], "3.001"),
+            "--seconds 3.001: the measures need episodes longer than 3 s; cure: leave it out, for "
             "the default of 20 s",
         ),
         (

@@ -218,15 +218,20 @@ def test_an_earlier_run_is_kept_if_the_new_network_does_not_fit(spikeport, tmp_p
 
 
 @pytest.mark.slow
-def test_a_full_disk_leaves_no_result(spikeport, tmp_path, monkeypatch):
+def test_a_full_disk_leaves_no_result_and_the_earlier_run(spikeport, tmp_path, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
+    out, earlier = tmp_path / "run", tmp_path / "earlier"
+    assert spikeport(*ANALYTIC, "--out", earlier).code == 0
+    before = (earlier / "result.json").read_text()
     monkeypatch.setattr(os, "fsync", full)
-    out = tmp_path / "run"
     done = spikeport(*ANALYTIC, "--out", out)
     assert done == (1, "", f"error: {out}/probes.nc: No space left on device\n")
-    assert names(tmp_path) == []
+    assert spikeport(*ANALYTIC, "--out", earlier, "--overwrite").code == 1
+    assert names(tmp_path) == ["earlier"]
+    assert (earlier / "result.json").read_text() == before
+    assert names(earlier) == ["figure.png", "probes.nc", "result.json"]
 
 
 @pytest.mark.slow

@@ -31,6 +31,14 @@ def test_metrics_of_neurobench_are_printed_in_one_line(compilation):
     assert ", effective MACs " in line
 
 
+def test_hints_of_a_run_are_printed_also_if_no_loss_was_measured(compilation, capsys):
+    counts = expected_activity(compilation.image, Rates(100.0, {}))
+    activity = replace(counts, cut_off={"u -> a": counts.n_steps})
+    show_findings(Findings(compilation.report, activity), cores=False)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "hint: SP408 input saturation: u -> a (spikes lost in 100 % of steps)" in printed
+
+
 def test_hints_of_one_rule_are_one_line_that_names_the_first_objects(compilation, capsys):
     hints = [Violation("SP404", "copies", f"n{i}", f"{i} of 9", "", "redraw") for i in range(5)]
     hints.insert(2, Violation("SP402", "zeros", "z", "all", "", "remove"))

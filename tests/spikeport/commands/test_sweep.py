@@ -5,13 +5,13 @@ import os
 import signal
 import sys
 import time
-from importlib.metadata import version
 
 import pytest
 import xarray as xr
 
-from spikeport.cache import COMPUTING, own_version
+from spikeport.cache import own_version
 from spikeport.experiments.sweep import run as sweep_run
+from spikeport.experiments.sweep.plan import computing_versions
 from spikeport.experiments.sweep.run import Failure
 from tests.helpers.sweeps import finish, write_path
 
@@ -65,7 +65,7 @@ def test_a_sweep_leaves_points_table_and_figure(spikeport, counted, tmp_path):
         "probes": False,
         "files": {},
         "spikeport": own_version(),
-        "versions": {name: version(name) for name in COMPUTING},
+        "versions": computing_versions(),
     }
 
 
