@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import pytest
 import xarray as xr
 
+from spikeport.cache import Cache
 from spikeport.cli import main
 from spikeport.experiments import driver
 from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
@@ -22,6 +23,7 @@ from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.robot.arm import ArmDynamics
 from spikeport.robot.perturbation import NONE
 from tests.helpers import stages
+from tests.helpers.policies import save_pocket
 from tests.helpers.sweeps import VARIED, finish
 
 
@@ -33,6 +35,22 @@ class Run(NamedTuple):
     result: dict[str, Any]
 
 
+@pytest.fixture(scope="session")
+def kept(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Cache:
+    """Return a cache that tests share, also those of other workers: a rehearsal takes 8 to 30 s.
+
+    Tests that replace a function whose result is kept have caches of their own.
+    """
+    own = tmp_path_factory.getbasetemp()
+    return Cache((own.parent if hasattr(request.config, "workerinput") else own) / "kept")
+
+
+@pytest.fixture(scope="session")
+def pocket(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """Return the file of a policy that is converted and compiled in a second."""
+    return str(save_pocket(tmp_path_factory.mktemp("pocket") / "policy.npz"))
+
+
 def run_reach(folder: Path, seconds: float, **options: Any) -> Run:
     """Run the experiment; ``options`` are those of `Options` and `ReachSettings`."""
     names = ("box", "m1", "preset")
@@ -42,16 +60,17 @@ def run_reach(folder: Path, seconds: float, **options: Any) -> Run:
 
 
 @pytest.fixture
-def run(tmp_path: Path) -> Callable[..., Run]:
+def run(tmp_path: Path, kept: Cache) -> Callable[..., Run]:
     """Return a function that runs the experiment into an empty folder."""
-    return lambda seconds, **options: run_reach(tmp_path, seconds, **options)
+    return lambda seconds, **options: run_reach(tmp_path, seconds, cache=kept, **options)
 
 
 @pytest.fixture(scope="session")
-def loihi(tmp_path_factory: pytest.TempPathFactory) -> Run:
+def loihi(tmp_path_factory: pytest.TempPathFactory, kept: Cache) -> Run:
     """Return one second of a small controller on nengo-loihi's emulator."""
     folder = tmp_path_factory.mktemp("loihi")
-    return run_reach(folder, 1.0, backend="nengo-loihi", m1=200, command=("spikeport", "run"))
+    options = {"backend": "nengo-loihi", "cache": kept, "command": ("spikeport", "run")}
+    return run_reach(folder, 1.0, m1=200, **options)
 
 
 @pytest.fixture

@@ -7,22 +7,25 @@ import pytest
 import xarray as xr
 
 from spikeport.backends.board.link import LinkOptions
+from spikeport.cache import Cache
 from spikeport.errors import BoardLostError
 from spikeport.experiments import registry
 from spikeport.experiments.options import Options
 
 
-def reach(folder: Path, seconds: float, backend: str, link: LinkOptions) -> dict[str, object]:
+def reach(
+    folder: Path, seconds: float, backend: str, link: LinkOptions, kept: Cache
+) -> dict[str, object]:
     experiment = registry.get("reach")
     folder.mkdir()
-    options = Options(seconds=seconds, backend=backend, link=link)
+    options = Options(seconds=seconds, backend=backend, link=link, cache=kept)
     return experiment.run(experiment.settings(), options, folder).result
 
 
 @pytest.mark.slow
-def test_a_reach_on_the_stub_equals_one_on_the_native_backend(tmp_path: Path) -> None:
+def test_a_reach_on_the_stub_equals_one_on_the_native_backend(tmp_path: Path, kept: Cache) -> None:
     found = {
-        backend: reach(tmp_path / backend, 0.3, backend, LinkOptions())
+        backend: reach(tmp_path / backend, 0.3, backend, LinkOptions(), kept)
         for backend in ("native", "board")
     }
     one, other = (xr.open_dataset(tmp_path / name / "probes.nc") for name in found)
@@ -35,10 +38,10 @@ def test_a_reach_on_the_stub_equals_one_on_the_native_backend(tmp_path: Path) ->
 
 
 @pytest.mark.slow
-def test_a_lost_board_leaves_the_robot_in_damping(tmp_path: Path) -> None:
+def test_a_lost_board_leaves_the_robot_in_damping(tmp_path: Path, kept: Cache) -> None:
     folder = tmp_path / "run"
     with pytest.raises(BoardLostError, match="the robot went into damping, its last states are in"):
-        reach(folder, 0.5, "board", LinkOptions(faults=("cut@300",)))
+        reach(folder, 0.5, "board", LinkOptions(faults=("cut@300",)), kept)
     with np.load(folder / "last_states.npz") as states:
         time_s, arm_rad_s = states["time_s"], np.abs(states["qvel"][:, -5:]).max(axis=1)
     lost = np.searchsorted(time_s, 0.3)

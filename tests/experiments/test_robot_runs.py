@@ -14,6 +14,7 @@ import pytest
 from nengo.exceptions import SimulationError
 
 from spikeport.backends.board.link import LinkOptions
+from spikeport.cache import NOTHING, Cache
 from spikeport.errors import BoardLostError, DivergedError, RobotLostError, UsageError
 from spikeport.experiments import driver, registry
 from spikeport.experiments.driver import Ready
@@ -36,14 +37,19 @@ def run(
     faults: tuple[str, ...] = (),
     estimator: str | None = None,
     real_time: bool = False,
+    kept: str = "",
 ) -> dict[str, object]:
-    """Return a run's motion, the digest of its time series, its counts and its link's figures."""
+    """Return a run's motion, the digest of its time series, its counts and its link's figures.
+
+    ``folder`` and ``kept`` are those of the run and of its cache, if any.
+    """
     experiment = registry.get(name)
     with tempfile.TemporaryDirectory() as made:
         out = Path(folder or made)
         options = Options(
             seconds=seconds,
             backend=backend,
+            cache=Cache(Path(kept)) if kept else NOTHING,
             link=LinkOptions(),
             robot=RobotOptions(robot, real_time, tuple(faults), estimator=estimator),
         )
@@ -120,10 +126,13 @@ def test_a_walk_on_an_estimate_is_the_same_in_one_process_and_in_two() -> None:
 
 
 @pytest.mark.slow
-def test_a_reach_on_the_chip_is_the_same_with_board_and_robot_in_processes_of_their_own() -> None:
-    inline = run("reach", "native", "inline", 0.3)
+def test_a_reach_on_the_chip_is_the_same_with_board_and_robot_in_processes_of_their_own(
+    kept: Cache,
+) -> None:
+    options: Any = ("", [], None, False, str(kept.folder))
+    inline = run("reach", "native", "inline", 0.3, *options)
     assert inline["activity"]["spikes"] > 0
-    assert in_namespace(run, "reach", "board", "stub", 0.3) == inline
+    assert in_namespace(run, "reach", "board", "stub", 0.3, *options) == inline
 
 
 @pytest.mark.slow

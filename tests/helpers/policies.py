@@ -1,8 +1,12 @@
-"""A small policy of random weights, and the error of its spiking versions."""
+"""Small policies, and the error of their spiking versions."""
+
+import dataclasses
+from pathlib import Path
 
 import nengo
 import numpy as np
 
+from spikeport.networks import walking_policy
 from spikeport.networks.policy import Layer, exact, policy, record_ranges
 
 STEPS = 40
@@ -11,6 +15,16 @@ SIZES = ((6, 10), (10, 10), (10, 4))
 RNG = np.random.RandomState(0)
 LAYERS = [Layer(RNG.randn(n, m) * 1.2 / np.sqrt(m), 0.2 * RNG.randn(n)) for m, n in SIZES]
 OBSERVATIONS = RNG.randn(600, 6)
+
+
+def save_pocket(path: Path) -> Path:
+    """Save the shipped policy with 8 units in each hidden layer; it stands, and walks nowhere."""
+    shipped, n = walking_policy.load(), 8
+    first, second, third, last = shipped.weights
+    weights = (first[:n], second[:n, :n], third[:n, :n], 0.1 * last[:, :n])
+    biases = (*(b[:n] for b in shipped.biases[:-1]), np.zeros(len(last)))
+    dataclasses.replace(shipped, weights=weights, biases=biases).save(path)
+    return path
 
 
 def built(options, **more):

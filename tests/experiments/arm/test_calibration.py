@@ -68,9 +68,9 @@ def test_refitted_decoders_bring_the_torque_nearer_to_the_exact_law(law, region)
 
 
 @pytest.mark.slow
-def test_a_rig_repeats_a_run_exactly_after_another_run():
+def test_a_rig_repeats_a_run_exactly_after_another_run(kept):
     settings = ReachSettings(m1=40, cb=30, s1=10)
-    trials = [ReachTrial(settings, Options(0.2, seed=seed)) for seed in (0, 1, 0)]
+    trials = [ReachTrial(settings, Options(0.2, seed=seed, cache=kept)) for seed in (0, 1, 0)]
     ready = prepare(trials[0])
     first, other, again = (perform(trial, ready).recording for trial in trials)
     ready.sim.close()
@@ -79,8 +79,9 @@ def test_a_rig_repeats_a_run_exactly_after_another_run():
 
 
 @pytest.fixture
-def few_states(monkeypatch):
-    """Make refits use 30 states instead of 1,500."""
+def few_states(monkeypatch, region):
+    """Make refits use 30 states, of one rehearsal, instead of 1,500."""
+    monkeypatch.setattr(arm_trial, "record_region", lambda *_: region)
     monkeypatch.setattr(arm_trial, "draw_states", functools.partial(draw_states, n=30))
 
 
@@ -140,8 +141,8 @@ def test_a_drawing_is_calibrated_for_its_sheet_and_time_but_not_for_its_digit():
 
 
 @pytest.mark.slow
-def test_a_calibrated_controller_draws(tmp_path):
+def test_a_calibrated_controller_draws(tmp_path, kept):
     settings = draw.DrawSettings(calibrated=True)
-    metrics = run(draw.DrawTrial(settings, Options(12.0)), tmp_path).result["metrics"]
+    metrics = run(draw.DrawTrial(settings, Options(12.0, cache=kept)), tmp_path).result["metrics"]
     assert metrics["shape_error_rms_m"] <= 0.003
     assert metrics["readout_spikes"] == 0

@@ -4,7 +4,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
-from spikeport.cache import NOTHING, Cache
+from spikeport.cache import NOTHING
 from spikeport.errors import MissingExtraError, UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.arm import digit_reader, draw
@@ -16,12 +16,6 @@ FILES = ["figure.png", "probes.nc", "result.json"]
 def run(folder, seconds=12.0, backend="analytic", cache=NOTHING, **settings):
     options = Options(seconds, backend=backend, cache=cache)
     return driver.run(draw.DrawTrial(draw.DrawSettings(**settings), options), folder).result
-
-
-@pytest.fixture(scope="module")
-def kept(tmp_path_factory):
-    """Return a cache: all digits are rehearsed together, and drawn by the same network."""
-    return Cache(tmp_path_factory.mktemp("kept"))
 
 
 @pytest.fixture(scope="module")
@@ -54,8 +48,8 @@ def test_the_lean_controller_draws_every_digit_on_the_chip(tmp_path, kept, digit
 
 
 @pytest.mark.slow
-def test_float_neurons_draw(tmp_path):
-    metrics = run(tmp_path, backend="reference")["metrics"]
+def test_float_neurons_draw(tmp_path, kept):
+    metrics = run(tmp_path, backend="reference", cache=kept)["metrics"]
     assert metrics["shape_error_rms_m"] <= 0.003
     assert metrics["recognised_as"] == 5
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from spikeport import cache
 from spikeport.cache import Cache
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import DivergedError, UsageError
@@ -103,13 +104,21 @@ def test_a_small_controller_reaches_three_targets_a_second_on_the_emulated_chip(
 # network and settings
 
 
+@pytest.fixture
+def rehearsed(kept, monkeypatch):
+    """Let networks that are found by name use the rehearsals of other tests."""
+    monkeypatch.setenv(cache.FOLDER, str(kept.folder))
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("rehearsed")
 def test_the_built_in_network_gives_the_runs_image(loihi):
     image = compile_network(find_network("arm", ["m1=200"])).image
     assert loihi.result["image_digest"] == image.digest
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("rehearsed")
 def test_another_network_seed_gives_another_image(loihi):
     image = compile_network(find_network("arm", ["m1=200", "network_seed=1"])).image
     assert image.digest != loihi.result["image_digest"]

@@ -46,9 +46,11 @@ SWEEPS = [
 @pytest.mark.slow
 @pytest.mark.parametrize(("experiment", "settings", "varied"), SWEEPS, ids=["reach", "walk"])
 def test_points_of_a_network_equal_single_runs(
-    run, prepared, sweep_of, short_gait, tmp_path, experiment, settings, varied
+    run, prepared, sweep_of, short_gait, pocket, tmp_path, experiment, settings, varied
 ):
     settings = {"network_seed": 0, **settings}
+    if experiment == "walk":
+        settings["policy"] = pocket
     asked = {"experiment": experiment, "settings": settings, "varied": varied, "seconds": 0.1}
     points = sweep_of(**asked, seeds=(1, 2)).points()
     found = [run(point).result for point in points]

@@ -21,7 +21,7 @@ def short(tmp_path, phases):
 
 
 @pytest.fixture
-def small(monkeypatch, spikeport, short, short_gait, tmp_path):
+def small(monkeypatch, spikeport, short, short_gait, pocket, tmp_path):
     """Return a function that runs ``switch`` with few neurons and short rehearsals."""
     monkeypatch.setitem(PRESETS, "lean", ArmSizes(m1=60, cb=40, s1=10))
     monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
@@ -29,7 +29,7 @@ def small(monkeypatch, spikeport, short, short_gait, tmp_path):
     monkeypatch.setattr(rehearsal, "record_gait", gait.record_gait)  # the short one
 
     def command(name, out, *settings, backend="native"):
-        chosen = (f"schedule={short}", "n_neurons=2", *settings)
+        chosen = (f"schedule={short}", "n_neurons=2", f"policy={pocket}", *settings)
         given = [part for setting in chosen for part in ("--set", setting)]
         return spikeport(name, "switch", "--backend", backend, *given, "--out", tmp_path / out)
 

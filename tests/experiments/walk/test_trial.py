@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from PIL import Image
 
-from spikeport.cache import Cache
+from spikeport.cache import NOTHING, Cache
 from spikeport.compile.pipeline import compile_network
 from spikeport.errors import UsageError
 from spikeport.experiments import driver
@@ -40,8 +40,8 @@ def names(folder):
     return sorted(path.name for path in folder.iterdir())
 
 
-def walked(folder, seconds, backend="analytic", seed=0, **settings):
-    options = Options(seconds, backend=backend, seed=seed, pipeline="compact")
+def walked(folder, seconds, backend="analytic", seed=0, cache=NOTHING, **settings):
+    options = Options(seconds, backend=backend, seed=seed, pipeline="compact", cache=cache)
     driver.run(WalkTrial(WalkSettings(**settings), options), folder)
     return json.loads((folder / "result.json").read_text())
 
@@ -75,8 +75,8 @@ def test_the_exact_controller_follows_every_path(tmp_path, path):
 
 
 @pytest.mark.slow
-def test_a_spiking_policy_follows_a_path_on_the_chip(tmp_path):
-    result = walked(tmp_path, 10.0, backend="native", path="s-curve")
+def test_a_spiking_policy_follows_a_path_on_the_chip(tmp_path, kept):
+    result = walked(tmp_path, 10.0, backend="native", cache=kept, path="s-curve")
     assert result["metrics"]["falls"] == 0
     assert result["metrics"]["cross_track_max_m"] < 0.3
     assert result["metrics"]["spikes_per_second"] > 1e5
@@ -86,12 +86,12 @@ def test_a_spiking_policy_follows_a_path_on_the_chip(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("short_gait")
-def test_a_calibration_is_made_once_and_used_again(tmp_path):
-    file, small = tmp_path / "calibration.npz", {"n_neurons": 2, "backend": "native"}
+def test_a_calibration_is_made_once_and_used_again(tmp_path, pocket):
+    file, small = tmp_path / "calibration.npz", {"n_neurons": 2, "policy": pocket}
     options = Options(0.5, pipeline="compact")
-    WalkTrial(WalkSettings(n_neurons=2), options).calibrate().save(file)
+    WalkTrial(WalkSettings(**small), options).calibrate().save(file)
     nominal, made, read = (
-        walked(tmp_path / str(i), 0.3, **small, calibrated=given)
+        walked(tmp_path / str(i), 0.3, backend="native", **small, calibrated=given)
         for i, given in enumerate((False, True, str(file)))
     )
     assert made["image_digest"] == read["image_digest"] != nominal["image_digest"]
@@ -99,7 +99,7 @@ def test_a_calibration_is_made_once_and_used_again(tmp_path):
         del result["metrics"]["real_time_factor"]
     assert made["metrics"] == read["metrics"]
     with pytest.raises(UsageError) as caught:
-        walked(tmp_path / "other", 0.3, calibrated=str(file), backend="native")
+        walked(tmp_path / "other", 0.3, "native", policy=pocket, calibrated=str(file))
     assert str(caught.value) == (
         f"calibrated={file}: made for n_neurons=2, but the run has n_neurons=4; make it with "
         "`spikeport calibrate`, the settings of the run, and --out"
@@ -108,8 +108,8 @@ def test_a_calibration_is_made_once_and_used_again(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("short_gait")
-def test_settings_of_the_conversion_change_the_image(tmp_path):
-    small = {"n_neurons": 2, "backend": "native", "calibrated": False}
+def test_settings_of_the_conversion_change_the_image(tmp_path, pocket):
+    small = {"n_neurons": 2, "backend": "native", "policy": pocket, "calibrated": False}
     variants = {"paper": {}, "if": {"units": "if"}, "layer": {"solve": "layer"}}
     digests = {
         walked(tmp_path / name, 0.1, **small, **chosen)["image_digest"]
@@ -120,17 +120,18 @@ def test_settings_of_the_conversion_change_the_image(tmp_path):
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("short_gait")
-def test_the_built_in_network_gives_the_image_of_the_run(tmp_path):
-    run = walked(tmp_path, 0.1, backend="native", n_neurons=2)
-    network = find_network("walk", ["n_neurons=2"])
+def test_the_built_in_network_gives_the_image_of_the_run(tmp_path, pocket):
+    run = walked(tmp_path, 0.1, backend="native", n_neurons=2, policy=pocket)
+    network = find_network("walk", ["n_neurons=2", f"policy={pocket}"])
     assert compile_network(network, pipeline="compact").image.digest == run["image_digest"]
 
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("short_gait")
-def test_a_board_does_what_the_native_backend_does(tmp_path):
+def test_a_board_does_what_the_native_backend_does(tmp_path, pocket):
     folders = [tmp_path / backend for backend in ("native", "board")]
-    native, board = (walked(f, 0.2, backend=f.name, n_neurons=2) for f in folders)
+    small = {"n_neurons": 2, "policy": pocket}
+    native, board = (walked(f, 0.2, backend=f.name, **small) for f in folders)
     for found in (native, board):
         del found["metrics"]["real_time_factor"]
     for key in ("metrics", "activity", "image_digest", "energy"):
