@@ -26,6 +26,7 @@ from spikeport.compile.check.hints import (
     filter_hints,
     image_hints,
     network_hints,
+    path_hints,
     relay_hints,
 )
 from spikeport.compile.check.host_loops import host_loop_hints
@@ -448,6 +449,7 @@ def _hints(job: Job, values: StageValues) -> tuple[Violation, ...]:
         *overflow_hints(unplaced),
         *saturation_hints(scope, built, dt_s),
         *cut_off_hints(job.network, values.rewrite, job.settings.remove_passthrough),
+        *path_hints(scope, any(one.name == "decode_path" for one in job.pipeline.networks)),
         *relay_hints(values.passes),
     )
 

@@ -17,7 +17,8 @@ from spikeport.compile.check.loops import LATE, components, loops
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.quantisation import BlockError
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.scope import Scope, is_link
+from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.counted import percent
@@ -26,6 +27,8 @@ LOST = 0.1
 """Share of a block's weights above which their loss is worth a hint."""
 DUPLICATED = 0.1
 """Share of a block's neurons above which copies are worth a hint: a few come about by rounding."""
+BY_PASS = ("direct", "host")
+"""Paths that nengo-loihi does not build itself."""
 RECTIFIED = (nengo.SpikingRectifiedLinear, nengo.RegularSpiking)
 """Types whose input ordinary Nengo rectifies in every step; subclasses of these need not."""
 
@@ -129,6 +132,15 @@ def filter_hints(
             rule = rules.get("SP410")
             slower = rule.broken(one.connection, delays)
             yield slower._replace(cure=rule.in_case["rewritten"]) if rewritten else slower
+
+
+def path_hints(scope: Scope, chosen: bool) -> Iterator[Violation]:
+    """Yield a hint on each connection whose path takes a pass, unless a pass has ``chosen`` it."""
+    settings = NetworkSettings(scope.network)
+    for connection in () if chosen else scope.network.all_connections:
+        path = settings.get(connection, "decode_path")
+        if path in BY_PASS and is_link(connection, scope):
+            yield rules.get("SP425").broken(scope.names[connection], path)
 
 
 def relay_hints(passes: Sequence[Mapping[str, Any]]) -> Iterator[Violation]:

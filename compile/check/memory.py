@@ -102,17 +102,17 @@ def estimate(network: nengo.Network) -> int:
     # An ensemble that several networks list is built once.
     ensembles = dict.fromkeys(network.all_ensembles)
     objects = sum(ENSEMBLE + COMPARTMENT * e.n_neurons for e in ensembles)
-    connections = sum(sum(_of_connection(c)) for c in dict.fromkeys(network.all_connections))
-    solved = max((_of_solving(e.n_neurons, points) for e, points in _solved(network)), default=0)
+    connections = sum(sum(_connection_bytes(c)) for c in dict.fromkeys(network.all_connections))
+    solved = max((_solver_bytes(e.n_neurons, points) for e, points in _solved(network)), default=0)
     probes = PROBE * len(set(network.all_probes))
     return int(BASE + objects + connections + probes + solved)
 
 
-def _of_connection(connection: nengo.Connection) -> Iterator[float]:
+def _connection_bytes(connection: nengo.Connection) -> Iterator[float]:
     """Yield the bytes of a connection's objects, of the neurons it adds, and of its weights."""
     pre, post = connection.pre_obj, connection.post_obj
     if not isinstance(pre, nengo.Ensemble):
-        yield PLAIN + (_of_weights(connection) if isinstance(post, Neurons) else 0)
+        yield PLAIN + (_weight_bytes(connection) if isinstance(post, Neurons) else 0)
         if isinstance(post, nengo.Ensemble):
             yield TO_TARGET * 2 * connection.size_out * post.n_neurons
         return
@@ -127,7 +127,7 @@ def _of_connection(connection: nengo.Connection) -> Iterator[float]:
         yield TO_TARGET * 2 * connection.size_out * target.n_neurons
 
 
-def _of_weights(connection: nengo.Connection) -> float:
+def _weight_bytes(connection: nengo.Connection) -> float:
     """Return the bytes of the weights of a connection to neurons."""
     transform = connection.transform
     if isinstance(transform, nengo.Convolution):
@@ -152,7 +152,7 @@ def _solved(network: nengo.Network) -> Iterator[tuple[nengo.Ensemble, int]]:
             yield probe.obj, _n_points(probe.obj, probe.obj.eval_points)
 
 
-def _of_solving(neurons: int, points: int) -> int:
+def _solver_bytes(neurons: int, points: int) -> int:
     """Return the bytes that solving for decoders takes."""
     return EVALUATION * neurons * points + SQUARE * min(neurons, points) ** 2
 

@@ -61,7 +61,7 @@ def saturation_hints(
         ranges = [_range(one) for one in readers.get(ensemble, [])]
         unknown = not ranges and ensemble.gain is not None and ensemble in reached
         switches = bool(ranges) and all(map(_is_point, ranges))
-        # So do types of our own, which are not plain.
+        # Our own types are skipped as well: they are not plain.
         kind = ensemble.neuron_type
         if unknown or switches or not is_plain(kind) or isinstance(kind, LOIHI_TYPES):
             continue

@@ -21,6 +21,11 @@ End: TypeAlias = NengoObject | Neurons | ObjView | LearningRule
 """An end of a connection, or an object that a probe records from."""
 
 
+def span(first: str, last: str) -> str:
+    """Return the name of what is made of several objects, by the first and the last of them."""
+    return first if first == last else f"{first} .. {last}"
+
+
 class Names:
     """Readable, unique and reproducible names of the objects of a network.
 

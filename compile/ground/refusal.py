@@ -111,16 +111,20 @@ def _is_nengos(error: Exception) -> bool:
 
 
 @contextlib.contextmanager
-def refused_in_float() -> Iterator[None]:
-    """Turn an error of ordinary Nengo, while it builds a network, into a refusal in words."""
+def refused_in_float(beside_chip: bool) -> Iterator[None]:
+    """Turn an error of ordinary Nengo, while it builds a network, into a refusal in words.
+
+    If it is built beside the chip, to compare, the chip may run alone.
+    """
     try:
         yield
     except NengoException as error:
         reason = reason_of(error)
+        cure = CYCLE_CURE if CYCLES in reason else "change the network accordingly"
+        alone = ", or do not compare: `simulate --no-float`, or `compile` without --loss"
         message = (
-            f"ordinary Nengo refuses the network: {reason.rstrip('.')}; cure: "
-            f"{CYCLE_CURE if CYCLES in reason else 'change the network accordingly'}, or run the "
-            "chip alone with `simulate --no-float`"
+            f"ordinary Nengo refuses the network: {reason.rstrip('.')}; cure: {cure}"
+            f"{alone if beside_chip else ''}"
         )
         if isinstance(error, ValidationError):
             raise InvalidError(message, error.attr, error.obj) from error

@@ -106,6 +106,19 @@ def full_weights(connection: nengo.Connection) -> bool:
     return isinstance(connection.pre_obj, nengo.Ensemble) and bool(connection.solver.weights)
 
 
+def is_link(connection: nengo.Connection, scope: Scope) -> bool:
+    """Return whether nengo-loihi would build plain decode neurons for a connection."""
+    pre, post = connection.pre_obj, connection.post_obj
+    return (
+        scope.on_chip(pre)
+        and scope.on_chip(post)
+        and isinstance(post, nengo.Ensemble)
+        and not full_weights(connection)
+        and connection.learning_rule_type is None
+        and isinstance(connection.transform, MATRICES)
+    )
+
+
 def is_plain(kind: nengo.neurons.NeuronType) -> bool:
     """Return whether nengo-loihi builds neurons of a type."""
     regular = type(kind) is nengo.RegularSpiking and type(kind.base_type) in REGULAR_BASES

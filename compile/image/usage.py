@@ -180,27 +180,28 @@ def _atom_starts(image: ChipImage) -> np.ndarray:
     return result
 
 
-def list_bits(sizes: np.ndarray, form: ListFormat, layout: SynapseLayout) -> np.ndarray:
+def list_bits(sizes: np.ndarray, form: ListFormat, memory: SynapseLayout) -> np.ndarray:
     """Return the bits of each row: lists of at most ``per_list`` synapses, in whole words."""
     full, rest = np.divmod(sizes, form.per_list)
     # Every list begins a word of its own and repeats the header, so each list is rounded up.
-    words = full * _words(np.asarray(form.per_list * form.width_bits), layout)
-    words += np.where(rest > 0, _words(rest * form.width_bits, layout), 0)
-    bits: np.ndarray = words * layout.word_bits
+    words = full * _words(np.asarray(form.per_list * form.width_bits), memory)
+    words += np.where(rest > 0, _words(rest * form.width_bits, memory), 0)
+    bits: np.ndarray = words * memory.word_bits
     return bits
 
 
-def _words(payload_bits: np.ndarray, layout: SynapseLayout) -> np.ndarray:
+def _words(payload_bits: np.ndarray, memory: SynapseLayout) -> np.ndarray:
     # Rounded up to whole words.
-    return -(-(payload_bits + layout.header_bits) // layout.word_bits)
+    return -(-(payload_bits + memory.header_bits) // memory.word_bits)
 
 
 def _group_bits(image: ChipImage, chip: ChipModel) -> list[int]:
     if chip.soft_memory is not None:
         return list(map(int, soft_row_bits(image)))
     sizes, rows = np.diff(image.rows.start), itertools.pairwise(image.groups.row_start)
+    memory = layout(chip)
     return [
-        int(list_bits(sizes[first:end], form, layout(chip)).sum())
+        int(list_bits(sizes[first:end], form, memory).sum())
         for (first, end), form in zip(rows, list_formats(image), strict=True)
     ]
 

@@ -30,7 +30,7 @@ FORMAT = (
 """Columns of ``groups.format``: the fields of nengo-loihi's SynapseConfig."""
 COUNTED = ("weight_bits", "idx_bits", "compression", "n_synapses", "delay_bits", "tag_bits")
 """Columns of ``groups.format`` by which memory is counted."""
-WEIGHT_BITS, INDEX_BITS = (0, 1, 2, 3, 4, 5, 6, 8), (0, 6, 7, 8, 9, 10, 11, 12)
+WEIGHT_BITS_OF_CODE, INDEX_BITS_OF_CODE = (0, 1, 2, 3, 4, 5, 6, 8), (0, 6, 7, 8, 9, 10, 11, 12)
 """Bits of a weight and of an index by their codes. Source: nengo-loihi's SynapseConfig."""
 LEARNING = ("on", "lr_int", "lr_exp", "tracing_tau", "tracing_mag", "train_epoch", "learn_epoch")
 """Columns of ``groups.learning``."""
@@ -129,8 +129,8 @@ def _check_manifest(image: "ChipImage") -> None:
     for name, wanted in (
         ("learning", LEARNING),
         ("synapse_format", FORMAT),
-        ("weight_bits", WEIGHT_BITS),
-        ("index_bits", INDEX_BITS),
+        ("weight_bits", WEIGHT_BITS_OF_CODE),
+        ("index_bits", INDEX_BITS_OF_CODE),
     ):
         if (found := getattr(manifest, name)) != wanted:
             raise _error(f"manifest.{name}", found, f"not {wanted}")
@@ -236,7 +236,7 @@ def _check_outputs(image: "ChipImage") -> None:
 
 def _check_formats(image: "ChipImage") -> None:
     form = image.groups.format
-    bits = {"weight_bits": len(WEIGHT_BITS), "idx_bits": len(INDEX_BITS)}
+    bits = {"weight_bits": len(WEIGHT_BITS_OF_CODE), "idx_bits": len(INDEX_BITS_OF_CODE)}
     for name in COUNTED:
         values = form[:, FORMAT.index(name)]
         # nengo-loihi says -1 where no index is long enough: such a block is cut before it is run.

@@ -1,6 +1,7 @@
 """Direct connections without useless weights and axons: no zeros, one axon for equal weights.
 
-So are the read-outs of probes that a pass made: each reads one ensemble of many that are fused.
+Read-outs of probes that a pass made are treated alike: each reads one ensemble of many that are
+fused.
 
 A weight of zero does nothing, and spikes on one axon add up, so results stay the same. This is done
 during the build, since nengo-loihi splits blocks at its end, by the axons and weights they have.

@@ -11,7 +11,7 @@ from pydantic import Field
 from spikeport.compile.ground.filters import DECODE_TAU_S, asked_filter_s, time_constant_s
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope, full_weights
+from spikeport.compile.ground.scope import Scope, is_link
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.loihi.solver import ParameterSolver
@@ -31,11 +31,9 @@ from spikeport.compile.rewriting.decode_paths import (
 )
 from spikeport.compile.rewriting.direct_errors import DirectErrors
 from spikeport.compile.rewriting.links import Link, link
-from spikeport.compile.rewriting.passthrough import PLAIN
 from spikeport.compile.rewriting.rewire import rewire
 
 PathChoice = Literal["auto", "direct", "onoff", "preset10", "host"]
-LINEAR = (*PLAIN, nengo.Sparse)
 
 Costs = dict[nengo.Connection, list[PathCost]]
 """The costs of all paths of each connection."""
@@ -53,10 +51,11 @@ class DecodePath(NetworkPass):
     ``slack_delay_s`` slower than decode neurons. The path over the host takes one step more, and
     traffic with the chip in every step.
 
-    An ensemble has one filter for all its inputs, the slowest that an input asks for. ``auto``
-    wires a connection directly only if this delays no other input by more than a relay would: 5 ms
-    and a step. The other connections keep their own filter, in decode neurons. Nor does it wire
-    more neurons to an ensemble than a core has input axons for.
+    An ensemble has one filter for all its inputs, the slowest that an input asks for; a relay asks
+    for 5 ms, since its spikes are noise without a filter. ``auto`` wires a connection directly only
+    if this delays no other input by more than a relay would: 5 ms and a step. The other connections
+    keep their own filter, in decode neurons. Nor does it wire more neurons to an ensemble than a
+    core has input axons for.
 
     Attributes
     ----------
@@ -80,7 +79,7 @@ class DecodePath(NetworkPass):
         """Choose the paths, and rewrite the connections that nengo-loihi does not build itself."""
         solver = ParameterSolver(rewrite, context.dt_s)
         scope = rewrite.scope
-        links = [c for c in rewrite.network.all_connections if _is_link(c, scope)]
+        links = [c for c in rewrite.network.all_connections if is_link(c, scope)]
         wanted = self._wanted(links, NetworkSettings(rewrite.network))
         found = {c: link(c, solver) for c in links}
         most = context.chip.limits.most("in_axons")
@@ -118,7 +117,7 @@ class DecodePath(NetworkPass):
         filters_of: Callable[[Sequence[nengo.Connection]], Filters],
         relay_s: float,
     ) -> tuple[dict[nengo.Connection, dict[str, str]], Filters]:
-        """Reject paths until no more are; return the reasons, and the filters of the targets.
+        """Reject paths until none is rejected; return the reasons, and the filters of the targets.
 
         The direct connections into a target decide its filter and the scale of its weights, and so
         the error of each other. If some are rejected, the rest is judged again. At the end, the
@@ -172,19 +171,6 @@ def _profiles(context: Context) -> int:
     return max((one.most(context.chip) for one in following), default=1)
 
 
-def _is_link(connection: nengo.Connection, scope: Scope) -> bool:
-    """Return whether nengo-loihi would build plain decode neurons for a connection."""
-    pre, post = connection.pre_obj, connection.post_obj
-    return (
-        scope.on_chip(pre)
-        and scope.on_chip(post)
-        and isinstance(post, nengo.Ensemble)
-        and not full_weights(connection)
-        and connection.learning_rule_type is None
-        and isinstance(connection.transform, LINEAR)
-    )
-
-
 def _target_filters(
     scope: Scope,
     wanted: Mapping[nengo.Connection, str],
@@ -205,15 +191,19 @@ def _target_filters(
         The delay that a relay adds to inputs which keep their own filter, in seconds.
     """
     asked, offered, own = defaultdict(set), defaultdict(set), defaultdict(set)
+    may_be_direct = set(free)
     for c in scope.network.all_connections:
         if not scope.on_chip(c.post_obj):
             continue
-        if wanted.get(c) in (*RELAYS, "auto"):
-            own[base(c.post_obj)].add(time_constant_s(c))
+        path, post = wanted.get(c), base(c.post_obj)
+        if path not in (*RELAYS, "auto"):
+            asked[post].add(_filter_on_path_s(c, path, scope))
+            continue
+        own[post].add(time_constant_s(c))
+        if c in may_be_direct:
+            offered[post].add(time_constant_s(c))
         else:
-            asked[base(c.post_obj)].add(_asked_filter_s(c, wanted.get(c), scope))
-    for c in free:
-        offered[c.post_obj].add(time_constant_s(c))
+            asked[post].add(DECODE_TAU_S)  # which filters the noise of its relay
     return {
         post: _slowest(
             asked[post], offered[post], min(asked[post] | own[post], default=0) + relay_s
@@ -228,7 +218,7 @@ def _slowest(asked: set[float], offered: set[float], limit_s: float) -> float:
     return max(found, default=DECODE_TAU_S)
 
 
-def _asked_filter_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:
+def _filter_on_path_s(connection: nengo.Connection, path: str | None, scope: Scope) -> float:
     if path == "direct":
         return time_constant_s(connection)
     return asked_filter_s(connection, scope.on_chip(connection.pre_obj))

@@ -26,9 +26,10 @@ PIPELINES = {
     "unpacked": "merge_axons,split,place",
     "compact_unpacked": "split_ensembles,fuse,decode_path,scale_rows,merge_axons,split,place",
 }
-"""Pipelines with a name. `as_written` computes what nengo-loihi does, bit for bit, on fewer cores.
-`compact` first rewrites the network, equal in float, and takes still fewer cores. The other two put
-one block on a core, for the first day with a board (docs/board.md)."""
+"""Pipelines with a name. `as_written` computes what nengo-loihi does, bit for bit, on fewer cores,
+except where nengo-loihi fails or differs from Nengo (docs/exactness.md). `compact` first rewrites
+the network, equal in float, and takes still fewer cores. The other two put one block on a core, for
+the first day with a board (docs/board.md)."""
 
 
 def get(name: str) -> type[AnyPass]:

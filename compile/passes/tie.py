@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, NamedTuple, TypeAlias
 
 from pydantic import Field
 
-from spikeport.compile.ground.names import Names
+from spikeport.compile.ground.names import Names, span
 from spikeport.compile.ground.notices import ignored_warnings
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.image.chip_image import ChipImage
@@ -224,4 +224,4 @@ def _error(groups: Sequence[Group], chosen: Sequence[Group]) -> dict[str, float]
 def _label(group: Group, names: Names) -> str:
     """Return the name of the ensembles that a group of connections is decoded from."""
     first, last = (names[group[i].connection.pre_obj] for i in (0, -1))
-    return first if first == last else f"{first} .. {last}"
+    return span(first, last)

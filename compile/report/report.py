@@ -201,7 +201,7 @@ class Report:
     def _hints(self, activity: Activity | None) -> Iterable[Violation]:
         if activity is None:
             return self.hints
-        # Once, though a measured loss has these hints, too.
+        # A measured loss has the same hints: each is listed once.
         return dict.fromkeys(hints_after(activity, self.hints))
 
     def _neurobench(self, activity: Activity | None) -> Json | None:

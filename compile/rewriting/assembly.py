@@ -9,7 +9,7 @@ import scipy.sparse as sparse
 from nengo.ensemble import Neurons
 from nengo.solvers import NoSolver
 
-from spikeport.compile.ground.names import End
+from spikeport.compile.ground.names import End, span
 from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
 from spikeport.compile.loihi.quick_builder import FEW
@@ -292,7 +292,7 @@ class _Groups:
         parts = self._partition.groups[number]
         first, last = (self._names[part.ensemble] for part in (parts[0], parts[-1]))
         if len(parts) > 1:
-            return f"{first} .. {last}"
+            return span(first, last)
         groups = [place.group for place in self._partition.places[parts[0].ensemble]]
         return first if len(groups) == 1 else f"{first}[{groups.index(number) + 1}/{len(groups)}]"
 

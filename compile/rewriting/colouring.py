@@ -12,6 +12,7 @@ from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import (
+    MATRICES,
     Scope,
     full_weights,
     is_passthrough,
@@ -19,7 +20,7 @@ from spikeport.compile.ground.scope import (
     probeable,
 )
 from spikeport.compile.ground.settings import NetworkSettings
-from spikeport.compile.rewriting.passthrough import PLAIN
+from spikeport.compile.rewriting.passthrough import DENSE
 
 RADII = 8
 """Binary digits of a range of radii that may share an ensemble, such as that from 1/16 to 16."""
@@ -80,7 +81,7 @@ def _is_ordinary(scope: Scope, connection: nengo.Connection) -> bool:
     from_chip = scope.on_chip(connection.pre_obj)
     inside = from_chip and scope.on_chip(connection.post_obj)
     between_neurons = inside and isinstance(connection.pre_obj, Neurons)
-    matrices = (*PLAIN, nengo.Sparse) if between_neurons else PLAIN
+    matrices = MATRICES if between_neurons else DENSE
     return (
         connection.learning_rule_type is None
         and isinstance(connection.transform, matrices)

@@ -22,7 +22,7 @@ from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.rewriting.links import Link
 from spikeport.hardware_models.chip import Limits
 
-WEIGHT_BITS = 9
+SYNAPSE_BITS = 9
 """Bits of a synapse: an 8-bit weight, and its share of the headers of lists."""
 LEVELS = 127
 """Steps from zero to the largest weight of a block: 7 bits, and the sign."""
@@ -95,7 +95,7 @@ def pareto(costs: list[PathCost]) -> list[PathCost]:
 
 
 def _direct(link: Link, error: float, limits: Limits, rate_hz: float) -> PathCost:
-    bits = WEIGHT_BITS * link.distinct_weights.nnz
+    bits = SYNAPSE_BITS * link.distinct_weights.nnz
     cores = _cores(limits, in_axons=link.axons.shape[1], synapse_bits=bits)
     return PathCost("direct", cores, rate_hz * link.n_weights, 0.0, 0.0, error)
 
@@ -105,7 +105,7 @@ def _relay(path: str, link: Link, limits: Limits, dt_s: float, rate_hz: float) -
     pairs = neurons.pairs_per_dim
     axons, d = link.axons, link.decoders.shape[0]
     # A pair of decode neurons has one for positive and one for negative values.
-    bits = 2 * (pairs * axons.nnz + link.encoders.nnz) * WEIGHT_BITS
+    bits = 2 * (pairs * axons.nnz + link.encoders.nnz) * SYNAPSE_BITS
     ops = 2 * pairs * rate_hz * link.decoders.nnz + _relay_rate(path, dt_s) * link.encoders.nnz
     return PathCost(
         path,
@@ -126,7 +126,7 @@ def _host(link: Link, limits: Limits, dt_s: float, rate_hz: float) -> PathCost:
     d = link.decoders.shape[0]
     # The host's two neurons average one spike a step, whatever the value.
     ops = 2 * rate_hz * link.decoders.nnz + link.encoders.nnz / dt_s
-    bits = 2 * (link.decoders.nnz + link.encoders.nnz) * WEIGHT_BITS
+    bits = 2 * (link.decoders.nnz + link.encoders.nnz) * SYNAPSE_BITS
     cores = _cores(
         limits,
         compartments=2 * d,

@@ -94,7 +94,7 @@ class DirectErrors:
         units = self._units(link)
         per_unit = np.divide(1.0, units, out=np.zeros_like(units), where=units != 0)
         lost = _per_row(scales.lost(self._weights(link)), per_unit)
-        return float(np.hypot(_of_values(self._links[link], lost), scales.coarseness()))
+        return float(np.hypot(_value_error(self._links[link], lost), scales.coarseness()))
 
     def crowded(
         self,
@@ -248,7 +248,7 @@ def _per_row(matrix: sparse.csr_array, factors: np.ndarray) -> sparse.csr_array:
     return sparse.csr_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
 
 
-def _of_values(link: Link, lost: sparse.csr_array) -> float:
+def _value_error(link: Link, lost: sparse.csr_array) -> float:
     r"""Return the relative rms error of the decoded values, from that of weights E T D.
 
     .. math:: e^2 = \langle |e_k^T \Delta W|^2 / (|e_k|^2 |(T D)_k|)^2 \rangle_k

@@ -100,7 +100,7 @@ def start(connection: nengo.Connection) -> tuple[End, dict[str, object]]:
     if not reads_twice(connection):
         return connection.pre, options
     if not sums_up(connection):
-        options["function"] = FunctionInfo(_of_all(connection), connection.size_mid)
+        options["function"] = FunctionInfo(_of_whole_source(connection), connection.size_mid)
     return connection.pre_obj, options
 
 
@@ -131,7 +131,7 @@ def is_called(connection: nengo.Connection) -> bool:
     return runs and callable(connection.function)
 
 
-def _of_all(connection: nengo.Connection) -> Callable[[np.ndarray], object]:
+def _of_whole_source(connection: nengo.Connection) -> Callable[[np.ndarray], object]:
     """Return the function of a connection from a slice as a function of its whole source."""
     # The function is not a table of values at points: Nengo refuses one where a slice is read.
     function, rows = connection.function, source_rows(connection)

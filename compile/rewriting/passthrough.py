@@ -2,10 +2,11 @@
 
 A cluster of connected passthrough nodes is exactly a matrix from its inputs to its outputs if it
 has no loop, nothing in it learns, its transforms are matrices, and no path through it has more than
-one synapse (two low-pass filters in a row are not one). Nengo itself refuses functions of
-passthrough nodes. A cluster that leads to a learning rule stays: without it, an ensemble on the
-chip would itself be a source of errors, which has to be on the host. A cluster with a probed
-connection stays too, since a product of matrices has no place to probe.
+one synapse: two low-pass filters in a row are not one, so a node between two stays, as a source of
+its own. Nengo itself refuses functions of passthrough nodes. A cluster that leads to a learning
+rule stays: without it, an ensemble on the chip would itself be a source of errors, which has to be
+on the host. A cluster with a probed connection stays too, since a product of matrices has no place
+to probe.
 """
 
 from collections import defaultdict
@@ -20,7 +21,7 @@ from spikeport.compile.ground.clusters import Connections, Nodes, clusters
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.scope import Scope
 
-PLAIN = (nengo.Dense, nengo.transforms.NoTransform)
+DENSE = (nengo.Dense, nengo.transforms.NoTransform)
 
 
 def foldable(scope: Scope) -> list[nengo.Node]:
@@ -40,12 +41,14 @@ def foldable(scope: Scope) -> list[nengo.Node]:
 def _order(
     cluster: Nodes, connections: Connections, probed: Container[NengoObject]
 ) -> list[nengo.Node]:
-    """Return the nodes of a cluster, sources first; none if a matrix cannot replace it."""
+    """Return the nodes of a cluster that a matrix can replace, sources first."""
     if not all(_is_matrix(c) and c not in probed for c in connections):
         return []
-    into = defaultdict(list)
+    into, filtered = defaultdict(list), set()
     for c in connections:
         into[c.post_obj].append(c)
+        if c.synapse is not None:
+            filtered.add(c.pre_obj)
     sorter = TopologicalSorter(
         {n: [c.pre_obj for c in into[n] if c.pre_obj in cluster] for n in cluster}
     )
@@ -53,15 +56,21 @@ def _order(
         order = list(sorter.static_order())
     except CycleError:
         return []
-    # The most synapses on any path to each object: a second filter cannot be merged with a first.
-    synapses: dict[End, int] = {}
-    for obj in [*order, *(end for end in into if end not in cluster)]:
-        paths = [synapses.get(c.pre_obj, 0) + (c.synapse is not None) for c in into[obj]]
-        synapses[obj] = max(paths, default=0)
-    return order if max(synapses.values()) <= 1 else []
+    found: list[nengo.Node] = []
+    behind_filter: set[End] = set()
+    for node in order:
+        comes_filtered = any(
+            c.synapse is not None or c.pre_obj in behind_filter for c in into[node]
+        )
+        if comes_filtered and node in filtered:
+            continue
+        found.append(node)
+        if comes_filtered:
+            behind_filter.add(node)
+    return found
 
 
 def _is_matrix(connection: nengo.Connection) -> bool:
     learns = connection.learning_rule_type is not None
     teaches = isinstance(connection.post_obj, LearningRule)
-    return not learns and not teaches and isinstance(connection.transform, PLAIN)
+    return not learns and not teaches and isinstance(connection.transform, DENSE)

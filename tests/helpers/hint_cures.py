@@ -463,4 +463,13 @@ CASES = [
             hinted(partial(rates, 3000), dt_s=0.0002),
         ),
     ),
+    Case(
+        "SP425",
+        "compile with `-p compact`, or with `-p decode_path,as_written`",
+        hinted(partial(relayed_pair, "direct")),
+        (
+            hinted(partial(relayed_pair, "direct"), "compact"),
+            hinted(partial(relayed_pair, "direct"), "decode_path,as_written"),
+        ),
+    ),
 ]

@@ -1,4 +1,5 @@
 import contextlib
+from functools import partial
 
 import nengo
 import numpy as np
@@ -13,6 +14,8 @@ from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.pipeline import compile_network
 from tests.helpers.chip_networks import wired
+from tests.helpers.cured import network_of
+from tests.helpers.hint_cures import relayed_pair
 from tests.helpers.small_networks import scope_of
 
 
@@ -226,3 +229,12 @@ def test_an_ensemble_with_an_arrow_in_its_label_is_not_taken_for_a_relay() -> No
     assert [(hint.id, hint.object, hint.used) for hint in hints] == [
         ("SP404", "left -> right", "9 of 10")
     ]
+
+
+@pytest.mark.parametrize(
+    ("path", "has_effect"), [("direct", False), ("host", False), ("onoff", True), ("auto", True)]
+)
+def test_a_path_that_no_pass_takes_is_named(path: str, has_effect: bool) -> None:
+    network = network_of(partial(relayed_pair, path))
+    found = [one for one in compile_network(network).report.hints if one.id == "SP425"]
+    assert [one.used for one in found] == ([] if has_effect else [path])

@@ -14,7 +14,12 @@ from nengo_loihi.block import SynapseConfig
 
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import LAYOUT
-from spikeport.compile.image.validation import FORMAT, INDEX_BITS, LEARNING, WEIGHT_BITS
+from spikeport.compile.image.validation import (
+    FORMAT,
+    INDEX_BITS_OF_CODE,
+    LEARNING,
+    WEIGHT_BITS_OF_CODE,
+)
 from spikeport.errors import ImageError
 from tests.helpers.forging import attack, good, learning, run
 from tests.helpers.images import Block, Group, Output, Parts
@@ -31,8 +36,8 @@ def test_the_good_images_run(make: Callable[[], ChipImage]) -> None:
 def test_synapse_formats_are_those_of_nengo_loihi() -> None:
     assert SynapseConfig.params == FORMAT
     assert (tuple(SynapseConfig.WEIGHT_BITS_MAP), tuple(SynapseConfig.INDEX_BITS_MAP)) == (
-        WEIGHT_BITS,
-        INDEX_BITS,
+        WEIGHT_BITS_OF_CODE,
+        INDEX_BITS_OF_CODE,
     )
 
 

@@ -141,6 +141,14 @@ def test_the_fastest_connection_is_direct_and_a_relay_filters_the_slower_one() -
     assert (60, 0.01) in filters
 
 
+def test_a_relay_gives_its_target_a_filter_for_its_noise() -> None:
+    """Unfiltered spikes of a relay turned the choice of a basal ganglia around."""
+    rewrite = both(0.1, 0.0)
+    assert paths(rewrite) == ["auto", "auto", "direct", "preset10"]
+    blocks = [block for block in build(rewrite, 0.001).blocks if block.n_neurons == 60]
+    assert [block.compartment.tau_s for block in blocks] == [0.005, 0.005]
+
+
 def test_filters_that_differ_by_less_than_the_delay_of_a_relay_are_shared() -> None:
     assert paths(both(0.008, 0.002)) == ["auto", "auto", "direct", "direct"]
 

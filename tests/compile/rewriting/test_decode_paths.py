@@ -9,7 +9,7 @@ from nengo_loihi.neurons import LoihiSpikingRectifiedLinear
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.rewriting.decode_paths import (
     OTHER_FILTER,
-    WEIGHT_BITS,
+    SYNAPSE_BITS,
     PathCost,
     Slack,
     all_but,
@@ -83,7 +83,7 @@ def share(**used: float) -> float:
 
 def test_direct_wiring_takes_axons_and_weights() -> None:
     direct = cost_of("direct")
-    bits = WEIGHT_BITS * N_DIRECT[0]
+    bits = SYNAPSE_BITS * N_DIRECT[0]
     assert direct.cores == share(in_axons=N_DISTINCT, synapse_bits=bits)
     assert direct.synaptic_ops_per_s == RATE_HZ * sum(
         np.count_nonzero((LINK.encoders @ LINK.decoders).toarray(), axis=0)
@@ -102,7 +102,7 @@ def test_relays_take_pairs_of_compartments_for_each_dimension(
     path: str, pairs: int, spikes_per_s: float
 ) -> None:
     relay = cost_of(path)
-    bits = 2 * (pairs * 5 + N_ENCODERS) * WEIGHT_BITS  # five distinct decoders are not zero
+    bits = 2 * (pairs * 5 + N_ENCODERS) * SYNAPSE_BITS  # five distinct decoders are not zero
     assert relay.cores == share(
         compartments=2 * pairs * 2, in_axons=N_DISTINCT + 4, synapse_bits=bits
     )
@@ -118,7 +118,7 @@ def test_the_cores_of_relays_are_those_of_their_weights_if_these_take_most(
 ) -> None:
     values = np.random.RandomState(0).uniform(1, 2, (20, 1000))
     dense = Link(sparse.csr_array(values), sparse.csr_array(values.T), gains=np.ones(1000))
-    bits = 2 * (pairs + 1) * values.size * WEIGHT_BITS
+    bits = 2 * (pairs + 1) * values.size * SYNAPSE_BITS
     assert cost_of(path, dense).cores == share(synapse_bits=bits)
 
 
@@ -127,7 +127,7 @@ def test_the_path_over_the_host_takes_messages_in_every_step() -> None:
     assert host.host_messages_per_s == 2 * 2 / DT_S
     assert host.delay_s == pytest.approx(0.007)
     assert host.synaptic_ops_per_s == 2 * RATE_HZ * N_DECODERS + N_ENCODERS / DT_S
-    bits = 2 * (N_DECODERS + N_ENCODERS) * WEIGHT_BITS
+    bits = 2 * (N_DECODERS + N_ENCODERS) * SYNAPSE_BITS
     assert host.cores == share(compartments=4, in_axons=5 + 4, synapse_bits=bits)
     assert host.error == pytest.approx(np.hypot(rounding(LINK.decoders), relay_noise("host", DT_S)))
 

@@ -50,11 +50,20 @@ def test_one_filter_may_be_anywhere_on_the_path_of_foldable_nodes(
     assert labels(line(*synapses)) == ["0", "1"]
 
 
-@pytest.mark.parametrize("synapses", [(FAST, SLOW), (FAST, None, FAST), (None, FAST, FAST, None)])
-def test_nodes_on_a_path_with_two_filters_are_not_foldable(
-    synapses: tuple[nengo.synapses.Synapse, ...],
+@pytest.mark.parametrize(
+    ("synapses", "foldable"),
+    [
+        ((FAST, SLOW), []),
+        ((FAST, None, FAST), ["0"]),
+        ((None, FAST, FAST, None), ["0", "2"]),
+        ((FAST, SLOW, FAST), []),
+        ((FAST, SLOW, None, None, FAST, None), ["1", "2", "4"]),
+    ],
+)
+def test_a_node_from_which_a_second_filter_leads_on_is_not_foldable(
+    synapses: tuple[nengo.synapses.Synapse, ...], foldable: list[str]
 ) -> None:
-    assert labels(line(*synapses)) == []
+    assert labels(line(*synapses)) == foldable
 
 
 def test_a_node_with_filters_on_parallel_paths_is_foldable() -> None:
