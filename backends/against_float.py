@@ -90,7 +90,7 @@ def _float_run(
 
 def _float_simulator(rewrite: Rewrite, dt_s: float, seed: int) -> nengo.Simulator:
     def simulator(optimize: bool) -> nengo.Simulator:
-        return attempt("float Nengo", lambda: float_simulator(rewrite, dt_s, seed, optimize))
+        return attempt("float Nengo", lambda: float_simulator(rewrite, dt_s, seed, optimize, True))
 
     try:
         return simulator(optimize=True)

@@ -13,6 +13,7 @@ def float_simulator(
     dt_s: float,
     seed: int,
     optimize: bool,
+    beside_chip: bool = False,
     model: nengo.builder.Model | None = None,
 ) -> nengo.Simulator:
     """Return the simulator of a network, with the gains, encoders and decoders of its compile.
@@ -28,6 +29,8 @@ def float_simulator(
     optimize : bool
         Merge operators, so that a step takes a fraction of the time. Their order differs from run
         to run, and with it the rounding of sums; if False, a run depends on its seeds alone.
+    beside_chip : bool
+        The chip is compared with it, and can also run alone, as a refusal says.
     model : nengo.builder.Model, optional
         The model of an earlier simulator, which is not built anew.
 
@@ -37,7 +40,7 @@ def float_simulator(
         If Nengo refuses the network.
     """
     # Nengo-loihi's own reader of event files fails with NumPy 2.
-    with own_event_reader(), refused_in_float():
+    with own_event_reader(), refused_in_float(beside_chip):
         if model is None:
             model = nengo.builder.Model(dt=dt_s)
             model.seeds.update(rewrite.all_seeds())

@@ -122,8 +122,8 @@ class ChipModel(StrictModel):
         A warning that every report on the chip contains.
     pipeline : str
         The default passes of a compile, as ``--passes`` takes them.
-    limits, topology, power : Limits, Topology or None, Powers
-        The figures that hold for every network; without a public mesh no hops are counted.
+    limits : Limits
+        The resources of a core and of the chip.
     synapse_memory : SynapseMemory or None
         Without a public layout, only bits of weights and indices are counted.
     soft_memory : SoftMemory or None
@@ -132,6 +132,10 @@ class ChipModel(StrictModel):
         The time of a cycle, in s, where all times are cycles of one clock.
     learns : bool
         True if synapses can learn on it.
+    topology : Topology or None
+        Without a public mesh, no hops are counted.
+    power : Powers
+        Static power, for every network.
     host_io : HostIo or None
         Without a published figure, it is unknown whether host and chip keep up with real time.
     calibrations : tuple of EnergyCalibration

@@ -49,14 +49,16 @@ class Figure(StrictModel):
 
     Parameters
     ----------
-    value, low, high : float
-        The figure and its bounds, in ``unit``; a bound that is not known is None.
+    value : float
+        The figure, in ``unit``.
     unit : str
         One of ``UNITS``. Figures that belong to a `ChipModel` are in SI.
     source : str
         The publication or file the figure is from.
     evidence : {"code", "transcribed", "abstract", "vendor", "thread", "tool"}
         The way the source was read; ``"tool"``: a program's log, of a design of this project.
+    low, high : float or None
+        The bounds of the figure, in ``unit``, if known.
     note : str
         A remark that users of the figure must know.
     """

@@ -97,7 +97,7 @@ class HostIoReport:
     reason: str
 
     @property
-    def dt(self) -> str:
+    def dt_in_words(self) -> str:
         """The length of a step, in words."""
         return f"dt = {1000 * self.dt_s:g} ms"
 
@@ -114,7 +114,7 @@ class HostIoReport:
             yield "learning errors in", counted(self.errors, "value")
         if self.published is not None:
             yield "published", f"{self.published.format()}: {self.published.source}"
-        yield self.dt, f"{self.verdict}: {self.reason}"
+        yield self.dt_in_words, f"{self.verdict}: {self.reason}"
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, ready for JSON."""

@@ -9,12 +9,12 @@
     gate_i     = [0.3 - thalamus_i]+ / 0.3
 
 The gates of all actions but the selected one fire, and silence the populations they are wired to
-(`networks.gating`): the selected action is disinhibited. Weights are those of nengo_spa's basal
-ganglia, u the utilities times a gain. Differences from nengo_spa make the selection sharp in the
-noise of few neurons. Its LIF populations are replaced by spiking rectified linear neurons with one
-decoder per population (`solvers.Tied`), which compute [.]+ directly and share axons on the chip.
-The thalamus has no threshold and saturates its gate. A population on the chip has one filter, where
-nengo_spa filters GABA with 8 ms and AMPA with 2 ms.
+(`spikeport.networks.gating`): the selected action is disinhibited. Weights are those of nengo_spa's
+basal ganglia, u the utilities times a gain. Differences from nengo_spa make the selection sharp in
+the noise of few neurons. Its LIF populations are replaced by spiking rectified linear neurons with
+one decoder per population (`solvers.Tied`), which compute [.]+ directly and share axons on the
+chip. The thalamus has no threshold and saturates its gate. A population on the chip has one filter,
+where nengo_spa filters GABA with 8 ms and AMPA with 2 ms.
 
 Source: Gurney, Prescott, Redgrave (2001), Biological Cybernetics 84, 401-423; Stewart, Choo,
 Eliasmith (2010); paper, sec. 3.3.

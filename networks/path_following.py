@@ -12,8 +12,9 @@ wz (1 / (2 kp_speed) - turn_lag), and stays on the circle if
 
     1 / kp_heading = 1 / (2 kp_speed) - turn_lag
 
-The default gains are for a turn lag of 0.04 s: the default policy's of 0.02 s, plus the time by
-which a robot turns later than its command (docs/lab/walk.md).
+The default gains are for a turn lag of 0.04 s: the course of a robot that walks by the default
+policy lags by up to 0.02 s, and the robot turns later than its command (docs/lab/walk.md). Trained
+policies have gains of their own (`spikeport.training.turn_lag`).
 
 Source: paper, sec. 3.2.2. The gains are ours, since the paper gives none. So are the upper limits:
 they are those of the commands that the walking policy is trained for.

@@ -35,7 +35,7 @@ class PerturbedPlant(Plant):
     Raises
     ------
     MissingExtraError, UsageError
-        As `robot.altered.alter`.
+        As `spikeport.robot.altered.alter`.
     """
 
     def __init__(

@@ -3,7 +3,7 @@
 With the truth, the noise is uniform within ``sensor_noise`` times `WIDTHS`, the widths that Isaac
 Lab's velocity tasks add to observations; their noise on gravity is a tilt of the pelvis here. With
 an estimator, the sensors have the noise: ``sensor_noise`` times `ROUGH` of
-`robot.estimator.simulated_sensors`.
+`spikeport.robot.estimator.simulated_sensors`.
 """
 
 from collections import deque

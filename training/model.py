@@ -22,7 +22,7 @@ def build_model() -> mujoco.MjModel:
     """Return the compiled model.
 
     Visual shapes, equality constraints and the sensors of ``h1.xml`` are left out, and the sensors
-    of `robot.foot_sensors` are added. Each foot has its own floor; there is no other.
+    of `spikeport.robot.foot_sensors` are added. Each foot has its own floor; there is no other.
     """
     spec = mujoco.MjSpec.from_file(str(MODEL_PATH))
     skin = [geom for geom in spec.geoms if geom.classname.name == "skin"]

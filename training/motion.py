@@ -46,7 +46,7 @@ class FeetMotion:
 
     @classmethod
     def from_sensors(cls, sensors: Floats, ground: HeightOf) -> "FeetMotion":
-        """Return the feet, from the sensors ``(n, 32)`` of `training.model` and the ground."""
+        """Return the feet from sensors ``(n, 32)`` of `spikeport.training.model` and the ground."""
         points, velocity, force_n = readings(sensors)
         below = ground(points[..., :2].reshape(-1, 4, 2)).reshape(-1, 2, 2)
         return cls(force_n > CONTACT_FORCE_N, force_n, points, velocity, below)

@@ -121,10 +121,12 @@ class Planes:
         self._turns = [model.geom_quat[plane] for model in models for plane in planes]
 
     def lay(self, which: Flags, place: Floats, forward: Floats) -> None:
-        """Lay the planes of some feet, ``which (n, 2)``.
+        """Lay the planes of some feet.
 
         Parameters
         ----------
+        which : ndarray of bool, (n, 2)
+            The feet whose planes are laid.
         place : ndarray, (n, 2, 3)
             A point of the plane.
         forward : ndarray, (n, 2, 3)

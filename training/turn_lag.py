@@ -1,13 +1,14 @@
 """The turn lag of a policy, and the gains of a path follower that allow for it.
 
-    turn_lag = (heading - course) . wz / wz . wz  +  0.04 s
+    lag = (heading - course) . wz / wz . wz
+    turn_lag = lag + 0.04 s
 
 A turning robot moves in the direction of its heading a while before: its course lags its heading by
 an angle that grows with the yaw rate wz. A follower that uses the heading alone
-(`spikeport.networks.path_following`) then leaves curves to their outer side. The shipped policies
-have lags of 0.03 and 0.16 s. A robot also turns later than its command, so 0.04 s are added: the
-gains with which either policy stayed closest to the built-in paths are those for 0 to 0.06 s more
-than the lag that was measured there, 0.02 and 0.15 s (docs/lab/walk.md).
+(`spikeport.networks.path_following`) then leaves curves to their outer side. In these turns, the
+shipped policies lag by 0.03 and 0.16 s. A robot also turns later than its command, so 0.04 s are
+added: the gains with which either policy stayed closest to the built-in paths are those for 0 to
+0.06 s more than its lag on them, 0.02 and 0.15 s (docs/lab/walk.md).
 """
 
 from contextlib import closing

@@ -75,10 +75,12 @@ class VelocityBelief:
         self._wander = kept * self._wander + spread * self._rng.standard_normal(velocity.shape)
 
     def estimate(self, velocity: Floats, age: Floats) -> Floats:
-        """Return the estimates ``(n, 3)`` of velocities ``(n, 3)``, in the pelvis frame, m/s.
+        """Return estimates ``(n, 3)`` of velocities, in m/s.
 
         Parameters
         ----------
+        velocity : ndarray, (n, 3)
+            The true velocities in the pelvis frame, in m/s.
         age : ndarray, (n,)
             Age of the velocities as a share of a control step, 0 to 1.
         """

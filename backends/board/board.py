@@ -156,7 +156,7 @@ class Board:
         # Warm up another chip, since the session's chip has to begin at rest. Lines that this chip
         # prints about its steps are not about the session.
         self._say(f"board: warm-up and check of the machine: {WARM_STEPS} steps without spikes")
-        with _of_machine():
+        with _machine_errors():
             steps_per_s = _warm(self._machine.load(image, hello.seed))
             chip = self._machine.load(image, hello.seed)
         # Not guessable, and never 0, which stands for no session.
@@ -175,7 +175,7 @@ class Board:
             raise BodyError(f"step {frame.step} after step {session.at}: some are missing")
         spikes, errors = session.codec.unpack_step(frame.body, frame.flags)
         begin = time.perf_counter_ns()
-        with _of_machine():
+        with _machine_errors():
             held = session.chip.step(spikes, errors)
         # The field has 32 bits, which are 71 minutes.
         lasted_us = min((time.perf_counter_ns() - begin) // 1000, 2**32 - 1)
@@ -205,7 +205,7 @@ class Board:
 
 
 @contextmanager
-def _of_machine() -> Iterator[None]:
+def _machine_errors() -> Iterator[None]:
     """Name the machine in errors from outside spikeport: of files, programs or packages."""
     try:
         yield

@@ -151,7 +151,7 @@ def deliver(loaded: Loaded, n_arriving: int, counts: np.ndarray) -> int:
         times = state.spikes_of[number]
         # Cleared here, so that the next step finds zeros without another loop.
         state.spikes_of[number] = 0
-        ahead = _begin_of_weights(wiring, state.touched[i + 1]) if i + 1 < n else 0
+        ahead = _first_weight(wiring, state.touched[i + 1]) if i + 1 < n else 0
         for r in range(wiring.run_start[number], wiring.run_start[number + 1]):
             first, weight, length, shift = wiring.run[r]
             _add(state.sums, first, wiring.weights, weight, length, times << shift, ahead)
@@ -182,7 +182,7 @@ def _count_arrivals(wiring: Wiring, state: State, n_arriving: int) -> int:
 
 
 @inlined
-def _begin_of_weights(wiring: Wiring, number: int) -> int:
+def _first_weight(wiring: Wiring, number: int) -> int:
     """Return where the weights of a delivery begin, to prefetch them; 0 behind the last run."""
     r = wiring.run_start[number]
     return wiring.run[r, 1] if r < len(wiring.run) else 0

@@ -23,7 +23,7 @@ from spikeport.backends.native.rows import kept_synapses
 from spikeport.backends.native.wiring import Wiring
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
-from spikeport.compile.image.validation import WEIGHT_BITS
+from spikeport.compile.image.validation import WEIGHT_BITS_OF_CODE
 from spikeport.compiled import compiled, inlined, make_ready
 from spikeport.errors import ImageError
 
@@ -208,7 +208,7 @@ def _rule(image: ChipImage, group: int, learning: Mapping[str, float]) -> Rule:
     form = image.format_of(group)
     exponent = LEAST_EXPONENT + form["weight_exp"]
     # A mixed-sign weight spends one bit on its sign, so it is coarser by a factor of 2.
-    dropped = 8 - WEIGHT_BITS[form["weight_bits"]] + (form["fanout_type"] == 1)
+    dropped = 8 - WEIGHT_BITS_OF_CODE[form["weight_bits"]] + (form["fanout_type"] == 1)
     return Rule(
         rate=int(learning["lr_int"]),
         product_shift=LEARN_FRAC + int(learning["lr_exp"]) - OVERFLOW_BITS,

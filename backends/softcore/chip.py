@@ -199,10 +199,12 @@ class DeviceChip(SoftChip):
 
     Parameters
     ----------
-    image, seed, say
+    image, seed
         See `SoftChip`.
     line : Line
         The line; it is closed with the chip, and if the chip cannot be made.
+    say
+        See `SoftChip`.
 
     Raises
     ------

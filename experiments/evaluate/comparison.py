@@ -20,7 +20,7 @@ from spikeport.experiments.evaluate.interval import CONFIDENCE
 from spikeport.files import Line, read_json, read_model
 
 KIND = "evaluate "
-"""The begin of ``experiment`` in the ``result.json`` of an evaluation."""
+"""The beginning of ``experiment`` in the ``result.json`` of an evaluation."""
 
 Episodes = Annotated[int, Field(ge=1, le=MOST_POINTS)]
 

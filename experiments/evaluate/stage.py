@@ -26,7 +26,7 @@ class EpisodeRecording(Recording):
     torque_nm : (n, 19) array
         Torques of the joints.
     feet : (n, 32) array
-        Values of `robot.foot_sensors`.
+        Values of `spikeport.robot.foot_sensors`.
     command : (n, 3) array
         The command that the policy observes: vx and vy in m/s, wz in rad/s.
     """

@@ -18,10 +18,10 @@ its observations are added, since a gait of spikes sways in another way than the
 al. 2011, dataset aggregation). Last, the robot walks straight on, and the policy's input is shifted
 by as much as the robot drifted to a side: the trim.
 
-`experiments.policy.readout` refits with this module if ``calibrated`` asks for it: the policy is
-built with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and the settings they are
-made for, are a `DecoderCalibration`: `Trial.calibrate` returns one for `spikeport calibrate`, and
-`calibration.load` reads it for ``calibrated=FILE``.
+`spikeport.experiments.policy.readout` refits with this module if ``calibrated`` asks for it: the
+policy is built with ``Calibrated(**calibrated_policy(...).decoders)``. Decoders, and the settings
+they are made for, are a `DecoderCalibration`: `Trial.calibrate` returns one for `spikeport
+calibrate`, and `calibration.load` reads it for ``calibrated=FILE``.
 """
 
 import functools
@@ -192,7 +192,7 @@ def calibrated_policy(
 
     Parameters
     ----------
-    layers, ranges, options, seed
+    layers, ranges, options
         The arguments of `spikeport.networks.policy.policy`.
     observations : (m, n) array
         Observations of the exact policy's gait, each to be held for 5 ms.
@@ -200,6 +200,8 @@ def calibrated_policy(
         The walks of the robot.
     run : Options
         Chip, backend and pipeline on which the neurons are to run.
+    seed : int
+        The seed of the neurons.
     """
     build = functools.partial(policy, layers, ranges, options, seed, observations=observations)
     nominal = by_halves(layers[-1], options)

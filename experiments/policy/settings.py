@@ -72,14 +72,14 @@ class PolicySettings(Perturbation):
     ``relu`` or ``if`` (integrate-and-fire) is the same for both, and so is ``bent``, rectified
     linear neurons of which half fire only further out. ``solve`` is ``unit`` if the policy's
     weights are kept, ``layer`` if those between two layers are solved for anew. ``network_seed``
-    draws the neurons. ``gait`` is ``calm`` or ``rough``: neurons that are made and
-    calibrated for a calm gait do not know the observations of a robot that is pushed, or that walks
-    on a slope. ``calibrated`` fits read-out and trim to the spikes of the neurons on the backend
-    (`experiments.policy.calibration`), or names a file that ``spikeport calibrate`` wrote, with
-    both. If it is false, the policy is used as converted, as in the paper; ``auto`` fits it on a
-    chip, but not in float, where this takes many minutes. ``appearance`` is the robot's look in
-    pictures: ``primitive``, or ``menagerie`` for meshes. The other settings are those of
-    `spikeport.robot.perturbation.Perturbation`.
+    draws the neurons. ``gait`` is ``calm`` or ``rough``: neurons that are made and calibrated for a
+    calm gait do not know the observations of a robot that is pushed, or that walks on a slope.
+    ``calibrated`` fits read-out and trim to the spikes of the neurons on the backend
+    (`spikeport.experiments.policy.calibration`), or names a file that ``spikeport calibrate``
+    wrote, with both. If it is false, the policy is used as converted, as in the paper; ``auto``
+    fits it on a chip, but not in float, where this takes many minutes. ``appearance`` is the
+    robot's look in pictures: ``primitive``, or ``menagerie`` for meshes. The other settings are
+    those of `spikeport.robot.perturbation.Perturbation`.
     """
 
     policies: ClassVar[tuple[str, ...]] = (SPIKING,)

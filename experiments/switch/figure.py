@@ -1,8 +1,9 @@
 """The figure of a switching run, after the paper's Figs. 1 and 6.
 
 Above are the robot in every phase, if pictures can be drawn, and the work of its arm. Below, over
-time, are phases and spikes (`experiments.switch.nuclei_figure`), with a switch in milliseconds
-beside them; dotted lines lead from each picture to its moment. At the bottom is the robot's way.
+time, are phases and spikes (`spikeport.experiments.switch.nuclei_figure`), with a switch in
+milliseconds beside them; dotted lines lead from each picture to its moment. At the bottom is the
+robot's way.
 """
 
 from collections.abc import Sequence

@@ -4,7 +4,7 @@ The schedule only sets utilities and goals; the gates that the controller return
 the robot. While the arm's gate is open, torques drive the right arm. The other joints follow the
 policy's targets, which are the default pose while the policy is silent.
 
-The arm's controller observes places in the torso's frame (`experiments.switch.frames`).
+The arm's controller observes places in the torso's frame (`spikeport.experiments.switch.frames`).
 """
 
 from collections.abc import Sequence

@@ -6,7 +6,7 @@ A path p(t) is walked from standing to standing, as p(w(t)) with
 
 where T is the time for which the reference moves: that of the phase and of the reference's lead.
 
-Hand and targets are in the frames of the arm (`experiments.switch.frames`).
+Hand and targets are in the frames of the arm (`spikeport.experiments.switch.frames`).
 """
 
 from dataclasses import dataclass

@@ -85,10 +85,10 @@ def phase_metrics(run: SwitchRun) -> list[Result]:
     The switching time lasts from the beginning of the phase until the gate of its action alone is
     open, and stays so for the rest of the phase. A phase after a fall has no errors.
     """
-    return [_of_phase(run, number) for number in range(len(run.goals))]
+    return [_phase_figures(run, number) for number in range(len(run.goals))]
 
 
-def _of_phase(run: SwitchRun, number: int) -> Result:
+def _phase_figures(run: SwitchRun, number: int) -> Result:
     phase = run.goals[number].phase
     now = within(run.recording.time_s, phase)
     if not now.any():

@@ -62,7 +62,7 @@ class Window(NamedTuple):
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Begin and end in the window's unit."""
+        """Beginning and end in the window's unit."""
         return (self.begin_s - self.zero_s) / self.unit_s, (self.end_s - self.zero_s) / self.unit_s
 
     def binned(self, series: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -86,7 +86,7 @@ class Rehearsals:
     file : Path
         The schedule, for messages.
     perturbations : sequence of Perturbation
-        Perturbations of the gait, see `experiments.walk.gait.record_gait`.
+        Perturbations of the gait, see `spikeport.experiments.walk.gait.record_gait`.
     """
 
     exact: ExactControllers

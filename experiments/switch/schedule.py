@@ -44,8 +44,8 @@ class _Strictly(BaseModel):
 class Phase(_Strictly):
     """A span of time with its utilities, and the goal of the action with the highest utility.
 
-    ``path`` and ``speed_m_s`` are the goal of walking, as `experiments.walk.paths.find_path` takes
-    them; ``arm`` is the goal of drawing.
+    ``path`` and ``speed_m_s`` are the goal of walking, as
+    `spikeport.experiments.walk.paths.find_path` takes them; ``arm`` is the goal of drawing.
     """
 
     name: Name
@@ -128,7 +128,7 @@ class Phase(_Strictly):
 
     @property
     def values(self) -> tuple[float, ...]:
-        """The utilities in the order of `networks.humanoid.ACTIONS`; 0 where there is none."""
+        """The utilities in the order of `spikeport.networks.humanoid.ACTIONS`; 0 if not named."""
         return _of_all_actions(self.utilities)
 
 

@@ -233,7 +233,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     # results
 
     def metrics(self, run: SwitchRun) -> dict[str, object]:
-        """Return the figures of a run, see `experiments.switch.metrics`."""
+        """Return the figures of a run, see `spikeport.experiments.switch.metrics`."""
         return metrics(run)
 
     def amounts(self, run: SwitchRun) -> Mapping[str, float]:

@@ -1,8 +1,8 @@
 """Gaits for which a spiking policy is made and calibrated.
 
 The exact policy walks random commands for 40 s, undisturbed, or under each of some perturbations
-(`experiments.policy.settings.GAITS`). Its observations, with their mirror images, give the range of
-every observation (`encoding`), and of every hidden unit
+(`spikeport.experiments.policy.settings.GAITS`). Its observations, with their mirror images, give
+the range of every observation (`encoding`), and of every hidden unit
 (`spikeport.networks.policy.record_ranges`), and a read-out is refitted on them. A spiking policy
 knows nothing else: to recover from pushes it needs a gait with pushes. The drift of a policy that
 walks straight on gives its trim (`drift_trim`).

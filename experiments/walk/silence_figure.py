@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from spikeport.constants import DT_S
+from spikeport.counted import percent
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
 
@@ -30,8 +31,8 @@ def silence_figure(run: WalkRun, spikes: np.ndarray, result: Result) -> Figure:
     tilt.set(xlabel="time (s)", xlim=(max(0, min(settings["silence_at"], end) - BEFORE_S), end))
     fell = "no fall" if run.fallen_at_s is None else f"fell at {run.fallen_at_s:.2f} s"
     figure.suptitle(
-        f"walk, {settings['path']}, {result['backend']}: {settings['silence']:.0%} of the policy's "
-        f"ensembles silenced at {settings['silence_at']:g} s; {fell}"
+        f"walk, {settings['path']}, {result['backend']}: {percent(settings['silence'])} of the "
+        f"policy's ensembles silenced at {settings['silence_at']:g} s; {fell}"
     )
     return figure
 

@@ -214,7 +214,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         )
 
     def metrics(self, run: WalkRun) -> dict[str, object]:
-        """Return the figures of a run, see `experiments.walk.metrics`."""
+        """Return the figures of a run, see `spikeport.experiments.walk.metrics`."""
         return metrics(run)
 
     def amounts(self, run: WalkRun) -> Mapping[str, float]:

@@ -80,7 +80,7 @@ def _values(tensor: Message, kind: int, path: Path, count: int) -> np.ndarray:
     if kind == DOUBLE and DOUBLES in tensor:
         return in_field(tensor, DOUBLES, kind)
     if kind in (FLOAT16, BFLOAT16) and INTS in tensor:
-        return _of_halves(tensor, kind)
+        return _half_precision(tensor, kind)
     if kind == INT64 and LONGS in tensor:
         return np.array(tensor.numbers(LONGS))
     if kind in INTEGERS and INTS in tensor:
@@ -96,7 +96,7 @@ def in_field(message: Message, field: int, kind: int) -> np.ndarray:
     return _numbers(b"".join(message.contents(field)), kind)
 
 
-def _of_halves(tensor: Message, kind: int) -> np.ndarray:
+def _half_precision(tensor: Message, kind: int) -> np.ndarray:
     """Return numbers of 16 bits, each stored as a whole number."""
     bits = tensor.numbers(INTS)
     if any(not 0 <= one < 2**16 for one in bits):

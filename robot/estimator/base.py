@@ -30,7 +30,7 @@ class Fix(NamedTuple):
 class StateEstimator(Protocol):
     """Estimator of the robot's motion, observation by observation."""
 
-    def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def reset(self, sensors: Sensors, fix: Fix | None = None) -> RobotState:
         """Start over, and return the motion at an observation.
 
         Without a fix, the pelvis is above the world's origin with its lowest sole at height 0, and
@@ -39,7 +39,7 @@ class StateEstimator(Protocol):
         """
 
     def update(
-        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+        self, sensors: Sensors, fix: Fix | None = None, between: Sequence[Sensors] = ()
     ) -> RobotState:
         """Return the motion at the next observation, with a fix if there is one.
 

@@ -95,11 +95,11 @@ class ContactAidedEkf:
         self._noise = noise
         self._legs = Legs()
 
-    def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def reset(self, sensors: Sensors, fix: Fix | None = None) -> RobotState:
         """Start over at rest; see `StateEstimator.reset`."""
         noise = self._noise
         soles = self._legs.soles(sensors.q)
-        rotation, place, floor_m = start(sensors, soles.points, self._legs.radii_m, position)
+        rotation, place, floor_m = start(sensors, soles.points, self._legs.radii_m, fix)
         self._heights_m = self._legs.radii_m + floor_m
         vectors, deviations = np.zeros((N_VECTORS, 3)), np.zeros(N_ERRORS)
         vectors[PLACE] = place + rotation @ IMU_OFFSET_M
@@ -120,7 +120,7 @@ class ContactAidedEkf:
         return self._state(sensors)
 
     def update(
-        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+        self, sensors: Sensors, fix: Fix | None = None, between: Sequence[Sensors] = ()
     ) -> RobotState:
         """Propagate by the IMU, correct by the contacts, and by a fix if there is one."""
         dt_s = sensors.time_s - self._last.time_s
@@ -129,9 +129,9 @@ class ContactAidedEkf:
             self.belief = propagated(self.belief, *imu, self.standing, dt_s, self._noise.imu)
             self._last = sensors
             self._correct_by_feet(sensors, dt_s)
-        if position is not None:
+        if fix is not None:
             waist_rad = sensors.q.item(WAIST)
-            observation = fixed(self.belief, position, waist_rad, self._noise.fix)
+            observation = fixed(self.belief, fix, waist_rad, self._noise.fix)
             self.belief = corrected(self.belief, observation)
         return self._state(sensors)
 

@@ -44,10 +44,10 @@ class LegOdometry:
         self._options = options
         self._legs = Legs()
 
-    def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def reset(self, sensors: Sensors, fix: Fix | None = None) -> RobotState:
         """Start over at rest; see `StateEstimator.reset`."""
         soles = self._legs.soles(sensors.q)
-        begun = start(sensors, soles.points, self._legs.radii_m, position)
+        begun = start(sensors, soles.points, self._legs.radii_m, fix)
         self._position = begun.position
         own = torso.heading_rad(torso.rotation(sensors.quaternion))
         self._turn_rad = torso.heading_rad(begun.rotation) - own
@@ -57,7 +57,7 @@ class LegOdometry:
         return self._state(sensors, rotation)
 
     def update(
-        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+        self, sensors: Sensors, fix: Fix | None = None, between: Sequence[Sensors] = ()
     ) -> RobotState:
         """Filter the velocity and integrate it; a fix replaces place and heading."""
         rotation, dt_s = self._pelvis(sensors), sensors.time_s - self._time_s
@@ -70,8 +70,8 @@ class LegOdometry:
             self._velocity = self._velocity + share * (measured - self._velocity)
             self._position = self._position + rotation @ self._velocity * dt_s
             self._position[2] = self._floor_m + self._height_m(soles, rotation)
-        if position is not None:
-            rotation = self._take(position, rotation, sensors)
+        if fix is not None:
+            rotation = self._take(fix, rotation, sensors)
         return self._state(sensors, rotation)
 
     @property

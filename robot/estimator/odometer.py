@@ -24,26 +24,26 @@ class Odometer:
         # Made here, as a reset must be fast: a robot is damped if its first command is 40 ms late.
         self._legs = Legs()
 
-    def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def reset(self, sensors: Sensors, fix: Fix | None = None) -> RobotState:
         """Start over; see `StateEstimator.reset`."""
         soles = self._legs.soles(sensors.q)
-        begun = start(sensors, soles.points, self._legs.radii_m, position)
+        begun = start(sensors, soles.points, self._legs.radii_m, fix)
         self._place, self._velocity, self._turn_rad = begun.position, np.zeros(3), 0.0
-        return self.update(sensors, position)
+        return self.update(sensors, fix)
 
     def update(
-        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+        self, sensors: Sensors, fix: Fix | None = None, between: Sequence[Sensors] = ()
     ) -> RobotState:
         """Return the motion at an observation, by a fix if there is one."""
         waist_rad, waist_rad_s = sensors.q.item(WAIST), sensors.dq.item(WAIST)
         own = torso.pelvis_rotation(torso.rotation(sensors.quaternion), waist_rad)
-        if position is not None:
-            self._place = np.array(position.position, dtype=float)
-            if position.velocity is not None:
-                self._velocity = np.array(position.velocity, dtype=float)
-            if position.yaw_rad is not None:
+        if fix is not None:
+            self._place = np.array(fix.position, dtype=float)
+            if fix.velocity is not None:
+                self._velocity = np.array(fix.velocity, dtype=float)
+            if fix.yaw_rad is not None:
                 # The IMU's heading drifts and begins anywhere: the fix says by how much to turn it.
-                self._turn_rad = position.yaw_rad - torso.heading_rad(own)
+                self._turn_rad = fix.yaw_rad - torso.heading_rad(own)
         rotation = torso.turned(own, self._turn_rad)
         return RobotState(
             base_position=self._place.copy(),

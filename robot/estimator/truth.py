@@ -19,12 +19,12 @@ class Truth:
     def __init__(self, read: Callable[[], RobotState]) -> None:
         self._read = read
 
-    def reset(self, sensors: Sensors, position: Fix | None = None) -> RobotState:
+    def reset(self, sensors: Sensors, fix: Fix | None = None) -> RobotState:
         """Return the motion now."""
         return self._read()
 
     def update(
-        self, sensors: Sensors, position: Fix | None = None, between: Sequence[Sensors] = ()
+        self, sensors: Sensors, fix: Fix | None = None, between: Sequence[Sensors] = ()
     ) -> RobotState:
         """Return the motion now."""
         return self._read()

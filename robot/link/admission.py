@@ -10,8 +10,8 @@ from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S, TORQUE_LIMITS_NM
 from spikeport.robot.signals import Sensors
 
 LATEST_S = 0.04
-"""Age of the last valid observation after which a moving robot is damped. Source: with commands as
-late, one of three robots fell by the exact policy, with 50 ms all did (docs/lab/robot.md)."""
+"""Age of the last valid observation after which a moving robot is damped. Source: of three robots
+with the exact policy and commands as late, one fell, with 50 ms all did (docs/lab/robot.md)."""
 
 PLAUSIBLE_MARGIN_RAD = 0.1
 """The margin of an angle beyond a joint's range, as joint stops yield."""

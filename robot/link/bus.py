@@ -1,4 +1,4 @@
-"""Unitree's topics over DDS, as bytes: the only module that talks to cyclonedds.
+"""Unitree's topics over DDS, as bytes: the only module that sends and receives by cyclonedds.
 
 A participant is confined to one interface. On loopback, multicast is off, and the other side is
 found by its address. The sockets listen on all interfaces, whatever is configured (docs/robot.md).

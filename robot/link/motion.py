@@ -156,7 +156,7 @@ class Comparison:
         observation, as the estimate's does: a served robot may have walked before.
         """
         self._seen += 1
-        if observed.truth is None or not _of_now(observed.truth.tick, observed.tick):
+        if observed.truth is None or not _is_current(observed.truth.tick, observed.tick):
             return None
         true = true_state(observed)
         if self._seen == 1:
@@ -187,7 +187,7 @@ class Comparison:
         return TRUTH if self._judged == self._seen else BOTH
 
 
-def _of_now(truth_tick: int, tick: int) -> bool:
+def _is_current(truth_tick: int, tick: int) -> bool:
     """Return whether a truth belongs to the time of a state.
 
     In real time, the truth of the next state may be there already. Any other truth is stale, or

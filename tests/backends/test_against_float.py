@@ -10,6 +10,7 @@ from spikeport.backends.against_float import error_against_float
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
 from spikeport.compile.pipeline import compile_network
+from spikeport.errors import RefusedError
 from tests.helpers.event_files import camera_network, process_of, random_events, write_events
 
 N_STEPS = 200
@@ -94,3 +95,14 @@ def test_a_network_that_nengos_optimiser_fails_for_is_compared_all_the_same() ->
     with pytest.raises(ValueError, match="strides"):
         nengo.Simulator(network, progress_bar=False)
     assert found(network) is not None
+
+
+def test_a_network_that_nengo_refuses_need_not_be_compared() -> None:
+    """Nengo finds no order for operators that need each other in the same step."""
+    network = channel([0.7])
+    with network:
+        a, b = (nengo.Ensemble(5, 1) for _ in range(2))
+        for pre, post in ((a, b), (b, a)):
+            nengo.Connection(pre.neurons, post.neurons, transform=0.01 * np.eye(5), synapse=None)
+    with pytest.raises(RefusedError, match=r"cycles.*, or do not compare: `simulate --no-float`"):
+        found(network)

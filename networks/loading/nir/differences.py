@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from spikeport.constants import DECAY_UNITS
-from spikeport.counted import counted
+from spikeport.counted import counted, percent
 from spikeport.networks.loading.nir.lateness import Lateness
 from spikeport.networks.loading.nir.network import NirNetwork
 from spikeport.networks.loading.nir.populations import Population
@@ -58,14 +58,14 @@ def _on_chip(network: NirNetwork, one: Population, late: int) -> Iterator[str]:
     if len(connected) > len(mine.weights):
         yield f"weights are two synapses each: {sum(p.nnz for p in connected):,} synapses"
     if mine.at_once < 1:
-        yield f"inputs wrap around if over {mine.at_once:.0%} of its weights act in one step"
+        yield f"inputs wrap around if over {percent(mine.at_once)} of its weights act in one step"
     if mine.constants[0].any():
         yield f"its bias is a source on the host, which spikes in every step from {one.depth} on"
     if mine.correction.any():
         share = np.abs(mine.correction / mine.threshold).max()
         yield (
-            f"the chip adds up to {share:.3%} of the threshold in each step, to make up for the "
-            "rounding of the bias"
+            f"the chip adds up to {percent(share)} of the threshold in each step, to make up for "
+            "the rounding of the bias"
         )
 
 
@@ -81,7 +81,7 @@ def _rounding(one: Population) -> Iterator[str]:
         if error.max() > 0:
             yield (
                 f"{name} decays by {_range(rounded)}/{DECAY_UNITS} a step, up to "
-                f"{error.max():.2%} off, and rounds towards 0"
+                f"{percent(error.max())} off, and rounds towards 0"
             )
         if (n_decays := len(np.unique(decay))) > 1:
             yield f"{n_decays} {name} decays; each is a profile of its core"

@@ -14,6 +14,7 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.report import Report
+from spikeport.counted import percent
 from spikeport.errors import UsageError
 from spikeport.networks.loading.nir.equations import run
 from spikeport.networks.loading.nir.lateness import Lateness
@@ -105,7 +106,7 @@ def spikes_of(folded: PopulationGraph, text: str) -> Played:
     if text == RANDOM:
         rng = np.random.default_rng(SEED)
         rows = {name: rng.random((N_STEPS, n)) < SHARE for name, n in sizes.items()}
-        origin = f"random: each source in {SHARE:.0%} of {N_STEPS} steps, from seed {SEED}"
+        origin = f"random: each source in {percent(SHARE)} of {N_STEPS} steps, from seed {SEED}"
         return Played({name: one.astype(float) for name, one in rows.items()}, origin)
     try:
         found = npz.read(Path(text))

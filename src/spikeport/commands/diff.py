@@ -39,9 +39,9 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
     if kinds == {True, False}:
         raise UsageError(f"{a} and {b}: an evaluation and a report have no figures in common")
     if kinds == {True}:
-        rows, note = _of_evaluations(file_a, file_b, html)
+        rows, note = _compare_evaluations(file_a, file_b, html)
     else:
-        rows, note = _of_reports(a, b, html)
+        rows, note = _compare_reports(a, b, html)
     console = Console(highlight=False)
     if rows:
         table = Table("figure")
@@ -56,7 +56,7 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
     return DIFFERENT if rows else SAME
 
 
-def _of_evaluations(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
+def _compare_evaluations(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
     """Return the figures that differ by more than chance, and the number that were compared."""
     if html is not None:
         raise UsageError("--html: an evaluation has no page; cure: leave it out")
@@ -69,7 +69,7 @@ def _of_evaluations(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
     return [tuple(map(printable, one)) for one in differences], note
 
 
-def _of_reports(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
+def _compare_reports(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
     """Return the figures that differ, and a note on sections that one of the reports lacks."""
     if html is not None:
         check_output("--html", html, *map(report_file, (a, b)), suffix=".html")

@@ -110,7 +110,7 @@ class PaperOverview:
         """Build the network, draw it, and return 0."""
         asked = request.options
         ignored = asked.video, asked.counts, asked.seconds is not None, asked.seed
-        if any(ignored) or request.workers != Workers() or request.target != _of_chip(request):
+        if any(ignored) or request.workers != Workers() or request.target != _chip_target(request):
             raise UsageError(
                 "figure 'overview' is drawn without a run: it takes --set, --chip, --out and "
                 "--overwrite; cure: leave the others out"
@@ -137,7 +137,7 @@ def _check_neurons(request: FigureRequest) -> None:
         )
 
 
-def _of_chip(request: FigureRequest) -> Target:
+def _chip_target(request: FigureRequest) -> Target:
     """Return the target that a request has if it asks for a chip alone."""
     return Target(chip=request.target.chip)
 

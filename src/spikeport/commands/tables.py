@@ -50,7 +50,7 @@ def cost_table(
     for label in dict.fromkeys(label for column in columns for label in column):
         table.add_row(label, *(column.get(label, NO_FIGURE) for column in columns))
     if host_io is not None and any(c.has_times for c in chip.calibrations):
-        table.add_row("with host I/O", *[f"{host_io.dt} {host_io.verdict}"] * len(columns))
+        table.add_row("with host I/O", *[f"{host_io.dt_in_words} {host_io.verdict}"] * len(columns))
     return table
 
 

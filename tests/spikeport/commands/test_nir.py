@@ -51,7 +51,7 @@ def test_compile_describes_random_spikes(spikeport, tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     done = spikeport("compile", path, "--set", "dt=0.001", "--set", "parts=1", "--spikes", "random")
     assert done.code == 0
-    assert "input: random: each source in 5% of 256 steps, from seed 0\n" in done.out
+    assert "input: random: each source in 5 % of 256 steps, from seed 0\n" in done.out
 
 
 def test_a_graph_without_a_time_step_is_refused(spikeport, tmp_path):

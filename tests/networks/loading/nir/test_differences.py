@@ -6,6 +6,7 @@ import nir
 import numpy as np
 
 import spikeport.nir
+from spikeport.counted import percent
 from spikeport.networks.loading.nir.differences import differences
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import DT_S, written
@@ -24,7 +25,7 @@ def test_each_population_lists_its_differences_from_nir(tmp_path):
     found = differences_of(tmp_path, nir_graphs.recurrent(bias=0.2))
     assert found["hidden"][:2] == [
         "spikes are 1 step late: each connection takes one",
-        "voltage decays by 410/4096 a step, up to 0.10% off, and rounds towards 0",
+        "voltage decays by 410/4096 a step, up to 0.1 % off, and rounds towards 0",
     ]
     assert "its bias is a source on the host, which spikes in every step from 2 on" in found["read"]
     for start in ("the voltage cannot fall below -", "the chip adds up to 0.0"):
@@ -37,7 +38,7 @@ def test_the_share_of_weights_beyond_which_inputs_wrap_is_named(tmp_path):
     graph = nir_graphs.graph(input=first, w=weights, n=nir_graphs.lif(5), output=last)
     share = spikeport.nir.load(written(tmp_path, graph), DT_S, at_once=0.125).units["n"].at_once
     assert 0.125 <= share < 1
-    text = f"inputs wrap around if over {share:.0%} of its weights act in one step"
+    text = f"inputs wrap around if over {percent(share)} of its weights act in one step"
     assert text in differences_of(tmp_path, graph, 0.125)["n"]
     assert not any("wrap" in text for text in differences_of(tmp_path, graph)["n"])
 
