@@ -1,6 +1,6 @@
 """The energy of a run: dynamic, static and system, always all three, from exact counts."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -141,6 +141,7 @@ def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
     terms = _terms({name: count.sum() for name, count in counts.items()}, calibration)
     run = _sum(terms)
     dynamic = None if run is None else _draw(run.scaled(1 / activity.n_steps), period_s)
+    static, system = _static(chip, period_s), _system(chip, dynamic, period_s)
     return EnergyReport(
         calibration=calibration.name,
         n_steps=activity.n_steps,
@@ -148,13 +149,13 @@ def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
         terms=terms,
         dynamic_run=run,
         dynamic=dynamic,
-        static=_static(chip, period_s),
-        system=_system(chip, dynamic, period_s),
+        static=static,
+        system=system,
         cores=tuple(
             CoreEnergy(label, _per_step(count, activity, calibration))
             for label, count in zip(activity.cores, _of_each(counts), strict=True)
         ),
-        missing=_missing(terms, chip),
+        missing=(*_missing(terms, static, system), *_hops(activity, chip)),
     )
 
 
@@ -205,25 +206,39 @@ def _draw(energy_step: Estimate, period_s: float) -> Draw:
     return Draw(energy_step, energy_step.scaled(1 / period_s, unit="W"))
 
 
-def _static(chip: ChipModel, period_s: float) -> Draw | None:
+def static_power(chip: ChipModel) -> Estimate | None:
+    """Return the power of all chips of a board at rest, in W; None without a public figure."""
     figure = chip.power.static_chip_w
-    if figure is None:
-        return None
     # A chip at rest draws it too, so that a board's unused chips count.
-    power = figure.estimate.scaled(chip.limits.chips.count)
-    return Draw(power.scaled(period_s, unit="J"), power)
+    return None if figure is None else figure.estimate.scaled(chip.limits.chips.count)
+
+
+def _static(chip: ChipModel, period_s: float) -> Draw | None:
+    power = static_power(chip)
+    return None if power is None else Draw(power.scaled(period_s, unit="J"), power)
 
 
 def _system(chip: ChipModel, dynamic: Draw | None, period_s: float) -> Draw | None:
-    figure = chip.power.board_idle_w
+    figure, chips = chip.power.board_idle_w, static_power(chip)
     if figure is None:
         return None
-    # The board's idle power includes its chips' static power.
+    # A board's idle power includes that of its chips: the figure is that of a smaller board.
+    if chips is not None and chips.value > figure.estimate.value:
+        return None
     power = figure.estimate + (at_least_zero("W") if dynamic is None else dynamic.power)
     return Draw(power.scaled(period_s, unit="J"), power)
 
 
-def _missing(terms: tuple[EnergyTerm, ...], chip: ChipModel) -> tuple[str, ...]:
+def _hops(activity: Activity, chip: ChipModel) -> Iterator[str]:
+    """Yield the hops of messages between cores if they cannot be counted without a public mesh."""
+    between = activity.messages.sum() - np.trace(activity.messages)
+    if chip.topology is None and chip.soft_memory is None and between:
+        yield "hops"
+
+
+def _missing(
+    terms: tuple[EnergyTerm, ...], static: Draw | None, system: Draw | None
+) -> tuple[str, ...]:
     names = [term.event for term in terms if term.count and term.energy is None]
-    powers = [name for name in ("static_chip_w", "board_idle_w") if not getattr(chip.power, name)]
-    return tuple(names + powers)
+    powers = {"static_chip_w": static, "board_idle_w": system}
+    return tuple(names + [name for name, draw in powers.items() if draw is None])

@@ -40,15 +40,17 @@ class TimeSums(NamedTuple):
         Sum and maximum of T_step, as value, low and high; NaN where a bound is not known.
     period_s : float
         Sum of max(T_step, dt), at the value.
-    worst_step, limiting_core : int
-        The longest step, counted from the first, and the core that takes longest in it.
+    worst_step : int
+        The longest step, counted from the first.
+    limiting_core : int or None
+        The core that takes longest in it; None where messages between chips or on a bus do.
     """
 
     total_s: np.ndarray
     worst_s: np.ndarray
     period_s: float
     worst_step: int
-    limiting_core: int
+    limiting_core: int | None
 
     def then(self, later: "TimeSums", n_steps: int) -> "TimeSums":
         """Return the sums over these ``n_steps`` steps and later ones."""
@@ -110,13 +112,16 @@ def _check_folded(before: Folded, chip: ChipModel, calibration: EnergyCalibratio
 def _kept_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> TimeSums:
     times = step_times(activity, chip, calibration)
     worst = int(times.value.argmax())
+    by_core = core_times(activity, calibration.times, "value")[worst]
+    on_bus = bus_times(activity, chip, calibration.times, "value")[worst]
+    on_link = link_times(activity, chip, calibration.times, "value")[worst]
     return TimeSums(
         np.sum(times, axis=1),
         np.max(times, axis=1),
         # Real time: a step that ends early waits for the clock.
         float(np.maximum(times.value, activity.dt_s).sum()),
         worst,
-        int(core_times(activity, calibration.times, "value")[worst].argmax()),
+        None if max(on_bus, on_link) > by_core.max() else int(by_core.argmax()),
     )
 
 
@@ -124,7 +129,7 @@ def fold(activity: Activity, chip: ChipModel | None) -> Folded:
     """Return sums over all steps of an activity, from which energy and time follow as before.
 
     On ``chip`` they stay the same, except for the last bits of sums. Messages between the chips of
-    a board are taken as evenly spread over the steps of the activity.
+    a board are spread over the steps of the activity, as by `link_times`.
     """
     times = {}
     if chip is not None and activity.cores:
@@ -138,9 +143,9 @@ def fold(activity: Activity, chip: ChipModel | None) -> Folded:
 def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> StepTimes:
     """Return the time of each kept step: of the slowest core, link or bus, plus a barrier.
 
-        T_step = max(max over cores T_core, T_between, T_bus) + t_barrier(tiles)
+        T_step = max(max over cores T_core, T_link, T_bus) + t_barrier(tiles)
 
-    See `core_times`, `between_chips`, `bus_times` and `barrier`. The tiles are those that hold the
+    See `core_times`, `link_times`, `bus_times` and `barrier`. The tiles are those that hold the
     activity's cores. A part without public figure is left out, which leaves no upper bound.
 
     Raises
@@ -150,14 +155,13 @@ def step_times(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
     """
     # A part without a figure takes at least zero: the value stays, the upper bound is lost.
     wait = barrier(tiles_used(len(activity.cores), chip), calibration) or at_least_zero("s")
-    links = between_chips(activity, chip, calibration) or at_least_zero("s")
     return StepTimes(
         *(
             np.maximum.reduce(
                 [
                     core_times(activity, calibration.times, bound).max(axis=1),
                     bus_times(activity, chip, calibration.times, bound),
-                    np.full(len(activity.spikes), _number(getattr(links, bound))),
+                    link_times(activity, chip, calibration.times, bound),
                 ]
             )
             + _number(getattr(wait, bound))
@@ -216,6 +220,38 @@ def bus_times(activity: Activity, chip: ChipModel, times: Times, bound: Bound) -
     return result
 
 
+def link_times(activity: Activity, chip: ChipModel, times: Times, bound: Bound) -> np.ndarray:
+    """Return the time of each kept step's messages on the link of the busiest chip, (n_kept,).
+
+        T_link = max over chips N_leaving t_message
+
+    Messages between cores are counted over the whole run. Those that leave a chip are taken to be
+    spread over its steps as messages that arrive on the other chips are. At the upper bound, as
+    many leave the chip in a step as arrive on the others, if so many leave it in the run.
+    """
+    leaving, longest = _leaving(activity, chip), np.zeros(len(activity.spikes))
+    if not leaving.any():
+        return longest
+    figure = times.message_between_chips
+    one_s = _number(getattr(at_least_zero("s") if figure is None else figure.estimate, bound))
+    on = chip_of(len(activity.cores), chip)
+    for number in np.flatnonzero(leaving):
+        arriving = activity.messages_in[:, on != number].sum(axis=1)
+        evenly = np.full(len(arriving), 1 / len(arriving))
+        share = arriving / arriving.sum() if arriving.any() else evenly
+        messages = leaving[number] * share
+        if bound == "high":
+            messages = np.maximum(messages, np.minimum(arriving, leaving[number]))
+        longest = np.maximum(longest, messages * one_s)
+    return longest
+
+
+def _leaving(activity: Activity, chip: ChipModel) -> np.ndarray:
+    """Return the messages of the whole run that leave each chip, (n_chips,)."""
+    leaving = messages_between_chips(activity.messages, chip)
+    return np.bincount(chip_of(len(activity.cores), chip), weights=leaving)
+
+
 def core_events(activity: Activity) -> list[events.OnCore]:
     """Return the kinds of event that take time on a core and happened at least once."""
     # An event that never happened must not remove the upper bound if it has no figure.
@@ -242,13 +278,10 @@ def between_chips(
 
         T_between = max over chips N_leaving t_message / n_steps
 
-    Messages between cores are counted over the whole run, hence the mean. None where there are such
-    messages and no public figure.
+    None where there are such messages and no public figure.
     """
     # The links of different chips work at the same time: the busiest decides.
-    leaving = np.bincount(
-        chip_of(len(activity.cores), chip), weights=messages_between_chips(activity.messages, chip)
-    )
+    leaving = _leaving(activity, chip)
     figure = calibration.times.message_between_chips
     if not leaving.any():
         return zero("s")

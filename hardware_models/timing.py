@@ -47,8 +47,10 @@ class TimingReport:
         Number of steps of the run, and the time each stands for, in s.
     mean, worst : Estimate
         T_step, in s: its mean and its maximum over the run.
-    worst_step, limiting_core : int, str
-        The longest step, and the core that takes longest in it.
+    worst_step : int
+        The longest step.
+    limiting_core : str or None
+        The core that takes longest in it; None where messages between chips or on a bus do.
     fits : bool
         True if the longest step takes no longer than ``dt_s``.
     fits_at_high : bool or None
@@ -71,7 +73,7 @@ class TimingReport:
     mean: Estimate
     worst: Estimate
     worst_step: int
-    limiting_core: str
+    limiting_core: str | None
     fits: bool
     fits_at_high: bool | None
     barrier: Estimate | None
@@ -120,7 +122,7 @@ def timing(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
         mean=_estimate(times.total_s / activity.n_steps, source),
         worst=worst,
         worst_step=times.worst_step,
-        limiting_core=activity.cores[times.limiting_core],
+        limiting_core=None if times.limiting_core is None else activity.cores[times.limiting_core],
         fits=worst.value <= activity.dt_s,
         fits_at_high=None if worst.high is None else worst.high <= activity.dt_s,
         barrier=wait,

@@ -120,7 +120,9 @@ def _host_hz(encoding: Encoding, image: ChipImage, rates: Rates) -> float:
 
 def _check(image: ChipImage, rates: Rates) -> None:
     modules = module_of_blocks(image)
-    known = {HOST, *modules}
+    spikes = np.ones(image.n_compartments, dtype=bool)
+    spikes[image.readouts] = False
+    known = {HOST, *(modules[block] for block in np.unique(image.compartment_block[spikes]))}
     for name, meaning in ((HOST, "the spikes from the host"), (ALL, "all that is not named")):
         if name in rates.by_name_hz and name in modules:
             raise UsageError(

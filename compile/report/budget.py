@@ -1,7 +1,7 @@
 """A budget of the user: the cores, power and step time that a network may take."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from spikeport.compile.check import rules
@@ -9,7 +9,8 @@ from spikeport.compile.check.violation import Violation
 from spikeport.compile.report.report import Report
 from spikeport.errors import UsageError
 from spikeport.hardware_models.activity import Activity
-from spikeport.hardware_models.energy import EnergyReport, energy
+from spikeport.hardware_models.chip import ChipModel
+from spikeport.hardware_models.energy import EnergyReport, energy, static_power
 from spikeport.hardware_models.estimate import Estimate, at_least_zero
 from spikeport.hardware_models.timing import timing
 
@@ -80,22 +81,28 @@ class Budget:
 
     def _costs(self, report: Report, activity: Activity) -> Iterator[Violation]:
         chip = report.chip
-        spent = {c.name: energy(activity, chip, c) for c in chip.calibrations}
-        powers = {name: _power(one) for name, one in spent.items()}
+        powers = {c.name: _power(energy(activity, chip, c)) for c in chip.calibrations}
         times = {c.name: timing(activity, chip, c).worst for c in chip.calibrations if c.has_times}
         if self.power_w is not None:
-            held = [*_held("SP302", chip.name, powers, self.power_w, f"{self.power_w:g} W")]
-            at_rest = [one.static.power for one in spent.values() if one.static is not None]
-            if not (held or at_rest):
-                # The dynamic power alone exceeds nothing, but it is not all that the chip draws.
-                raise UsageError(
-                    f"--max-power: chip '{chip.name}' has no public static power, so that its "
-                    "power is not known to be within a limit; cure: give power.static_chip_w in a "
-                    "chip file of your own"
-                )
-            yield from (_at_rest(found, at_rest, self.power_w) for found in held)
+            yield from self._power(chip, powers, self.power_w)
         if self.step_us is not None:
             yield from _held("SP303", chip.name, times, self.step_us / 1e6, f"{self.step_us:g} us")
+
+    def _power(
+        self, chip: ChipModel, powers: Mapping[str, Estimate | None], most: float
+    ) -> Iterator[Violation]:
+        limit, at_rest = f"{most:g} W", static_power(chip)
+        if at_rest is not None and not any(powers.values()) and at_rest.value > most:
+            powers = {"at rest": at_rest}  # which exceeds it, whatever the dynamic power is
+        held = [*_held("SP302", chip.name, powers, most, limit)]
+        if not held and at_rest is None:
+            # The dynamic power alone exceeds nothing, but it is not all that the chip draws.
+            raise UsageError(
+                f"--max-power: chip '{chip.name}' has no public static power, so that its power is "
+                "not known to be within a limit; cure: give power.static_chip_w in a chip file of "
+                "your own"
+            )
+        yield from (_at_rest(found, at_rest, most) for found in held)
 
 
 def _power(spent: EnergyReport) -> Estimate | None:
@@ -106,9 +113,8 @@ def _power(spent: EnergyReport) -> Estimate | None:
     return spent.dynamic.power + static
 
 
-def _at_rest(found: Violation, at_rest: Sequence[Estimate], most: float) -> Violation:
+def _at_rest(found: Violation, static: Estimate | None, most: float) -> Violation:
     """Return a violation with another cure if the chip at rest already draws too much."""
-    static = max(at_rest, key=lambda one: one.value, default=None)
     if static is None or static.value < most:
         return found
     cure = rules.get(found.id).in_case["at_rest"]

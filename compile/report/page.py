@@ -237,6 +237,11 @@ class View:
         """The reasons why the network does not fit, rule by rule."""
         return by_rule(self.report["violations"])
 
+    @cached_property
+    def over_budget(self) -> list[Rule]:
+        """The budgets of the user that the network exceeds."""
+        return by_rule(self.report.get("over_budget", []))
+
 
 def by_rule(rows: Iterable[Json]) -> list[Rule]:
     """Return hints or violations, rule by rule in the order of ids."""

@@ -87,6 +87,8 @@ class Report:
         The traffic with the host; None without an image.
     violations : tuple of Violation
         The reasons why the network does not fit.
+    over_budget : tuple of Violation
+        The budgets of the user that the network exceeds.
     """
 
     chip: ChipModel
@@ -103,6 +105,7 @@ class Report:
     on_host: tuple[OnHost, ...] = ()
     host: HostTraffic | None = None
     violations: tuple[Violation, ...] = ()
+    over_budget: tuple[Violation, ...] = ()
 
     def __repr__(self) -> str:
         """Return the verdict, on a line."""
@@ -167,6 +170,7 @@ class Report:
             "verdict": summary.verdict(self),
             "fits": not self.violations,
             "violations": [one._asdict() for one in self.violations],
+            "over_budget": [one._asdict() for one in self.over_budget],
             "image_digest": self.digest,
             "resources": self._resources(),
             "limits_of_a_core": limits_of_a_core(self.chip),

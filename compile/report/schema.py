@@ -91,6 +91,7 @@ class ReportData(BaseModel):
     verdict: str
     fits: bool
     violations: list[_row(Violation)]  # type: ignore[valid-type]
+    over_budget: list[_row(Violation)] = []  # type: ignore[valid-type]
     image_digest: str
     resources: dict[str, Resource]
     limits_of_a_core: dict[str, int | None]

@@ -56,6 +56,8 @@ def verdict(report: "Report") -> str:
     parts = [f"fits chip '{report.chip.name}' on {cores_in_words(report)}"]
     if "cores" in report.lower_bound:
         parts[0] += f" (lower bound {report.lower_bound['cores']})"
+    if report.chip.synapse_memory is None and report.chip.soft_memory is None:
+        unknown.append("layout of synapse memory")
     if unknown:
         names = ", ".join(name.replace("_", " ") for name in unknown)
         parts.append(f"not public, not checked: {names}")

@@ -112,6 +112,21 @@ def test_powers_without_a_public_figure_are_named_and_absent(data, make_activity
     assert report.missing == ("static_chip_w", "board_idle_w")
 
 
+def test_a_board_with_more_chips_than_the_measured_one_has_no_system_power(data, make_activity):
+    data["limits"]["chips"] = {**data["limits"]["chips"], "value": 11}  # 11 of 100 mW; a board 1 W
+    chip = ChipModel.model_validate(data)
+    report = energy(make_activity(), chip, chip.calibration("bench"))
+    assert report.static.power.value == pytest.approx(1.1)
+    assert (report.system, report.missing) == (None, ("board_idle_w",))
+
+
+def test_hops_are_missing_without_a_public_mesh(data, make_activity):
+    chip = ChipModel.model_validate(data | {"topology": None})
+    bench = chip.calibration("bench")
+    assert energy(make_activity(messages=[[3, 0], [0, 1]]), chip, bench).missing == ()
+    assert energy(make_activity(messages=[[3, 1], [0, 1]]), chip, bench).missing == ("hops",)
+
+
 def test_energies_of_consecutive_runs_add_up(make_activity):
     loihi = chips.get("loihi")
     for seed in range(20):

@@ -86,6 +86,21 @@ def test_messages_between_chips_take_the_time_of_the_busiest_chip(two_chips, mak
     assert report.missing == ()
 
 
+def test_a_burst_of_messages_between_chips_makes_one_step_long(two_chips, make_activity):
+    """With the mean of the run, a burst would seem to fit into every step."""
+    activity = make_activity(
+        n_steps=4,
+        spikes=[[1, 0], [1, 0], [1, 0], [1, 0]],
+        messages_in=[[0, 0], [0, 9], [0, 3], [0, 0]],  # those beyond 4 come from the host
+        messages=[[0, 4], [0, 0]],
+    )
+    report = timing(activity, two_chips, two_chips.calibration("bench"))
+    assert ns(report.between_chips) == pytest.approx([400, 200, 800])
+    assert (report.worst_step, report.limiting_core) == (1, None)
+    # Three of four messages arrive in step 1, and at most all four; two tiles: 1500 ns.
+    assert ns(report.worst) == pytest.approx([1500 + 1200, 750 + 600, 3000 + 3200])
+
+
 def test_messages_between_chips_without_a_figure_leave_no_upper_bound(data, make_activity):
     for name, value in (("cores", 1), ("chips", 2)):
         data["limits"][name] = {**data["limits"][name], "value": value}

@@ -300,7 +300,7 @@ CASES = [
     ),
     Case(
         "SP201",
-        "use fewer or smaller ensembles or fewer decoded connections, or {parts} times",
+        "use fewer or smaller ensembles or fewer decoded connections, or at least {parts} times",
         lambda: (
             on(partial(ensembles, [9] * 3), cores=2)()
             & on(partial(ensembles, [9] * 2, connected=True), cores=2)()

@@ -81,13 +81,15 @@ def run(request: CompileRequest) -> None:
             request.to.write_refusal(refused_report(chip, error).to_dict(), request.network)
             raise
         findings = _findings(network, compilation, request, passes, stated, progress)
+    exceeded = request.budget.exceeded(findings.report, findings.activity)
+    findings = replace(findings, report=replace(findings.report, over_budget=tuple(exceeded)))
     with request.to.alone():
         request.to.write_image(compilation.image)
         request.to.write_report(findings.to_dict(), request.network)
     show_findings(findings, request.cores)
     nir.show(network, compilation, played)
     request.to.note()
-    if exceeded := request.budget.exceeded(findings.report, findings.activity):
+    if exceeded:
         raise OverBudgetError(exceeded)
 
 

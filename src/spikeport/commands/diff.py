@@ -105,7 +105,9 @@ def _held(report: Json) -> set[str]:
 
 def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
     """Return the figures of a report that are compared, by name."""
-    found: Figures = {"image": report["image_digest"][:16]}
+    # The result of a run has no chip, but its resources have the limits of one.
+    found: Figures = {"chip": report["chip"]} if "chip" in report else {}
+    found["image"] = report["image_digest"][:16]
     for name, row in report["resources"].items():
         found |= {f"{name} {key}": value for key, value in row.items()}
     # A network that is refused takes no resources: why it is refused is all that differs.

@@ -36,7 +36,7 @@ def check_loss(network: str, loss_s: float | None, spikes: str | None) -> None:
     if network.endswith(NIR) and loss_s is not None:
         instead = "leave it out: --spikes"
         if spikes is None:
-            instead = "give --spikes FILE.npz or --spikes random in its place, which"
+            instead = "for a graph with inputs, give --spikes FILE.npz or --spikes random, which"
         raise UsageError(
             f"--loss: {network} has no probe to measure at; {instead} compares all of its neurons "
             "with NIR's equations"

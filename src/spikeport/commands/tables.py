@@ -15,7 +15,7 @@ from spikeport.hardware_models.energy import NOT_MODELLED as NO_ENERGY
 from spikeport.hardware_models.energy import Draw, EnergyReport, energy
 from spikeport.hardware_models.host_io import HostIoReport
 from spikeport.hardware_models.timing import NOT_MODELLED as NO_TIME
-from spikeport.hardware_models.timing import timing
+from spikeport.hardware_models.timing import TimingReport, timing
 from spikeport.hardware_models.topology import chips_used
 
 NO_FIGURE = "no public figure"
@@ -87,14 +87,23 @@ def _cost_rows(
         return
     taken = timing(activity, chip, calibration)
     yield "step time, mean", taken.mean.format()
-    longest = f"{taken.worst.format()}, {taken.against_dt}"
-    yield "step time, longest", f"{longest} (core {activity.cores.index(taken.limiting_core)})"
+    yield (
+        "step time, longest",
+        f"{taken.worst.format()}, {taken.against_dt} ({_slowest(taken, activity)})",
+    )
     if chip.clock is not None:
         mean, most = (one.value / chip.clock.value for one in (taken.mean, taken.worst))
         yield "cycles, mean and longest", f"{mean:,.0f} and {most:,.0f}"
     if chips_used(len(activity.cores), chip) > 1:
         time = taken.between_chips.format() if taken.between_chips else NO_FIGURE
         yield "between chips", f"{_between_chips(spent, activity):,.1f} messages / step: {time}"
+
+
+def _slowest(taken: TimingReport, activity: Activity) -> str:
+    """Return the part of the chip that takes longest in the longest step."""
+    if taken.limiting_core is None:
+        return "a link between chips" if taken.between_chips else "a bus"
+    return f"core {activity.cores.index(taken.limiting_core)}"
 
 
 def _between_chips(spent: EnergyReport, activity: Activity) -> float:

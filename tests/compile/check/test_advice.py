@@ -214,8 +214,8 @@ def test_a_large_network_is_refused_by_its_size_and_compact_is_only_advised() ->
     assert str(refusal(network)) == (
         "the network does not fit chip 'loihi':\n"
         "  loihi: SP201 cores: at least 3,126, limit 128; cure: use fewer or smaller ensembles or "
-        "fewer decoded connections, or 25 times the chips, by [limits.chips] of a chip file "
-        "(docs/adding.md)\n"
+        "fewer decoded connections, or at least 25 times the chips, by [limits.chips] of a chip "
+        "file (docs/adding.md)\n"
         "more: spikeport compile --explain SP201\n"
         "more: try -p compact, which rewrites the network and may take fewer cores"
     )

@@ -73,8 +73,8 @@ def test_more_blocks_than_cores_do_not_fit() -> None:
             "loihi",
             "130",
             "128",
-            "use fewer or smaller ensembles or fewer decoded connections, or 2 times the chips, by "
-            "[limits.chips] of a chip file (docs/adding.md)",
+            "use fewer or smaller ensembles or fewer decoded connections, or at least 2 times the "
+            "chips, by [limits.chips] of a chip file (docs/adding.md)",
         ),
     )
 
@@ -154,7 +154,7 @@ def test_more_compartments_than_the_whole_chip_has_are_refused_before_the_build(
         nengo.Ensemble(128 * 1024 + 1, 1)
     (violation,) = refusal(network).violations
     assert violation[:5] == ("SP201", "cores", "loihi", "at least 129", "128")
-    assert "or 2 times the chips" in violation.cure
+    assert "or at least 2 times the chips" in violation.cure
 
 
 def test_more_chips_are_no_cure_for_soft_cores_which_share_an_fpga() -> None:

@@ -188,6 +188,15 @@ def test_a_rate_for_an_unknown_ensemble_is_refused(wired: ChipImage) -> None:
     assert str(raised.value) == "unknown ensemble 'prae'; choose from: host, post, pre"
 
 
+def test_a_rate_of_a_readout_is_refused() -> None:
+    """It would change nothing: read-outs hold values, and do not spike."""
+    with nengo.Network(seed=1) as network:
+        nengo.Probe(nengo.Ensemble(5, 1, label="a"))
+    image = compile_network(network).image
+    with pytest.raises(UsageError, match=r"unknown ensemble '.*'; choose from: a, host$"):
+        expected_activity(image, Rates(0, {"a -> probes[0]": 100}))
+
+
 def test_a_rate_holds_for_all_pieces_of_the_named_ensemble(
     convolution: Callable[..., nengo.Network],
 ) -> None:

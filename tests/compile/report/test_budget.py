@@ -81,6 +81,13 @@ def test_a_chip_without_figures_cannot_be_held_to_a_budget(chain, activity) -> N
     )
 
 
+def test_a_chip_whose_power_at_rest_alone_is_too_much_exceeds_a_budget(chain, activity) -> None:
+    report = compile_network(chain(), chip="loihi2").report  # without dynamic energies
+    (violation,) = Budget(power_w=0.01).exceeded(report, activity)
+    assert (violation.id, violation.used) == ("SP302", "280 mW [no interval], at rest")
+    assert violation.cure.startswith("raise --max-power above 280 mW")
+
+
 STATIC_POWER = """
 [power.static_chip_w]
 value = 0.5

@@ -108,8 +108,8 @@ def test_exceeded_limits_are_printed_with_use_and_limit(spikeport, net_py, tmp_p
     assert done.err == (
         "error: the network does not fit chip 'loihi':\n"
         "  loihi: SP201 cores: at least 196, limit 128; cure: use fewer or smaller ensembles or "
-        "fewer decoded connections, or 2 times the chips, by [limits.chips] of a chip file "
-        "(docs/adding.md)\n"
+        "fewer decoded connections, or at least 2 times the chips, by [limits.chips] of a chip "
+        "file (docs/adding.md)\n"
         "more: spikeport compile --explain SP201\n"
     )
     assert names(tmp_path) == ["net.py"]
@@ -342,7 +342,17 @@ def test_a_budget_that_is_exceeded_exits_with_1_after_the_report(spikeport, net_
     assert "fits chip 'loihi'" in done.out
     assert done.err.startswith("error: the network exceeds its budget:\n  loihi: SP302 max-power: ")
     assert "  loihi: SP303 max-step-us: " in done.err
-    assert report.read()["chip"] == "loihi"
+    found = report.read()
+    assert (found["fits"], found["violations"]) == (True, [])
+    assert [one["id"] for one in found["over_budget"]] == ["SP302", "SP303"]
+
+
+def test_a_budget_that_is_exceeded_is_on_the_page(spikeport, net_py, tmp_path):
+    page = tmp_path / "page.html"
+    budget = ("--rate-hz", "100", "--max-power", "0.05")
+    assert spikeport("compile", f"{net_py}:make", *budget, "--html", page).code == 1
+    assert "Over budget" in page.read_text()
+    assert "SP302" in page.read_text()
 
 
 def test_a_budget_that_is_kept_exits_with_0(spikeport, net_py):

@@ -38,6 +38,14 @@ def test_differing_values_are_listed_with_their_change(spikeport, two):
     assert "host I/O" not in rows
 
 
+def test_another_chip_is_a_difference(spikeport, two, net_py, tmp_path):
+    other, options = tmp_path / "other", ("--set", "n_neurons=20", "--rate-hz", "100")
+    made = spikeport("compile", f"{net_py}:make", *options, "--chip", "loihi2", "--out", other)
+    assert made.code == 0
+    rows = [line.split() for line in spikeport("diff", two[0], other).out.splitlines()]
+    assert ["chip", "loihi", "loihi2"] in rows
+
+
 def test_more_words_for_the_host_are_a_difference(spikeport, two):
     path = two[1] / "report.json"
     report = json.loads(path.read_text())

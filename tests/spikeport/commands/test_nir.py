@@ -75,7 +75,7 @@ def test_dt_and_spikes_are_refused_for_networks_that_are_not_nir_graphs(spikepor
 def test_the_option_loss_is_refused_for_a_graph_and_spikes_named_instead(spikeport, tmp_path):
     path = written(tmp_path, nir_graphs.recurrent())
     for spikes_given, instead in (
-        ([], "give --spikes FILE.npz or --spikes random in its place, which"),
+        ([], "for a graph with inputs, give --spikes FILE.npz or --spikes random, which"),
         (["--spikes", "random"], "leave it out: --spikes"),
     ):
         done = spikeport("compile", path, "--dt", "0.001", "--loss", "0.1", *spikes_given)

@@ -62,7 +62,7 @@ def test_rates_that_make_no_sense_are_refused(spikeport, net_py, rates, message)
 def test_a_rate_of_an_unknown_ensemble_lists_the_known_ones(spikeport, net_py):
     done = spikeport("compile", f"{net_py}:make", "--rate-hz", "neuron=5")
     assert done.code == 2
-    assert done.err.startswith("error: unknown ensemble 'neuron'; choose from: host, neurons, ")
+    assert done.err.startswith("error: unknown ensemble 'neuron'; choose from: host, neurons\n")
 
 
 def test_the_report_says_which_figures_are_not_public(spikeport, net_py, report):
