@@ -25,7 +25,7 @@ def test_each_population_lists_its_differences_from_nir(tmp_path):
     found = differences_of(tmp_path, nir_graphs.recurrent(bias=0.2))
     assert found["hidden"][:2] == [
         "spikes are 1 step late: each connection takes one",
-        "voltage decays by 410/4096 a step, up to 0.1 % off, and rounds towards 0",
+        "voltage decays by 410/4096 a step, up to 0.098 % off, and rounds towards 0",
     ]
     assert "its bias is a source on the host, which spikes in every step from 2 on" in found["read"]
     for start in ("the voltage cannot fall below -", "the chip adds up to 0.0"):

@@ -1,5 +1,9 @@
 """Graphs folded between populations: their order and depths."""
 
+import itertools
+
+import pytest
+
 from tests.helpers import nir_graphs
 from tests.helpers.nir_graphs import folded, lif, weights, wired
 
@@ -13,3 +17,24 @@ def test_populations_come_after_their_sources(tmp_path):
     found = folded(tmp_path, wired(nodes, edges))
     assert list(found.populations) == ["c", "b", "a"]
     assert [one.depth for one in found.populations.values()] == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("edges", "order"),
+    [
+        ("i>a a>b b>a i>b b>o", "ab"),  # as near: the first edge leads to a
+        ("i>b i>a a>b b>a b>o", "ba"),
+        ("i>c c>b b>a a>c a>o", "cba"),  # the nearest to the input
+        ("i>a a>b b>a i>c b>c c>o", "abc"),  # c is as near, but in no cycle
+        ("i>a a>a a>b b>o", "ab"),
+        ("i>a a>b b>a b>c c>o i>o", "abc"),
+    ],
+)
+def test_no_name_decides_where_a_cycle_begins(tmp_path, edges, order):
+    names = sorted(order)
+    for given in itertools.permutations(names):
+        other = dict(zip(names, given, strict=True))
+        nodes = {name: lif(2) for name in names} | {"i": FIRST, "o": LAST}
+        renamed = "".join(other.get(letter, letter) for letter in edges)
+        found = folded(tmp_path, wired(nodes, renamed))
+        assert list(found.populations) == [other[name] for name in order]
