@@ -1,12 +1,12 @@
 """``spikeport diff A B``: the changes from one compile, run or evaluation to another."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from spikeport.atomic import check_output
 from spikeport.commands.console import Console, Table
-from spikeport.commands.report_file import check_whole, read, report_file
+from spikeport.commands.report_file import check_whole, read, report_file, run_of
 from spikeport.compile.report.report import Json
 from spikeport.counted import counted
 from spikeport.errors import UsageError, printable
@@ -15,13 +15,29 @@ from spikeport.experiments.evaluate.interval import CONFIDENCE
 
 SAME, DIFFERENT = 0, 1
 
-SECTIONS = ("passes", "quantisation", "basis", "energy", "timing", "host_io", "loss")
+RUN = "run"
+"""The section of a run, which is in its ``result.json``."""
+SECTIONS = (RUN, "passes", "quantisation", "basis", "energy", "timing", "host_io", "loss")
 
 Figures = dict[str, object]
 """Numbers, texts and unknown values (None), by name."""
 
 Rows = Sequence[Sequence[str]]
 """Differences in words: the figure, both values, and the change."""
+
+CONDITIONS = {
+    "experiment": "experiment",
+    "model": "model",
+    "backend": "backend",
+    "seconds": "seconds",
+    "seeds": "seed of the",
+    "settings": "",
+    "files": "digest of",
+    "versions": "version of",
+    "metrics": "",
+}
+"""The parts of a run's result that are compared, and what the names of figures begin with."""
+OF_THE_CLOCK = "real_time_factor"
 
 
 class Change(NamedTuple):
@@ -73,8 +89,9 @@ def _compare_reports(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
     """Return the figures that differ, and a note on sections that one of the reports lacks."""
     if html is not None:
         check_output("--html", html, *map(report_file, (a, b)), suffix=".html")
-    reports = {str(a): read(a), str(b): read(b)}
-    rows = [_texts(change) for change in changes(reports[str(a)], reports[str(b)])]
+    reports = {str(path): read(path) for path in (a, b)}
+    compared = [reports[str(path)] | {RUN: run_of(path)} for path in (a, b)]
+    rows = [_texts(change) for change in changes(*compared)]
     if html is not None:
         for name, report in reports.items():
             check_whole(name, report)
@@ -82,9 +99,9 @@ def _compare_reports(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
 
         write_pair(html, reports, rows)
         print(f"written: {html}")
-    alone = [one for one in SECTIONS if sum(one in _held(each) for each in reports.values()) == 1]
+    alone = [one for one in SECTIONS if sum(one in _held(each) for each in compared) == 1]
     lacking = f"not compared, since one report lacks them: {', '.join(alone)}"
-    return rows, lacking if alone and len(reports) == 2 else ""
+    return rows, lacking if alone else ""
 
 
 def changes(a: Json, b: Json) -> list[Change]:
@@ -119,6 +136,28 @@ def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
     for section in sections:
         found |= FIGURES[section](report[section])
     return found
+
+
+def _run(result: Json) -> Figures:
+    """Return the conditions of a run, and its metrics except the one that depends on the clock."""
+    parts = ((name, result.get(part)) for part, name in CONDITIONS.items())
+    found = (one for name, value in parts for one in _flat(name, value))
+    return {name.strip(): value for name, value in found if OF_THE_CLOCK not in name}
+
+
+def _flat(name: str, value: object) -> Iterator[tuple[str, object]]:
+    """Yield the numbers and texts in plain data, with their names."""
+    match value:
+        case dict():
+            for key, one in value.items():
+                yield from _flat(f"{name} {key}", one)
+        case list() if all(isinstance(one, str) for one in value):
+            yield name or "settings", ", ".join(value)
+        case list():
+            for number, one in enumerate(value):
+                yield from _flat(f"{name}[{number}]", one)
+        case _:
+            yield name, value
 
 
 def _passes(passes: list[Json]) -> Figures:
@@ -174,6 +213,7 @@ def _loss(loss: Json) -> Figures:
 
 
 FIGURES: dict[str, Callable[[Any], Figures]] = {
+    RUN: _run,
     "passes": _passes,
     "quantisation": _rounding,
     "basis": _basis,

@@ -37,6 +37,13 @@ def read(path: Path) -> Json:
     return report
 
 
+def run_of(path: Path) -> Json | None:
+    """Return the result of the run that a file, or a folder, is of; None for a compile."""
+    file = path / "result.json" if path.is_dir() else path
+    found = read_json(file) if file.is_file() else None
+    return found if isinstance(found, dict) and OF_RUNS & found.keys() else None
+
+
 def check_whole(name: str, report: Json) -> None:
     """Refuse a report that is incomplete, like the one in a run's result, or malformed.
 

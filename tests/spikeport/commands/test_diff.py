@@ -180,6 +180,37 @@ def test_the_result_of_a_simulation_is_compared(spikeport, net_py, tmp_path):
     assert "the run used no chip" in done.err
 
 
+def test_conditions_and_metrics_of_runs_are_compared(spikeport, net_py, tmp_path):
+    runs = {"a": (), "b": ("--set", "n_neurons=20", "--seed", "7"), "c": ()}
+    for name, chosen in runs.items():
+        short = ("--seconds", "0.05", "--out", tmp_path / name)
+        assert spikeport("simulate", f"{net_py}:make", *short, *chosen).code == 0
+    assert spikeport("diff", tmp_path / "a", tmp_path / "c") == (0, "no difference\n", "")
+    for file in ("", "result.json"):
+        done = spikeport("diff", tmp_path / "a" / file, tmp_path / "b" / file)
+        assert done.code == 1
+        rows = [line.split() for line in done.out.splitlines()]
+        assert ["seed", "of", "the", "run", "0", "7"] in rows
+        assert ["settings", "n_neurons=20"] in rows
+    file = tmp_path / "c" / "result.json"
+    result = json.loads(file.read_text())
+    result["metrics"] |= {"steps": [{"late": 2}, 3.0], "real_time_factor": 99.0}
+    file.write_text(json.dumps(result))
+    rows = [line.split() for line in spikeport("diff", tmp_path / "a", file).out.splitlines()]
+    assert [row for row in rows if row[:1] in (["steps[0]"], ["steps[1]"])] == [
+        ["steps[0]", "late", "-", "2"],
+        ["steps[1]", "-", "3"],
+    ]
+    assert not any("real_time_factor" in row for row in rows)
+
+
+def test_the_run_that_a_compile_lacks_is_named(spikeport, net_py, tmp_path):
+    run, made = tmp_path / "run", tmp_path / "made"
+    assert spikeport("simulate", f"{net_py}:make", "--seconds", "0.01", "--out", run).code == 0
+    assert spikeport("compile", f"{net_py}:make", "--out", made).code == 0
+    assert "not compared, since one report lacks them: run, " in spikeport("diff", run, made).out
+
+
 def test_files_that_are_not_reports_are_refused(spikeport, two, tmp_path):
     def error(path):
         done = spikeport("diff", two[0], path)
