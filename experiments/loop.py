@@ -189,6 +189,10 @@ class Loop(Generic[P]):
         """
         if not self._is_begun:
             raise UsageError(NOT_BEGUN)
+        # The observation itself is held for the plant's whole step: callers may change theirs.
+        return self._step(values).copy()
+
+    def _step(self, values: np.ndarray) -> np.ndarray:
         self._tick += 1
         if self._tick % self._ticks == 0:
             self._advance(commands(values, self.size_in))
@@ -211,7 +215,7 @@ class Loop(Generic[P]):
                 "that makes a network for a command calls begin() itself"
             )
         self._simulator_clock.check(time_s, self._tick)
-        return self.step(values)
+        return self._step(values)
 
     def skip(self) -> int:
         """Skip the controller's steps before the plant's next step, and return their number."""
@@ -229,7 +233,7 @@ class Loop(Generic[P]):
     def _observe(self) -> None:
         found = [port.observe() for port, _ in self._served]
         observed = found[self._n_gates :] + found[: self._n_gates]
-        self._observation = joined(self._ports, observed, self.size_out, self.plant.time_s)
+        self._observation = joined(self._ports, observed, self.plant.time_s)
         self.over = any(port.over for port in self._ports)
 
     def connect(self, inputs: Sequence[nengo.Node], outputs: Sequence[nengo.Node]) -> nengo.Node:

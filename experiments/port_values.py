@@ -33,9 +33,7 @@ def commands(values: object, size_in: int) -> np.ndarray:
     return found.astype(float)
 
 
-def joined(
-    ports: "Sequence[Port]", observed: Sequence[np.ndarray], size_out: int, time_s: float
-) -> np.ndarray:
+def joined(ports: "Sequence[Port]", observed: Sequence[np.ndarray], time_s: float) -> np.ndarray:
     """Return the observations of ports, one after the other.
 
     Parameters
@@ -44,15 +42,13 @@ def joined(
         The ports.
     observed : sequence of (port.size_out,) array
         The observation of each of them.
-    size_out : int
-        The sum of their ``size_out``.
     time_s : float
         The time of the plant, for messages.
 
     Returns
     -------
-    (size_out,) array
-        The observations.
+    (n,) array
+        The observations; n is the sum of their sizes.
 
     Raises
     ------
@@ -61,7 +57,7 @@ def joined(
     DivergedError
         If a value of an observation is not finite.
     """
-    found = _sound(observed, size_out)
+    found = _sound(ports, observed)
     if found is None:
         # There may be no fault: squares of large numbers overflow, and a list is no array.
         pairs = zip(ports, observed, strict=True)
@@ -69,16 +65,17 @@ def joined(
     return found
 
 
-def _sound(observed: Sequence[np.ndarray], size_out: int) -> np.ndarray | None:
+def _sound(ports: "Sequence[Port]", observed: Sequence[np.ndarray]) -> np.ndarray | None:
     """Return the concatenated observations; None if one of them seems to be wrong."""
     # A masked array is refused, too: NumPy would read its masked values as numbers.
-    if any(type(one) is not np.ndarray for one in observed):
-        return None
+    for port, one in zip(ports, observed, strict=True):
+        if type(one) is not np.ndarray or one.shape != (port.size_out,):
+            return None
     try:
         # This casting refuses complex numbers, whose imaginary parts would be dropped later.
         found = np.concatenate(observed, dtype=float, casting="same_kind")
         # NaN and infinity survive in a sum of squares, which is three times as fast as isfinite.
-        is_sound = found.shape == (size_out,) and math.isfinite(found.dot(found))
+        is_sound = math.isfinite(found.dot(found))
     except (TypeError, ValueError):
         return None
     return found if is_sound else None

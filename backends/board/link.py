@@ -1,6 +1,6 @@
 """The options of a link: the board, its clock, and a record."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -48,6 +48,16 @@ class LinkOptions:
     record: Path | None = None
     replay: Path | None = None
     certificates: "Certificates | None" = None
+
+    def idle(self, backend: str) -> tuple[str, ...]:
+        """Return the names of the fields that differ from their defaults, and do nothing."""
+        names = {one.name for one in fields(self)}
+        used = {"board": names - {"replay"}, "replay": {"replay"}}.get(backend, set())
+        return tuple(
+            one.name
+            for one in fields(self)
+            if one.name not in used and getattr(self, one.name) != one.default
+        )
 
     def __post_init__(self) -> None:
         """Check the types of values."""

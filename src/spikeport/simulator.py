@@ -147,6 +147,7 @@ class Simulator:
             cache=cache,
         )
         self._open = functools.partial(registry.get(backend).open, source)
+        _check_link(link, backend)
         self.network = network
         self._dt = dt
         self.progress_bar = progress_bar
@@ -379,6 +380,16 @@ def _own_seed(seed: int | None, network: nengo.Network) -> int:
         raise ArgumentError("network.seed", network.seed, "a smaller one, or Simulator(seed=)")
     # Nengo's rule, with 0 for a missing seed.
     return (network.seed or 0) + 1
+
+
+def _check_link(link: LinkOptions, backend: str) -> None:
+    """Refuse options of a link that would do nothing; UsageError."""
+    if idle := link.idle(backend):
+        other = "replay" if idle == ("replay",) else "board"
+        raise UsageError(
+            f"link: LinkOptions({idle[0]}={getattr(link, idle[0])!r}) does nothing on backend "
+            f"'{backend}'; cure: leave it out, or backend=\"{other}\""
+        )
 
 
 def _check_kinds(

@@ -78,6 +78,15 @@ def test_values_follow_the_order_of_the_ports_and_the_gates_values_come_last(mad
     assert (loop.size_in, loop.size_out) == (5, 5)
 
 
+def test_an_observation_that_the_caller_changes_is_not_the_one_that_is_held(made):
+    loop, *_ = made
+    values = np.zeros(5)
+    for _ in range(3):
+        found = loop.step(values)
+        assert found[2:].tolist() == [7, 8, 9]
+        found /= 2
+
+
 def test_the_gate_is_served_before_the_ports(made):
     loop, _, _, journal = made
     in_turn = ["gate", "left", "right"]

@@ -27,8 +27,8 @@ class Other(Odd):
 def of_odd(value, alone=False):
     """Return the joined observations at 8 ms: a value, and a 0 of another port beside it."""
     if alone:  # it may have shapes that np.concatenate refuses beside others
-        return joined([Odd()], [value], 2, 0.008)
-    return joined([Odd(), Other()], [value, np.zeros(1)], 3, 0.008)
+        return joined([Odd()], [value], 0.008)
+    return joined([Odd(), Other()], [value, np.zeros(1)], 0.008)
 
 
 ALONE = pytest.mark.parametrize("alone", [True, False])
@@ -90,3 +90,9 @@ def test_complex_observations_are_refused_and_bools_accepted_as_numbers(alone):
         "Odd.observe() returned complex numbers at 0.008 s, limit real ones; cure: return real and "
         "imaginary parts as values of their own"
     )
+
+
+def test_sizes_that_two_ports_have_swapped_are_refused():
+    """Together they have as many values as they should."""
+    with pytest.raises(UsageError, match=r"^Odd\.observe\(\) returned an array of shape \(1,\)"):
+        joined([Odd(), Other()], [np.zeros(1), np.zeros(2)], 0.008)

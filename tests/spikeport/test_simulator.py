@@ -6,6 +6,7 @@ import threading
 import warnings
 from fractions import Fraction
 from importlib import metadata
+from pathlib import Path
 
 import nengo
 import numpy as np
@@ -16,6 +17,7 @@ from nengo.utils.progress import ProgressBar
 import spikeport
 from spikeport import Simulator, compile_network
 from spikeport.backends import registry
+from spikeport.backends.board.link import LinkOptions
 from spikeport.backends.registry import BACKENDS
 from spikeport.compile.check.violation import DoesNotFitError
 from spikeport.errors import BackendError, UsageError
@@ -165,6 +167,26 @@ def test_a_run_of_impossible_length_is_refused(sim, advance, message):
     assert str(caught.value) == message
     assert isinstance(caught.value, ValidationError)
     assert sim.n_steps == 0
+
+
+@pytest.mark.parametrize(
+    ("backend", "link", "idle", "other"),
+    [
+        ("native", LinkOptions(real_time=True), "real_time=True", "board"),
+        ("replay", LinkOptions(replay="a.rec", hold=3), "hold=3", "board"),
+        ("board", LinkOptions(replay="a.rec"), f"replay={Path('a.rec')!r}", "replay"),
+    ],
+)
+def test_options_of_a_link_that_would_do_nothing_are_refused(
+    backend: str, link: LinkOptions, idle: str, other: str
+) -> None:
+    """A run that seems to keep to the clock would not."""
+    with pytest.raises(UsageError) as caught:
+        Simulator(nengo.Network(), backend=backend, link=link)
+    assert str(caught.value) == (
+        f"link: LinkOptions({idle}) does nothing on backend '{backend}'; cure: leave it out, or "
+        f'backend="{other}"'
+    )
 
 
 DT = "a time step in seconds, above 0 and finite"

@@ -15,6 +15,9 @@ from spikeport.files import write_json
 REPORT = "report.json"
 """The file of the report in the folder."""
 
+OF_RUNS = ("result.json", "sweep.json")
+"""Files that only the folders of runs, evaluations and sweeps have."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Destinations:
@@ -41,6 +44,9 @@ class Destinations:
             raise UsageError(f"--out {self.out}: is a file; choose a folder")
         if self.out is not None:
             check_folder("--out", self.out, self.out)
+            # Its report is that of the run, with the run's counts.
+            if held := [name for name in OF_RUNS if (self.out / name).exists()]:
+                raise UsageError(f"--out {self.out}: holds a run, {held[0]}; choose another folder")
             if self.out.exists():
                 with self.alone():
                     pass

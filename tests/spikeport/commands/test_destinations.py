@@ -22,6 +22,17 @@ def test_a_file_in_place_of_the_folder_is_refused(tmp_path):
         Destinations(out=tmp_path / "out", json=None).check()
 
 
+def test_the_folder_of_a_run_is_refused(spikeport, net_py, tmp_path):
+    """Its report would be that of another image than its result is of."""
+    run = tmp_path / "run"
+    assert spikeport("simulate", f"{net_py}:make", "--seconds", "0.01", "--out", run).code == 0
+    before = {path.name: path.read_bytes() for path in run.iterdir()}
+    done = spikeport("compile", f"{net_py}:make", "--out", run)
+    message = f"error: --out {run}: holds a run, result.json; choose another folder\n"
+    assert (done.code, done.err) == (2, message)
+    assert {path.name: path.read_bytes() for path in run.iterdir()} == before
+
+
 def test_a_folder_that_another_command_writes_into_is_left_alone(spikeport, net_py, tmp_path):
     out = tmp_path / "out"
     with Destinations(out=out, json=None).alone():
