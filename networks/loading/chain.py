@@ -26,6 +26,9 @@ WORK = 2 * 10**9
 """The most multiplications while constants are folded: about a second, or one product of two
 1,200 x 1,200 matrices."""
 
+ROUNDING = 1e-4
+"""The relative error of weights in single or half precision that are read as the same."""
+
 MADE = 4 * MOST_NUMBERS
 """The most numbers in all constants of a file: each operation of a layer makes new weights."""
 
@@ -151,7 +154,7 @@ class Chain:
         return replace(self, constant=constant, clip=clip)
 
     def __mul__(self, other: ArrayLike) -> "Chain":
-        if isinstance(other, Chain | Sigmoid):
+        if isinstance(other, Chain | Sigmoid | Erf):
             return NotImplemented
         factor = _vector(other)
         rows = factor.reshape(-1, 1) if self._is_matrix else factor
@@ -184,6 +187,57 @@ class Sigmoid:
         return self.chain.activated("silu") if other is self.chain else NotImplemented
 
     __rmul__ = __mul__
+
+
+@dataclass(frozen=True, eq=False)
+class Erf:
+    """The error function of a chain with a factor and an offset: GELU in parts.
+
+    s x * f (1 + erf(x / sqrt(2))) = 2 s f gelu(x)
+    """
+
+    chain: Chain
+    factor: float = 1.0
+    offset: float = 0.0
+
+    __array_ufunc__ = None
+
+    def __add__(self, other: ArrayLike) -> "Erf":
+        return replace(self, offset=self.offset + _scalar(other))
+
+    def __mul__(self, other: object) -> "Erf | Chain":
+        if not isinstance(other, Chain):
+            by = _scalar(other)
+            return replace(self, factor=by * self.factor, offset=by * self.offset)
+        share = self._share_of(other)
+        if self.offset != self.factor or share is None:
+            return NotImplemented
+        return (other * (1 / share)).activated("gelu") * (2 * share * self.factor)
+
+    def _share_of(self, other: Chain) -> float | None:
+        """Return s for a chain s x, if this one is x / sqrt(2); None if it is not."""
+        mine, its = (
+            np.hstack([one.matrix, np.reshape(one.constant, (-1, 1))]) if one._is_matrix else None
+            for one in (self.chain, other)
+        )
+        alike = self.chain.layers == other.layers and self.chain.clip is other.clip is None
+        if mine is None or its is None or not alike or mine.shape != its.shape:
+            return None
+        place = np.unravel_index(np.abs(mine).argmax(), mine.shape)
+        share = float(its[place] / mine[place] / math.sqrt(2))
+        is_one = np.allclose(its, share * math.sqrt(2) * mine, rtol=ROUNDING, atol=0)
+        return share if is_one and share > 0 else None
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+def _scalar(value: object) -> float:
+    """Return the only number of an array; TypeError if there are several."""
+    array = np.asarray(value, dtype=float)
+    if array.size != 1:
+        raise TypeError(f"{array.size} numbers")
+    return float(array.item())
 
 
 def _vector(value: ArrayLike) -> np.ndarray:
@@ -219,8 +273,8 @@ class BoundedEvaluation:
             with np.errstate(all="ignore"):  # numbers that are not finite are refused in the end
                 made = self._operations[kind](*inputs, **options)
         except (TypeError, ValueError, AttributeError, OverflowError):
-            alone = any(isinstance(x, Sigmoid) for x in values)
-            found = "Sigmoid" if alone else f"{kind} with operands it does not take"
+            parts = [type(x).__name__ for x in values if isinstance(x, Sigmoid | Erf)]
+            found = parts[0] if parts else f"{kind} with operands it does not take"
             raise MismatchError(CHAIN, f"operation {found}") from None
         return self.keep(made)
 
@@ -273,8 +327,8 @@ def only(outputs: list[object]) -> Chain:
     match outputs:
         case [Chain() as chain]:
             return chain
-        case [Sigmoid()]:
-            raise MismatchError(CHAIN, "operation Sigmoid")
+        case [Sigmoid() | Erf() as part]:
+            raise MismatchError(CHAIN, f"operation {type(part).__name__}")
     raise MismatchError("one output that depends on the observation", f"{len(outputs)} outputs")
 
 

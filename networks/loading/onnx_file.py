@@ -16,6 +16,7 @@ from spikeport.networks.loading import onnx_tensor
 from spikeport.networks.loading.chain import (
     BoundedEvaluation,
     Chain,
+    Erf,
     Operations,
     Sigmoid,
     batch_normalised,
@@ -87,6 +88,20 @@ def _batch_norm(
     return batch_normalised(x, scale, B, mean, var, epsilon)
 
 
+def _dropout(
+    x: object, ratio: object = None, training_mode: object = None, seed: int = 0
+) -> object:
+    if np.any(np.asarray(training_mode, dtype=bool)):
+        raise MismatchError("Dropout in evaluation mode", "one with training_mode")
+    return x
+
+
+def _swish(x: Chain, alpha: float = 1.0) -> Chain:
+    if alpha != 1:
+        raise MismatchError("Swish with alpha 1", f"{alpha:g}")
+    return x.activated("silu")
+
+
 def _cast(x: object, to: int, saturate: int = 1) -> object:
     if to not in FLOATS:
         raise TypeError(to)
@@ -117,7 +132,9 @@ OPERATIONS: Operations = {
     "Gelu": lambda x, approximate=b"none": gelu(x, approximate.decode()),
     "Clip": lambda x, min=None, max=None: x.clipped(min, max),
     "BatchNormalization": _batch_norm,
-    "Swish": lambda x: x.activated("silu"),
+    "Dropout": _dropout,
+    "Swish": _swish,
+    "Erf": Erf,  # exports to opsets below 20 write GELU in parts
     "Sigmoid": Sigmoid,  # torch writes SiLU as its product with its own input
 }
 

@@ -16,13 +16,19 @@ from spikeport.networks.policy_values import exact
 RNG = np.random.default_rng(5)
 W, V = RNG.standard_normal((4, 2)), RNG.standard_normal((3, 4))
 MEAN, B = np.array([[1.0, 2.0]]), RNG.standard_normal(4)
-NUMBERS = {"HALF": np.array(0.5), "QUARTER": np.array(0.25)}
+NUMBERS = {"HALF": np.array(0.5), "QUARTER": np.array(0.25), "ONE": np.array(1.0)}
+NUMBERS |= {"ROOT": np.sqrt(2), "YES": np.array(True), "NO": np.array(False)}
 CONSTANTS = {"W": W, "V": V, "B": B, "MEAN": MEAN, **NUMBERS}
 
 
 @pytest.fixture
 def path(tmp_path):
     return tmp_path / "policy.onnx"
+
+
+def _stored(array):
+    array = np.asarray(array)
+    return array if array.dtype == bool else array.astype(np.float32)
 
 
 def save(path, nodes, inputs, outputs, constants):
@@ -32,7 +38,7 @@ def save(path, nodes, inputs, outputs, constants):
         "policy",
         [helper.make_tensor_value_info(name, **floats) for name in inputs],
         [helper.make_tensor_value_info(name, **floats) for name in outputs],
-        [numpy_helper.from_array(a.astype(np.float32), name) for name, a in constants.items()],
+        [numpy_helper.from_array(_stored(a), name) for name, a in constants.items()],
     )
     opset = [helper.make_opsetid("", 20)]
     onnx.save(helper.make_model(graph, opset_imports=opset, ir_version=10), path)
@@ -89,6 +95,39 @@ def test_clips_and_tanh_around_the_layers_are_read(write, path, limits, options,
     np.testing.assert_array_equal(mlp.clipped(x), inside)
     *_, z = exact(mlp.layers, inside)
     np.testing.assert_array_equal(mlp.exact(x)[-1], np.tanh(z))
+
+
+DIVIDED, ERF = ("Div", ("x", "ROOT"), {}), ("Erf", ("x",), {})
+PLUS, HALF = ("Add", ("x", "ONE"), {}), ("Mul", ("x", "HALF"), {})
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [
+        (DIVIDED, ERF, PLUS, ("Mul", ("y0", "x"), {}), HALF),  # torch's exporter
+        (DIVIDED, ERF, PLUS, HALF, ("Mul", ("x", "y0"), {})),
+        (HALF, ("Div", ("y0", "ROOT"), {}), ERF, PLUS, ("Mul", ("y1", "x"), {})),
+    ],
+)
+def test_gelu_may_be_written_in_parts_as_below_opset_20(write, path, parts):
+    write(HIDDEN, ("Gelu", ("x",), {}), LAST)
+    whole = load_mlp(path)
+    write(HIDDEN, *parts, LAST)
+    mlp = load_mlp(path)
+    assert mlp.activation == whole.activation == "gelu"
+    for one, other in zip(mlp.layers, whole.layers, strict=True):
+        np.testing.assert_allclose(one.weights, other.weights, rtol=1e-6)
+        np.testing.assert_allclose(one.bias, other.bias, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "options", [((), {}), (("HALF",), {}), (("HALF", "NO"), {}), ((), {"seed": 3})]
+)
+def test_dropout_and_the_usual_swish_are_read(write, path, options):
+    names, chosen = options
+    dropout = ("Dropout", ("x", *names), chosen)
+    write(HIDDEN, dropout, ("Swish", ("x",), {"alpha": 1.0}), dropout, LAST)
+    assert load_mlp(path).activation == "silu"
 
 
 @pytest.mark.parametrize("factors", [("x", "y0"), ("y0", "x")])
@@ -192,6 +231,15 @@ CHAIN = "expected a chain of dense layers and activations, found operation"
         ([HIDDEN, ("Sigmoid", ("x",), {}), LAST], f"{CHAIN} Sigmoid"),
         ([HIDDEN, ("Sigmoid", ("x",), {})], f"{CHAIN} Sigmoid"),
         ([HIDDEN, ("Sigmoid", ("x",), {}), ("Mul", ("x", "x"), {}), LAST], f"{CHAIN} Sigmoid"),
+        ([HIDDEN, DIVIDED, ERF, LAST], f"{CHAIN} Erf"),
+        ([HIDDEN, DIVIDED, ERF, PLUS], f"{CHAIN} Erf"),
+        ([HIDDEN, DIVIDED, ERF, ("Add", ("x", "B"), {}), LAST], f"{CHAIN} Erf"),
+        ([HIDDEN, DIVIDED, ERF, ("Mul", ("y0", "x"), {}), LAST], f"{CHAIN} Erf"),
+        (
+            [HIDDEN, ("Dropout", ("x", "HALF", "YES"), {}), LAST],
+            "expected Dropout in evaluation mode, found one with training_mode",
+        ),
+        ([HIDDEN, ("Swish", ("x",), {"alpha": 2.0}), LAST], "expected Swish with alpha 1, found 2"),
         ([("Add", ("x", "x"), {})], f"{CHAIN} Add with operands it does not take"),
         ([HIDDEN, ("Elu", ("x",), {"alpha": 2.0}), LAST], "expected ELU with alpha 1, found 2"),
         (
