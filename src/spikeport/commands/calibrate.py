@@ -47,7 +47,9 @@ def run(request: CalibrateRequest) -> None:
             pipeline=experiment.passes(target.passes),
             progress=progress,
         )
-        calibration = experiment.trial(chosen, options).calibrate()
+        trial = experiment.trial(chosen, options)
+        trial.check()
+        calibration = trial.calibrate()
     calibration.save(request.out)
     numbers = sum(D.size for D in calibration.decoders.values())
     image = calibration.image_digest[:16]

@@ -109,3 +109,11 @@ def test_a_missing_calibration_is_named(spikeport, tmp_path):
     cure = "cure: one of true, false, or the path of a file"
     assert done == (2, "", f"error: calibrated={path}: no such file; {cure}\n")
     assert not out.exists()
+
+
+def test_settings_that_a_run_would_refuse_are_refused_before_the_work(spikeport, tmp_path):
+    done = spikeport("calibrate", "walk", "--set", "path=nosuch", "--out", tmp_path / "f.npz")
+    message = (
+        "error: unknown path 'nosuch'; choose from: FILE.csv, figure-eight, line, loop, s-curve\n"
+    )
+    assert done == (2, "", message)
