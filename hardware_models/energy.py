@@ -90,7 +90,8 @@ class EnergyReport:
     cores : tuple of CoreEnergy
         The dynamic energy of a step, core by core.
     missing : tuple of str
-        Events that happened, and powers, without a public figure; their energy is left out.
+        Events that happened, and powers, without a public figure, or without one for so many
+        chips; their energy is left out.
     not_modelled : tuple of str
         Items that cost energy and are not in this model, and so are left out as well.
     """
@@ -231,8 +232,8 @@ def _system(chip: ChipModel, dynamic: Draw | None, period_s: float) -> Draw | No
 
 def _hops(activity: Activity, chip: ChipModel) -> Iterator[str]:
     """Yield the hops of messages between cores if they cannot be counted without a public mesh."""
-    between = activity.messages.sum() - np.trace(activity.messages)
-    if chip.topology is None and chip.soft_memory is None and between:
+    between = activity.messages[~np.eye(len(activity.messages), dtype=bool)]
+    if chip.topology is None and chip.soft_memory is None and between.any():
         yield "hops"
 
 

@@ -20,6 +20,8 @@ EVENTS = (
     events.MESSAGE_IN,
     events.LEARNING_UPDATE,
 )
+LINK, BUS = -1, -2
+"""Parts in the place of a core: the links between chips, and the bus of a chip."""
 Bound = Literal["value", "low", "high"]
 
 
@@ -42,15 +44,15 @@ class TimeSums(NamedTuple):
         Sum of max(T_step, dt), at the value.
     worst_step : int
         The longest step, counted from the first.
-    limiting_core : int or None
-        The core that takes longest in it; None where messages between chips or on a bus do.
+    limiting_core : int
+        The core that takes longest in it; `LINK` or `BUS` where messages there take longer.
     """
 
     total_s: np.ndarray
     worst_s: np.ndarray
     period_s: float
     worst_step: int
-    limiting_core: int | None
+    limiting_core: int
 
     def then(self, later: "TimeSums", n_steps: int) -> "TimeSums":
         """Return the sums over these ``n_steps`` steps and later ones."""
@@ -121,8 +123,15 @@ def _kept_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
         # Real time: a step that ends early waits for the clock.
         float(np.maximum(times.value, activity.dt_s).sum()),
         worst,
-        None if max(on_bus, on_link) > by_core.max() else int(by_core.argmax()),
+        _longest(float(by_core.max()), on_bus, on_link) or int(by_core.argmax()),
     )
+
+
+def _longest(on_core_s: float, on_bus_s: float, on_link_s: float) -> int:
+    """Return `LINK` or `BUS` if messages there take longer than the slowest core, else 0."""
+    if max(on_bus_s, on_link_s) <= on_core_s:
+        return 0
+    return LINK if on_link_s >= on_bus_s else BUS
 
 
 def fold(activity: Activity, chip: ChipModel | None) -> Folded:
@@ -225,9 +234,10 @@ def link_times(activity: Activity, chip: ChipModel, times: Times, bound: Bound) 
 
         T_link = max over chips N_leaving t_message
 
-    Messages between cores are counted over the whole run. Those that leave a chip are taken to be
-    spread over its steps as messages that arrive on the other chips are. At the upper bound, as
-    many leave the chip in a step as arrive on the others, if so many leave it in the run.
+    Messages between cores are counted over the whole run, or over the steps folded at once.
+    Messages that leave a chip are taken to be spread over these steps as those that arrive on the
+    other chips are. At the upper bound, as many leave the chip in a step as arrive on the others,
+    if so many leave it at all.
     """
     leaving, longest = _leaving(activity, chip), np.zeros(len(activity.spikes))
     if not leaving.any():

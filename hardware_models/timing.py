@@ -10,6 +10,8 @@ from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate, merge_sources
 from spikeport.hardware_models.step_time import (
+    BUS,
+    LINK,
     barrier,
     between_chips,
     core_events,
@@ -28,6 +30,8 @@ class CoreTime:
     time_step: Estimate
 
 
+SHARED = {LINK: "a link between chips", BUS: "a bus"}
+"""The names of parts that cores share."""
 NOT_MODELLED = (
     "waiting for messages on the links between tiles",
     "sending of messages",
@@ -49,8 +53,8 @@ class TimingReport:
         T_step, in s: its mean and its maximum over the run.
     worst_step : int
         The longest step.
-    limiting_core : str or None
-        The core that takes longest in it; None where messages between chips or on a bus do.
+    limiting_core : str
+        The core that takes longest in it, or a link or bus if its messages take longer.
     fits : bool
         True if the longest step takes no longer than ``dt_s``.
     fits_at_high : bool or None
@@ -73,7 +77,7 @@ class TimingReport:
     mean: Estimate
     worst: Estimate
     worst_step: int
-    limiting_core: str | None
+    limiting_core: str
     fits: bool
     fits_at_high: bool | None
     barrier: Estimate | None
@@ -122,7 +126,7 @@ def timing(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) 
         mean=_estimate(times.total_s / activity.n_steps, source),
         worst=worst,
         worst_step=times.worst_step,
-        limiting_core=None if times.limiting_core is None else activity.cores[times.limiting_core],
+        limiting_core=SHARED.get(times.limiting_core) or activity.cores[times.limiting_core],
         fits=worst.value <= activity.dt_s,
         fits_at_high=None if worst.high is None else worst.high <= activity.dt_s,
         barrier=wait,

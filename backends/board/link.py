@@ -67,6 +67,7 @@ class LinkOptions:
                 f"LinkOptions: faults={self.faults!r}: is one text, expected a sequence of texts; "
                 f"cure: faults=({self.faults!r},)"
             )
+        object.__setattr__(self, "faults", tuple(self.faults))
         if self.hold < 0:
             raise UsageError(f"LinkOptions: hold={self.hold}: must be 0 or more")
         for name in ("record", "replay"):

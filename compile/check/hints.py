@@ -135,7 +135,7 @@ def filter_hints(
 
 
 def path_hints(scope: Scope, chosen: bool) -> Iterator[Violation]:
-    """Yield a hint on each connection whose path takes a pass, unless a pass has ``chosen`` it."""
+    """Yield a hint on each connection whose path needs a pass, unless one has ``chosen`` it."""
     settings = NetworkSettings(scope.network)
     for connection in () if chosen else scope.network.all_connections:
         path = settings.get(connection, "decode_path")

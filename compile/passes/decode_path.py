@@ -191,6 +191,7 @@ def _target_filters(
         The delay that a relay adds to inputs which keep their own filter, in seconds.
     """
     asked, offered, own = defaultdict(set), defaultdict(set), defaultdict(set)
+    quiet = defaultdict(set)
     may_be_direct = set(free)
     for c in scope.network.all_connections:
         if not scope.on_chip(c.post_obj):
@@ -203,10 +204,12 @@ def _target_filters(
         if c in may_be_direct:
             offered[post].add(time_constant_s(c))
         else:
-            asked[post].add(DECODE_TAU_S)  # which filters the noise of its relay
+            quiet[post].add(DECODE_TAU_S)  # which filters the noise of its relay
     return {
         post: _slowest(
-            asked[post], offered[post], min(asked[post] | own[post], default=0) + relay_s
+            asked[post] | quiet[post],
+            offered[post],
+            min(asked[post] | own[post], default=0) + relay_s,
         )
         for post in scope.ensembles
     }

@@ -211,7 +211,7 @@ class EdgeMatrices:
         transform = np.ones(()) if encodes else self._solver.transform(connection)
         picked = source_rows(connection)
         for key, matrix in self.into_nodes[connection.pre_obj].items():
-            # At most one of the two has a synapse: `passthrough` refuses two in a row.
+            # At most one of the two has a synapse: `passthrough` keeps a node between two.
             synapse, path = key.synapse or connection.synapse, key.path or self._path(connection)
             origin = _Origin(key.source, synapse, path)
             self._add(connection, origin, _passed_on(transform, matrix, picked))

@@ -97,7 +97,7 @@ def test_a_network_that_nengos_optimiser_fails_for_is_compared_all_the_same() ->
     assert found(network) is not None
 
 
-def test_a_network_that_nengo_refuses_need_not_be_compared() -> None:
+def test_the_refusal_of_a_network_says_how_not_to_compare() -> None:
     """Nengo finds no order for operators that need each other in the same step."""
     network = channel([0.7])
     with network:

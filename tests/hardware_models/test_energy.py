@@ -124,6 +124,8 @@ def test_hops_are_missing_without_a_public_mesh(data, make_activity):
     chip = ChipModel.model_validate(data | {"topology": None})
     bench = chip.calibration("bench")
     assert energy(make_activity(messages=[[3, 0], [0, 1]]), chip, bench).missing == ()
+    expected = make_activity(messages=np.diag([0.1, 0.2]))  # whose sum is not that of its diagonal
+    assert energy(expected, chip, bench).missing == ()
     assert energy(make_activity(messages=[[3, 1], [0, 1]]), chip, bench).missing == ("hops",)
 
 

@@ -43,45 +43,37 @@ def fold(graph: Graph, dt_s: float) -> PopulationGraph:
     return folded
 
 
-def _order(sources: dict[str, list[str]], edges: Sequence[tuple[str, str]]) -> Iterator[str]:
-    """Yield populations in an order in which each comes after its sources, except in cycles.
+def _order(sources: dict[str, list[str]], edges: Sequence[tuple[str, str]]) -> list[str]:
+    """Return populations in an order in which each comes after its sources, except in cycles.
 
-    A cycle begins at its population nearest to the inputs; among several, at the one to which the
-    first edge leads. Names decide nothing.
+    In a cycle, the edge by which a depth-first walk from the inputs returns to a node on its path
+    is ignored. The walk takes edges in the order of the file, so that no name decides.
     """
-    steps = _steps_from_inputs(sources)
     first: dict[str, int] = {}
-    for number, (_, target) in enumerate(edges):
-        first.setdefault(target, number)
-    left = dict(sources)
-    while left:
-        ready = [name for name, before in left.items() if not (left.keys() & before) - {name}]
-        if not ready:
-            ahead = {name: _ahead(name, left) for name in left}
-            # Of all cycles, one that no other leads to has the fewest populations ahead.
-            within = [name for name in left if name in ahead[name]]
-            ready = [min(within, key=lambda n: (len(ahead[n]), steps.get(n, len(left)), first[n]))]
-        for name in ready:
+    for number, edge in enumerate(edges):
+        for end in edge:
+            first.setdefault(end, number)
+    names = {*sources, *(one for before in sources.values() for one in before)}
+    after: dict[str, list[str]] = {name: [] for name in sorted(names, key=first.__getitem__)}
+    for name in after:
+        for source in sources.get(name, ()):
+            after[source].append(name)
+    inputs = [name for name in after if name not in sources]
+    started: set[str] = set()
+    done = [one for name in [*inputs, *after] for one in _postorder(name, after, started)]
+    return [name for name in reversed(done) if name in sources]
+
+
+def _postorder(start: str, after: dict[str, list[str]], started: set[str]) -> Iterator[str]:
+    """Yield nodes that a depth-first walk from `start` reaches first, each after its successors."""
+    path = [] if start in started else [(start, iter(after[start]))]
+    started.add(start)
+    while path:
+        name, rest = path[-1]
+        following = next((one for one in rest if one not in started), None)
+        if following is None:
             yield name
-            del left[name]
-
-
-def _steps_from_inputs(sources: dict[str, list[str]]) -> dict[str, int]:
-    """Return the fewest connections from an input to each population that one reaches."""
-    found: dict[str, int] = {}
-    reached = {one for before in sources.values() for one in before} - sources.keys()
-    while reached:
-        steps = max(found.values(), default=0) + 1
-        reached = {n for n, before in sources.items() if n not in found and reached & {*before}}
-        found |= dict.fromkeys(reached, steps)
-    return found
-
-
-def _ahead(name: str, left: dict[str, list[str]]) -> set[str]:
-    """Return the populations that are left, and from which a path leads to one of them."""
-    found: set[str] = set()
-    new = left.keys() & left[name]
-    while new:
-        found |= new
-        new = {one for each in new for one in left[each] if one in left} - found
-    return found
+            path.pop()
+        else:
+            started.add(following)
+            path.append((following, iter(after[following])))

@@ -15,7 +15,7 @@ from spikeport.files import write_json
 REPORT = "report.json"
 """The file of the report in the folder."""
 
-OF_RUNS = ("result.json", "sweep.json")
+RESULTS = ("result.json", "sweep.json")
 """Files that only the folders of runs, evaluations and sweeps have."""
 
 
@@ -38,14 +38,14 @@ class Destinations:
     def check(self, *reads: Path) -> None:
         """Raise UsageError, before the work, for an output that is not writable, or an input.
 
-        Also for a folder that another process writes into at the moment, as a run of hours.
+        Also for the folder of a run, and for one that another process writes into at the moment.
         """
         if self.out is not None and self.out.exists() and not self.out.is_dir():
             raise UsageError(f"--out {self.out}: is a file; choose a folder")
         if self.out is not None:
             check_folder("--out", self.out, self.out)
-            # Its report is that of the run, with the run's counts.
-            if held := [name for name in OF_RUNS if (self.out / name).exists()]:
+            # Whatever else is written there seems to be of the run.
+            if held := [name for name in RESULTS if (self.out / name).exists()]:
                 raise UsageError(f"--out {self.out}: holds a run, {held[0]}; choose another folder")
             if self.out.exists():
                 with self.alone():

@@ -17,7 +17,7 @@ SAME, DIFFERENT = 0, 1
 
 RUN = "run"
 """The section of a run, which is in its ``result.json``."""
-SECTIONS = (RUN, "passes", "quantisation", "basis", "energy", "timing", "host_io", "loss")
+SECTIONS = ("chip", RUN, "passes", "quantisation", "basis", "energy", "timing", "host_io", "loss")
 
 Figures = dict[str, object]
 """Numbers, texts and unknown values (None), by name."""
@@ -31,13 +31,14 @@ CONDITIONS = {
     "backend": "backend",
     "seconds": "seconds",
     "seeds": "seed of the",
-    "settings": "",
+    "settings": "setting",
     "files": "digest of",
     "versions": "version of",
     "metrics": "",
 }
 """The parts of a run's result that are compared, and what the names of figures begin with."""
 OF_THE_CLOCK = "real_time_factor"
+"""The metric that no run repeats."""
 
 
 class Change(NamedTuple):
@@ -90,7 +91,7 @@ def _compare_reports(a: Path, b: Path, html: Path | None) -> tuple[Rows, str]:
     if html is not None:
         check_output("--html", html, *map(report_file, (a, b)), suffix=".html")
     reports = {str(path): read(path) for path in (a, b)}
-    compared = [reports[str(path)] | {RUN: run_of(path)} for path in (a, b)]
+    compared = [reports[str(path)] | {RUN: run_of(path, reports[str(path)])} for path in (a, b)]
     rows = [_texts(change) for change in changes(*compared)]
     if html is not None:
         for name, report in reports.items():
@@ -116,15 +117,13 @@ def changes(a: Json, b: Json) -> list[Change]:
 def _held(report: Json) -> set[str]:
     """Return the sections that a report has: one may be empty, but a refused network has none."""
     if not report["image_digest"]:  # no image was made
-        return set()
+        return {"chip"} & report.keys()
     return {section for section in SECTIONS if report.get(section) is not None}
 
 
 def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
     """Return the figures of a report that are compared, by name."""
-    # The result of a run has no chip, but its resources have the limits of one.
-    found: Figures = {"chip": report["chip"]} if "chip" in report else {}
-    found["image"] = report["image_digest"][:16]
+    found: Figures = {"image": report["image_digest"][:16]}
     for name, row in report["resources"].items():
         found |= {f"{name} {key}": value for key, value in row.items()}
     # A network that is refused takes no resources: why it is refused is all that differs.
@@ -140,7 +139,7 @@ def figures(report: Json, sections: Sequence[str] = SECTIONS) -> Figures:
 
 def _run(result: Json) -> Figures:
     """Return the conditions of a run, and its metrics except the one that depends on the clock."""
-    parts = ((name, result.get(part)) for part, name in CONDITIONS.items())
+    parts = [(name, result[part]) for part, name in CONDITIONS.items() if result.get(part)]
     found = (one for name, value in parts for one in _flat(name, value))
     return {name.strip(): value for name, value in found if OF_THE_CLOCK not in name}
 
@@ -152,7 +151,7 @@ def _flat(name: str, value: object) -> Iterator[tuple[str, object]]:
             for key, one in value.items():
                 yield from _flat(f"{name} {key}", one)
         case list() if all(isinstance(one, str) for one in value):
-            yield name or "settings", ", ".join(value)
+            yield name, ", ".join(value)
         case list():
             for number, one in enumerate(value):
                 yield from _flat(f"{name}[{number}]", one)
@@ -213,6 +212,7 @@ def _loss(loss: Json) -> Figures:
 
 
 FIGURES: dict[str, Callable[[Any], Figures]] = {
+    "chip": lambda name: {"chip": name},
     RUN: _run,
     "passes": _passes,
     "quantisation": _rounding,
@@ -238,7 +238,9 @@ def _text(value: object) -> str:
 
 def _relative(change: Change) -> str:
     """Return the growth of a number, in percent."""
-    _, a, b = change
+    figure, a, b = change
+    if isinstance(a, bool) or isinstance(b, bool) or figure.startswith(("seed ", "setting ")):
+        return ""
     if not (isinstance(a, int | float) and isinstance(b, int | float)) or a == 0:
         return ""
     return f"{100 * (b - a) / a:+.1f} %"

@@ -37,11 +37,16 @@ def read(path: Path) -> Json:
     return report
 
 
-def run_of(path: Path) -> Json | None:
-    """Return the result of the run that a file, or a folder, is of; None for a compile."""
-    file = path / "result.json" if path.is_dir() else path
-    found = read_json(file) if file.is_file() else None
-    return found if isinstance(found, dict) and OF_RUNS & found.keys() else None
+def run_of(path: Path, report: Json) -> Json | None:
+    """Return the result of the run that a report is of; None for a compile."""
+    try:
+        found = read_json(path / "result.json" if path.is_dir() else path)
+    except UsageError:
+        return None
+    # Another file of this name may be anybody's.
+    same = isinstance(found, dict) and found.get("image_digest") == report["image_digest"]
+    is_run = same and found.get("schema") == RESULT_SCHEMA and OF_RUNS & found.keys()
+    return found if is_run else None
 
 
 def check_whole(name: str, report: Json) -> None:

@@ -15,7 +15,7 @@ from spikeport.hardware_models.energy import NOT_MODELLED as NO_ENERGY
 from spikeport.hardware_models.energy import Draw, EnergyReport, energy
 from spikeport.hardware_models.host_io import HostIoReport
 from spikeport.hardware_models.timing import NOT_MODELLED as NO_TIME
-from spikeport.hardware_models.timing import TimingReport, timing
+from spikeport.hardware_models.timing import SHARED, TimingReport, timing
 from spikeport.hardware_models.topology import chips_used
 
 NO_FIGURE = "no public figure"
@@ -101,8 +101,8 @@ def _cost_rows(
 
 def _slowest(taken: TimingReport, activity: Activity) -> str:
     """Return the part of the chip that takes longest in the longest step."""
-    if taken.limiting_core is None:
-        return "a link between chips" if taken.between_chips else "a bus"
+    if taken.limiting_core in SHARED.values():
+        return taken.limiting_core
     return f"core {activity.cores.index(taken.limiting_core)}"
 
 

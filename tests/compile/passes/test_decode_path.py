@@ -149,6 +149,15 @@ def test_a_relay_gives_its_target_a_filter_for_its_noise() -> None:
     assert [block.compartment.tau_s for block in blocks] == [0.005, 0.005]
 
 
+def test_a_relay_does_not_keep_slow_inputs_from_direct_wiring() -> None:
+    network = chain(tau=0.1)
+    with network:
+        relayed = nengo.Connection(*network.ensembles, function=np.square, synapse=0.1)
+    spikeport.add_params(network)
+    network.config[relayed].decode_path = "onoff"
+    assert paths(rewritten(network, DecodePath())[0]) == ["auto", "auto", "direct", "onoff"]
+
+
 def test_filters_that_differ_by_less_than_the_delay_of_a_relay_are_shared() -> None:
     assert paths(both(0.008, 0.002)) == ["auto", "auto", "direct", "direct"]
 

@@ -120,6 +120,31 @@ def test_gelu_may_be_written_in_parts_as_below_opset_20(write, path, parts):
         np.testing.assert_allclose(one.bias, other.bias, rtol=1e-6)
 
 
+def test_a_product_of_two_activations_or_clips_is_no_gelu(path, refusal):
+    """The factors have the same weights: only their inputs differ."""
+    half = [("Mul", ["e1", "v"], "m"), ("Mul", ["m", "HALF"], "g"), ("Gemm", ["g", "V"], "y")]
+    parts = [("Div", ["u", "ROOT"], "d"), ("Erf", ["d"], "e0"), ("Add", ["e0", "ONE"], "e1"), *half]
+    square = {"S": np.eye(4), **CONSTANTS}
+    two = {
+        "activations": [
+            ("Gemm", ["x", "W", "B"], "h"),
+            *(("Relu", ["h"], "r"), ("Tanh", ["h"], "t")),
+            *(("Gemm", ["r", "S"], "u"), ("Gemm", ["t", "S"], "v")),
+        ],
+        "clips": [
+            ("Clip", ["x", "HALF"], "c"),
+            *(("Gemm", ["c", "W"], "u"), ("Gemm", ["x", "W"], "v")),
+        ],
+    }
+    for nodes in two.values():
+        made = [
+            helper.make_node(kind, names, [out], **({"transB": 1} if kind == "Gemm" else {}))
+            for kind, names, out in (*nodes, *parts)
+        ]
+        save(path, made, ["x"], ["y"], square)
+        assert refusal(path) == f"{CHAIN} Erf"
+
+
 @pytest.mark.parametrize(
     "options", [((), {}), (("HALF",), {}), (("HALF", "NO"), {}), ((), {"seed": 3})]
 )

@@ -347,6 +347,15 @@ def test_a_budget_that_is_exceeded_exits_with_1_after_the_report(spikeport, net_
     assert [one["id"] for one in found["over_budget"]] == ["SP302", "SP303"]
 
 
+def test_a_budget_without_a_public_figure_is_refused_after_the_report(spikeport, net_py, report):
+    options = ("--chip", "loihi2", "--rate-hz", "100", "--max-power", "1", *report.option)
+    done = spikeport("compile", f"{net_py}:make", *options)
+    assert done.code == 2
+    assert "has no public figure to compare it with" in done.err
+    assert "fits chip 'loihi2'" in done.out
+    assert report.read()["over_budget"] == []
+
+
 def test_a_budget_that_is_exceeded_is_on_the_page(spikeport, net_py, tmp_path):
     page = tmp_path / "page.html"
     budget = ("--rate-hz", "100", "--max-power", "0.05")

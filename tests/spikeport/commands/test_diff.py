@@ -191,8 +191,10 @@ def test_conditions_and_metrics_of_runs_are_compared(spikeport, net_py, tmp_path
         assert done.code == 1
         rows = [line.split() for line in done.out.splitlines()]
         assert ["seed", "of", "the", "run", "0", "7"] in rows
-        assert ["settings", "n_neurons=20"] in rows
+        assert ["setting", "-", "n_neurons=20"] in rows
     file = tmp_path / "c" / "result.json"
+    same = spikeport("diff", tmp_path / "a", file)
+    assert (same.code, same.out.splitlines()[0]) == (0, "no difference")
     result = json.loads(file.read_text())
     result["metrics"] |= {"steps": [{"late": 2}, 3.0], "real_time_factor": 99.0}
     file.write_text(json.dumps(result))
@@ -202,6 +204,14 @@ def test_conditions_and_metrics_of_runs_are_compared(spikeport, net_py, tmp_path
         ["steps[1]", "-", "3"],
     ]
     assert not any("real_time_factor" in row for row in rows)
+
+
+def test_a_result_of_something_else_beside_a_report_is_not_that_of_its_run(
+    spikeport, two, tmp_path
+):
+    for content in ("{", '{"model": "pricing", "metrics": {"price": 3}}'):
+        (two[0] / "result.json").write_text(content)
+        assert "price" not in spikeport("diff", *two).out
 
 
 def test_the_run_that_a_compile_lacks_is_named(spikeport, net_py, tmp_path):

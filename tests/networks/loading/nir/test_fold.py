@@ -22,10 +22,10 @@ def test_populations_come_after_their_sources(tmp_path):
 @pytest.mark.parametrize(
     ("edges", "order"),
     [
-        ("i>a a>b b>a i>b b>o", "ab"),  # as near: the first edge leads to a
+        ("i>a a>b b>a i>b b>o", "ab"),
         ("i>b i>a a>b b>a b>o", "ba"),
-        ("i>c c>b b>a a>c a>o", "cba"),  # the nearest to the input
-        ("i>a a>b b>a i>c b>c c>o", "abc"),  # c is as near, but in no cycle
+        ("i>c c>b b>a a>c a>o", "cba"),
+        ("i>a a>b b>a i>c b>c c>o", "abc"),  # c is as near to the input, but in no cycle
         ("i>a a>a a>b b>o", "ab"),
         ("i>a a>b b>a b>c c>o i>o", "abc"),
     ],
