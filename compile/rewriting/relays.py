@@ -15,7 +15,6 @@ from spikeport.compile.ground.matrices import full, placed
 from spikeport.compile.ground.scope import (
     Scope,
     full_weights,
-    is_passthrough,
     source_rows,
     target_rows,
 )
@@ -67,7 +66,7 @@ def _relayed_values(scope: Scope, nodes: list[nengo.Node]) -> int:
     sources = _Sources(nodes, scope)
     for node in nodes:
         for connection in leaving[node]:
-            if is_passthrough(connection.post_obj):
+            if connection.post_obj in nodes:
                 sources.pass_on(connection)
             elif _is_relayed(connection) and scope.on_chip(connection.post_obj):
                 values += connection.size_out * sources.count(connection)

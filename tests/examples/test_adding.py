@@ -57,7 +57,7 @@ def test_the_pass_renumbers_cores(module, network):
 def test_the_backend_counts_spikes_and_equals_the_native_one_bit_for_bit(module, network):
     compiled = compile_network(network)
     chips = [NativeChip(compiled.image, 0) for _ in range(2)]
-    counting = module("backends/counting.py").CountingChip(chips[0])
+    counting = module("backends/counting.py").HostSpikeCounter(chips[0])
     loops = [HostLoop(compiled, chip, 0) for chip in (counting, chips[1])]
     for _ in range(50):
         for loop in loops:
