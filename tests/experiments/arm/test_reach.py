@@ -80,15 +80,15 @@ def test_the_exact_law_reaches_in_the_large_box(run, seed):
 
 @pytest.mark.slow
 def test_float_neurons_reach_nearly_as_often(run):
-    result = run(15.0, backend="reference").result
-    assert result["metrics"]["reaches"] >= 42
+    result = run(5.0, backend="reference").result
+    assert result["metrics"]["reaches"] >= 13
     assert result["image_digest"] is result["resources"] is result["metrics"]["readout_spikes"]
 
 
 @pytest.mark.slow
 def test_the_lean_controller_reaches_on_the_emulated_chip(run):
-    result = run(3.0, backend="nengo-loihi").result
-    assert result["metrics"]["reaches"] >= 2.7 * 3
+    result = run(2.0, backend="nengo-loihi").result
+    assert result["metrics"]["reaches"] >= 2.7 * 2
     assert result["metrics"]["readout_spikes"] == 0
 
 
