@@ -123,14 +123,14 @@ def _kept_sums(activity: Activity, chip: ChipModel, calibration: EnergyCalibrati
         # Real time: a step that ends early waits for the clock.
         float(np.maximum(times.value, activity.dt_s).sum()),
         worst,
-        _longest(float(by_core.max()), on_bus, on_link) or int(by_core.argmax()),
+        _limiting(by_core, on_bus, on_link),
     )
 
 
-def _longest(on_core_s: float, on_bus_s: float, on_link_s: float) -> int:
-    """Return `LINK` or `BUS` if messages there take longer than the slowest core, else 0."""
-    if max(on_bus_s, on_link_s) <= on_core_s:
-        return 0
+def _limiting(by_core_s: np.ndarray, on_bus_s: float, on_link_s: float) -> int:
+    """Return the slowest core, or `LINK` or `BUS` if messages there take longer."""
+    if max(on_bus_s, on_link_s) <= by_core_s.max():
+        return int(by_core_s.argmax())
     return LINK if on_link_s >= on_bus_s else BUS
 
 

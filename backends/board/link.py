@@ -49,16 +49,6 @@ class LinkOptions:
     replay: Path | None = None
     certificates: "Certificates | None" = None
 
-    def idle(self, backend: str) -> tuple[str, ...]:
-        """Return the names of the fields that differ from their defaults, and do nothing."""
-        names = {one.name for one in fields(self)}
-        used = {"board": names - {"replay"}, "replay": {"replay"}}.get(backend, set())
-        return tuple(
-            one.name
-            for one in fields(self)
-            if one.name not in used and getattr(self, one.name) != one.default
-        )
-
     def __post_init__(self) -> None:
         """Check the types of values."""
         check_fields(self, "LinkOptions: ")
@@ -78,6 +68,16 @@ class LinkOptions:
                 raise UsageError(
                     f"LinkOptions: {name}={path!r}: expected a path; cure: name a file"
                 )
+
+    def idle(self, backend: str) -> tuple[str, ...]:
+        """Return the names of the fields that differ from their defaults, and do nothing."""
+        names = {one.name for one in fields(self)}
+        used = {"board": names - {"replay"}, "replay": {"replay"}}.get(backend, set())
+        return tuple(
+            one.name
+            for one in fields(self)
+            if one.name not in used and getattr(self, one.name) != one.default
+        )
 
 
 OWN_STUB = LinkOptions()
