@@ -26,7 +26,7 @@ changed = $(if $(filter-out $(shell cat $@ 2>/dev/null),$(1)),changed-pins)
 PARALLEL := -n auto --dist loadfile --no-loadscope-reorder
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-fast shadow nengo-suite rtl softcore referees debian fuzz check docs bench \
+.PHONY: help demo test test-fast proofs shadow nengo-suite rtl softcore referees debian fuzz check docs bench \
 	bless bench-peers figures figures-check format clean clean-runs changed-pins
 
 help:  ## what can be made
@@ -44,8 +44,11 @@ $(STAMP): pyproject.toml constraints.txt
 demo: $(STAMP)  ## the humanoid on the emulated chip walks, draws and walks on; writes runs/demo
 	$(BIN)/spikeport run switch --out runs/demo --overwrite
 
-test: check  ## lint, types and all tests, on all cores
-	$(BIN)/python -m pytest $(PARALLEL)
+test: check  ## lint, types and all tests except the proofs, on all cores
+	$(BIN)/python -m pytest $(PARALLEL) -m "not proof"
+
+proofs: $(STAMP)  ## Nengo's and nengo-loihi's own tests, and a soft core as its netlist (14 minutes of CPU time)
+	$(BIN)/python -m pytest $(PARALLEL) -m proof
 
 test-fast: $(STAMP)  ## the tests that take less than a second each, for the inner loop (12 minutes of CPU time)
 	$(BIN)/python -m pytest $(PARALLEL) -m "not slow"

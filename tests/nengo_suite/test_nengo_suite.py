@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.proof]
 
 HERE = Path(__file__).parent
 # Nengo's plugin does not load under pytest 9; its tests import pkg_resources.

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytestmark = [pytest.mark.slow, pytest.mark.proof]
+
 NEEDED = ("nengo_extras", "pytest_allclose", "pytest_plt", "pytest_rng")
 MINUTES = 15
 
@@ -48,7 +50,6 @@ def report(root: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, An
     return content
 
 
-@pytest.mark.slow
 def test_no_step_differs(report: dict[str, Any]) -> None:
     assert report["mismatches"] == []
     assert report["tests_compared"] >= 210
@@ -56,13 +57,11 @@ def test_no_step_differs(report: dict[str, Any]) -> None:
     assert report["spikes"] > 2_000_000
 
 
-@pytest.mark.slow
 def test_only_known_tests_fail(report: dict[str, Any]) -> None:
     assert set(report["tests"]["failed"]) == set(known_failures()), report["errors"]
     assert len(report["tests"]["passed"]) + len(report["tests"]["failed"]) == 476
 
 
-@pytest.mark.slow
 def test_only_float_models_run_without_a_comparison(report: dict[str, Any]) -> None:
     """Other tests that compare nothing make no emulator, or do not step it."""
     assert report["not_covered"]["runs blocks of floats, which have no chip image"] == {

@@ -21,6 +21,7 @@ MEMORIES = "-set WORDS 40'h0010000100 -set AXONS 32'h00400040"
 
 pytestmark = [
     pytest.mark.slow,
+    pytest.mark.proof,
     pytest.mark.skipif(
         any(shutil.which(name) is None for name in ("yosys", "verilator")),
         reason="no yosys or verilator: make referees",
