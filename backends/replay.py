@@ -7,6 +7,8 @@ import numpy as np
 
 from spikeport.backends.board.messages import BodyError, Codec
 from spikeport.backends.board.record import Record, RecordedStep
+from spikeport.backends.chip import CLOSED
+from spikeport.backends.host_checks import HostChecks
 from spikeport.backends.recount import recounted
 from spikeport.backends.step_log import KEPT_STEPS, SUMS_ONLY, LogOptions, StepLog, Totals
 from spikeport.compile.image.chip_image import ChipImage
@@ -43,6 +45,7 @@ class ReplayChip:
         self, image: ChipImage, seed: int, path: Path, log: LogOptions = SUMS_ONLY
     ) -> None:
         self._image, self._path, self._codec = image, path, Codec(image)
+        self._checks, self._closed = HostChecks(image), False
         self._record = Record(path)
         try:
             self._check_session(image, seed)
@@ -82,15 +85,21 @@ class ReplayChip:
         Raises
         ------
         BackendError
-            If the record ends here, or the host does not send what was recorded.
+            If the chip is closed, the record ends here, or the host does not send what was
+            recorded.
         """
+        if self._closed:
+            raise BackendError(CLOSED)
         recorded = self._next
         if recorded is None:
             raise self._end_error()
+        sources = self._checks.sources(spikes)
+        self._checks.check_range(sources)
+        self._checks.check_errors(errors)
         self._number += 1
-        self._compare(recorded, spikes, errors)
+        self._compare(recorded, sources, errors)
         if self._open_spikes is None:  # else the board was late, and these were not sent to it
-            self._open_spikes = len(spikes)
+            self._open_spikes = len(sources)
         if recorded.answer is not None:
             try:
                 stepped = self._codec.unpack_state(recorded.answer)
@@ -177,6 +186,7 @@ class ReplayChip:
 
     def close(self) -> None:
         """Close the record; see `spikeport.backends.chip.Chip.close`."""
+        self._closed = True
         self._take_totals()
         try:
             self._log.close()  # raises where the record's counts are missing, or damaged

@@ -6,8 +6,7 @@ import ssl
 from dataclasses import dataclass
 from pathlib import Path
 
-from spikeport.backends.board.line import reason_of
-from spikeport.errors import UsageError
+from spikeport.errors import UsageError, reason_of
 
 FORMS = "unix:PATH or tcp://HOST:PORT"
 MOST_PORT = 2**16 - 1

@@ -1,6 +1,6 @@
 """A board: it takes an image, builds a chip from it, and answers one frame after the other.
 
-It knows nothing of sockets and clocks, so that tests can step it by hand.
+It needs no socket, so that tests can step it by hand.
 """
 
 import secrets
@@ -14,12 +14,12 @@ import numpy as np
 
 from spikeport.backends.board.frame import MORE, MOST_BODY, VERSION, Frame, Kind
 from spikeport.backends.board.hello import Hello, Welcome
-from spikeport.backends.board.line import reason_of
 from spikeport.backends.board.messages import BodyError, Codec
 from spikeport.backends.chip import Chip
 from spikeport.backends.step_log import StepLog
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.errors import BackendError, SpikeportError, in_words, printable
+from spikeport.errors import BackendError, SpikeportError, in_words, printable, reason_of
+from spikeport.progress import say_nothing
 
 IMAGE_BYTES = 256 << 20
 """Size of the largest image's file that a board takes."""
@@ -52,10 +52,6 @@ class Session:
     codec: Codec
     at: int = 0
     last: Frame | None = None
-
-
-def say_nothing(_line: str) -> None:
-    """Say nothing."""
 
 
 class Board:

@@ -3,7 +3,7 @@
 import os
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.backends.board.line import Line
 from spikeport.backends.board.messages import BodyError, Codec
 from spikeport.backends.board.record import SessionRecorder
-from spikeport.backends.board.timing import WAITING, RealTime, StepDeadlines, Timing
+from spikeport.backends.board.timing import ASKS, WAITING, RealTime, StepDeadlines, Timing
 from spikeport.backends.chip import CLOSED
 from spikeport.backends.host_checks import HostChecks
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, StepLog, Totals
@@ -24,9 +24,11 @@ from spikeport.fault_plan import Fault, unreached
 from spikeport.hardware_models.activity import Activity
 from spikeport.pacing import Clock, RoundTrips, SystemClock
 
-BUILD_S = 900.0
-"""Time that a board has to build a chip: Verilator takes minutes on a busy machine."""
+WELCOME_S = 2400.0
+"""Time that a board has to build a chip. Verilator, which takes minutes on a busy machine, is given
+up by the board after 1,800 s."""
 TOTALS_S = 30.0
+"""Time that a board has for its totals, if no step waits for them."""
 
 
 @dataclass
@@ -116,6 +118,7 @@ class BoardChip:
         self.figures = LinkFigures()
         self._log = StepLog(image.cores, image.manifest.dt_s, self._asked_totals, log)
         self._totals: Totals | None = None
+        self._totals_s = TOTALS_S
         self._held = self._codec.silence()
         self._open: Frame | None = None
         self._open_spikes = 0
@@ -128,11 +131,11 @@ class BoardChip:
         """Open a session, and send the image if the board asks for it."""
         hello = Hello(image.digest, int(seed))  # JSON knows no integers of NumPy's
         self._line.send(Frame(Kind.HELLO, body=hello.pack()))
-        answer = self._answer(BUILD_S, Kind.WELCOME, Kind.WANT_IMAGE)
+        answer = self._answer(WELCOME_S, Kind.WELCOME, Kind.WANT_IMAGE)
         if answer.kind == Kind.WANT_IMAGE:
             for piece in pieces(Kind.IMAGE, image.to_bytes(), 0):
                 self._line.send(piece)
-            answer = self._answer(BUILD_S, Kind.WELCOME)
+            answer = self._answer(WELCOME_S, Kind.WELCOME)
         try:
             welcome = Welcome.unpack(answer.body)
         except BodyError as error:
@@ -146,11 +149,18 @@ class BoardChip:
             self._recorder.begin(hello, welcome)
         return welcome
 
-    def _answer(self, within_s: float, *kinds: Kind) -> Frame:
-        """Return the next frame of some kinds; frames of other kinds are discarded."""
-        end = self._clock.now() + within_s
-        while (left := end - self._clock.now()) > 0:
-            frame = self._line.receive(left)
+    def _answer(self, within_s: float, *kinds: Kind, asked: Frame | None = None) -> Frame:
+        """Return the next frame of some kinds; frames of other kinds are discarded.
+
+        The request ``asked`` is sent again while no answer comes, since either may be lost.
+        """
+        begin = self._clock.now()
+        end, again_s = begin + within_s, begin + within_s / ASKS
+        while (now := self._clock.now()) < end:
+            if asked is not None and now >= again_s:
+                self._line.send(asked)
+                again_s += within_s / ASKS
+            frame = self._line.receive(min(end, again_s) - now)
             if frame is None:
                 continue
             self._check(frame)
@@ -176,28 +186,41 @@ class BoardChip:
             If the board hung up, refused, or was late for more steps than outputs are held. The
             state of its neurons is unknown: the session is never continued.
         BackendError
-            If the chip is closed, or the spikes are no numbers of sources.
+            If the chip is closed, the spikes are no numbers of sources, or the errors are not those
+            of groups that learn.
         """
         if self._closed:
             raise BackendError(CLOSED)
         self._refuse_forked()
         self._refuse_lost()
-        # Checked here: sent as 32 bits, a mask would look like the numbers of sources 0 and 1.
+        # Checked here: the board would end the session.
         sources = self._checks.sources(spikes)
+        self._checks.check_range(sources)
+        self._checks.check_errors(errors)
+        body, flags = self._codec.pack_step(sources, errors)
         # After a held step, the host waited for the board until this one was due.
         end = self._deadlines.begin(waited=self._late > 0)
         self.figures.steps += 1
-        body, flags = self._codec.pack_step(sources, errors)
-        try:
-            answer = self._exchanged(end, sources, body, flags)
-        except BoardLostError as error:
-            self._lost = True
-            raise BoardLostError(
-                f"step {self._at + 1}: {error}; the session is over, start the run again"
-            ) from None
+        number = self._at + 1
+        with self._ending_if_lost():
+            try:
+                answer = self._exchanged(end, sources, body, flags)
+            except BoardLostError as error:
+                raise BoardLostError(
+                    f"step {number}: {error}; the session is over, start the run again"
+                ) from None
         if self._recorder is not None:
             self._recorder.step(self._at, flags, body, answer)
         return self._held
+
+    @contextmanager
+    def _ending_if_lost(self) -> Iterator[None]:
+        """Let an error of the board or the link end the session: nobody waits for it again."""
+        try:
+            yield
+        except BackendError:
+            self._lost = True
+            raise
 
     def _refuse_forked(self) -> None:
         # Two processes on one socket would take each other's answers.
@@ -257,7 +280,10 @@ class BoardChip:
         self._trips.add(self._clock.now() - self._asked_s)
         self._held, self._open = stepped.held, None
         self._at, self._late = frame.step, 0
+        # The log may ask for totals: a step does not wait longer for them than for its answer.
+        self._totals_s = self._timing.patience_s
         self._log.append(stepped.counts, self._open_spikes)
+        self._totals_s = TOTALS_S
         return True
 
     def _hold(self) -> None:
@@ -273,8 +299,10 @@ class BoardChip:
             return self._totals
         self._refuse_forked()
         self._refuse_lost()
-        self._line.send(Frame(Kind.ASK_TOTALS, self._session, self._at))
-        body = b"".join(self._received_pieces())
+        asked = Frame(Kind.ASK_TOTALS, self._session, self._at)
+        with self._ending_if_lost():
+            self._line.send(asked)
+            body = b"".join(self._received_pieces(asked))
         if self._recorder is not None:
             self._recorder.totals(body)
         try:
@@ -282,10 +310,10 @@ class BoardChip:
         except BodyError as error:
             raise BackendError(f"the board sent {error}") from None
 
-    def _received_pieces(self) -> Iterator[bytes]:
+    def _received_pieces(self, asked: Frame) -> Iterator[bytes]:
         at, more = 0, MORE
         while more:
-            frame = self._answer(TOTALS_S, Kind.TOTALS)
+            frame = self._answer(self._totals_s, Kind.TOTALS, asked=asked)
             if frame.step == at:  # any other frame is a piece that came twice
                 yield frame.body
                 at, more = at + len(frame.body), frame.flags & MORE

@@ -1,6 +1,5 @@
 """A line: frames over a socket, with limits of time."""
 
-import re
 import select
 import socket
 import ssl
@@ -9,7 +8,7 @@ import time
 from typing import Protocol
 
 from spikeport.backends.board.frame import Frame, Splitter
-from spikeport.errors import BoardLostError
+from spikeport.errors import BoardLostError, reason_of
 
 CHUNK = 1 << 18
 NOT_YET = (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError)
@@ -18,11 +17,6 @@ SYSTEM_WAITS_S = 0.2
 SYSTEM_WAITS = struct.pack("ll", 0, int(1e6 * SYSTEM_WAITS_S))
 SEND_S = 5.0
 """Time in which the other side must read a frame; buffers of the system hold hundreds of frames."""
-
-
-def reason_of(error: OSError) -> str:
-    """Return the reason of an error, without the source locations that Python's ssl adds."""
-    return re.sub(r"^\[[^]]*\] |^_ssl\.c:\d+: | \(_ssl\.c:\d+\)$", "", error.strerror or str(error))
 
 
 class Line(Protocol):
@@ -99,9 +93,12 @@ class SocketLine:
         """Return the next frame, or None if none came in time; see `Line.receive`."""
         end = time.perf_counter() + within_s
         while (frame := self._splitter.next()) is None:
-            if not self._may_take(end - time.perf_counter()):
+            left = end - time.perf_counter()
+            if not self._may_take(left):
                 return None
             self._take()
+            if left <= 0:  # else a peer that sends on, and no frame, would hold its reader
+                return self._splitter.next()
         return frame
 
     def _may_take(self, within_s: float) -> bool:

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.backends.board.frame import MOST_BODY
-from spikeport.backends.host_checks import out_of_range
 from spikeport.backends.step_log import MessageCounts, Totals
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
@@ -55,8 +54,7 @@ class Codec:
     def __init__(self, image: ChipImage) -> None:
         self._n_inputs = image.n_inputs
         self._bitmap_bytes = -(-image.n_inputs // 8)
-        # numbers below 0 count from the end: there they fall into a second half without sources
-        self._spiking = np.zeros(2 * image.n_inputs, dtype=bool)
+        self._spiking = np.zeros(image.n_inputs, dtype=bool)
         as_bits = [output.key == "spiked" for output in image.manifest.outputs]
         sizes = np.diff(image.outputs.start)
         n_spikes = int(sizes[as_bits].sum())
@@ -89,37 +87,38 @@ class Codec:
     def pack_step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> tuple[bytes, int]:
         """Return the body of a step and its flags; see `spikeport.backends.chip.Chip.step`.
 
+        `HostChecks` has checked spikes and errors.
+
         Raises
         ------
         BackendError
-            If a spike is of a source that the image does not have.
+            If the body does not fit into a frame.
         """
         sent, flags = self._pack_spikes(spikes)
         parts = [SPIKES.pack(len(sent), len(errors)), sent]
         for group, error in sorted(errors.items()):
             values = np.asarray(error, dtype=F64).ravel()
             parts += ERRORS.pack(group, len(values)), values.tobytes()
-        return b"".join(parts), flags
+        body = b"".join(parts)
+        if len(body) > MOST_BODY:
+            raise BackendError(
+                f"the host's {len(spikes):,} spikes and {len(errors):,} groups of errors take "
+                f"{len(body):,} bytes a step, limit {MOST_BODY:,} of a link; cure: --backend native"
+            )
+        return body, flags
 
     def _pack_spikes(self, spikes: np.ndarray) -> tuple[bytes, int]:
         """Return spikes as bits or as a list, whichever is shorter, and the flag of that form."""
         # A listed spike takes 4 bytes.
         if 4 * len(spikes) > self._bitmap_bytes and (bits := self._as_bits(spikes)) is not None:
             return bits, BITMAP
-        listed = np.sort(spikes)
-        if listed.size and not 0 <= listed[0] <= listed[-1] < self._n_inputs:
-            raise out_of_range(listed, self._n_inputs)
-        return listed.astype(U32).tobytes(), 0
+        return np.sort(spikes).astype(U32).tobytes(), 0
 
     def _as_bits(self, spikes: np.ndarray) -> bytes | None:
-        """Return a bit for each source; None if one spikes twice, or is not of the image."""
+        """Return a bit for each source; None if one spikes twice."""
         self._spiking.fill(False)
-        try:
-            self._spiking[spikes] = True
-        except IndexError:
-            return None
-        bits = np.packbits(self._spiking[: self._n_inputs]).tobytes()
-        # Fewer bits than spikes: a source spiked twice, or one is beyond the last.
+        self._spiking[spikes] = True
+        bits = np.packbits(self._spiking).tobytes()
         return bits if int.from_bytes(bits).bit_count() == len(spikes) else None
 
     def unpack_step(self, body: bytes, flags: int) -> tuple[np.ndarray, dict[int, np.ndarray]]:
@@ -207,6 +206,8 @@ class Codec:
             raise BodyError(
                 f"the totals are cut: {len(data)} bytes, fewer than their counts ask for"
             ) from None
+        if len(data) != TOTALS.size + 8 * n + pairs.nbytes:
+            raise BodyError(f"the totals have {len(data)} bytes, more than their counts ask for")
         if pairs["source"].max(initial=0) >= n or pairs["target"].max(initial=0) >= n:
             raise BodyError(f"the totals name a core above {n - 1}")
         between = np.zeros((n, n), dtype=np.int64)

@@ -236,7 +236,9 @@ class Record:
         for kind, payload in self._entries:
             if kind == Entry.TOTALS:
                 totals = payload
-            elif kind == Entry.STEP and len(payload) >= STEP.size:
+            elif kind == Entry.STEP:
+                if len(payload) < STEP.size:
+                    raise BackendError(f"{self._path}: a step of {len(payload)} bytes is cut")
                 step = _step(payload, totals)
                 if step.board_step < at:
                     raise BackendError(

@@ -149,20 +149,21 @@ class _Server:
         Raises
         ------
         BoardLostError
-            If the host hung up, does not begin with a frame, or sends none within `HELLO_S`.
+            If the host hung up, does not begin with a frame, or does not greet within `HELLO_S`.
         """
-        look_s, is_met, end_s = 0.0, False, time.perf_counter() + HELLO_S
+        look_s, is_met, greeted, end_s = 0.0, False, False, time.perf_counter() + HELLO_S
         while True:
             frame = line.receive(LOOK_S)
             if frame is not None:
                 is_met = True
+                greeted |= frame.kind == Kind.HELLO
                 yield frame
             elif line.bad and not is_met:  # such a host would wait long for an answer
                 raise BoardLostError(
                     "the host's first bytes are not a frame; a host with --cert, --key and --ca "
                     "needs a board that serves with these options, too"
                 )
-            elif not is_met and time.perf_counter() > end_s:
+            if not greeted and time.perf_counter() > end_s:
                 raise BoardLostError(f"the host sent no greeting within {HELLO_S:g} s")
             if time.perf_counter() >= look_s:
                 look_s = time.perf_counter() + LOOK_S

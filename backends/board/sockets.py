@@ -8,8 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from spikeport.backends.board.address import Address, Certificates
-from spikeport.backends.board.line import reason_of
-from spikeport.errors import BackendError, UsageError
+from spikeport.errors import BackendError, UsageError, reason_of
 
 TLS_HANDSHAKE_S = 5.0
 """Time that the other side has for the TLS handshake, before this side hangs up."""

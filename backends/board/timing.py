@@ -55,6 +55,11 @@ class RealTime:
     hold: int = 5
 
     @property
+    def patience_s(self) -> float:
+        """Time after which a board that does not answer is given up."""
+        return (self.hold + 1) * self.period_s
+
+    @property
     def limit(self) -> str:
         """The time after which the board is given up, in words."""
         return f"{counted(self.hold + 1, 'step')} of {1000 * self.period_s:g} ms"

@@ -28,6 +28,7 @@ Every error can be imported from here. `RefusedError` and the errors below it ar
 too, and are imported when they are first used: importing Nengo takes a second.
 """
 
+import re
 import sysconfig
 import traceback
 from collections.abc import Iterable
@@ -200,6 +201,11 @@ def in_words(error: BaseException) -> str:
         return f"{type(error).__name__}, which has no text{_place(error)}"
     more = "..." if len(text) > LONGEST else ""
     return f"{type(error).__name__}: {text[:LONGEST]}{more}{_place(error)}"
+
+
+def reason_of(error: OSError) -> str:
+    """Return the reason of an error, without the source locations that Python's ssl adds."""
+    return re.sub(r"^\[[^]]*\] |^_ssl\.c:\d+: | \(_ssl\.c:\d+\)$", "", error.strerror or str(error))
 
 
 def _place(error: BaseException) -> str:

@@ -10,6 +10,10 @@ def silent(_what: str, _share: float | None) -> None:
     """Report no progress."""
 
 
+def say_nothing(_line: str) -> None:
+    """Say nothing, in place of a function that prints lines."""
+
+
 class Stages:
     """A sequence of stages, each of which is reported when it begins.
 

@@ -13,7 +13,7 @@ from spikeport.backends.replay import ReplayChip
 from spikeport.backends.step_log import KEPT_STEPS, LogOptions
 from spikeport.errors import BackendError
 from tests.helpers.fake_board import MACHINE, FakeClock, FakeLine, small_image, spike_train
-from tests.helpers.images import Parts
+from tests.helpers.images import Block, Group, Parts, Route
 
 STEPS = 20
 
@@ -48,11 +48,35 @@ def test_a_host_with_other_spikes_is_refused_at_the_step_that_differs(path: Path
 
 
 def test_learning_errors_that_were_not_recorded_are_refused(path: Path) -> None:
-    chip = ReplayChip(small_image(), 0, path)
+    learns = Parts(
+        [Block(2)],
+        [Group([[64] * 2], learning=(1, 1, -7, 10, 2.5, 2, 4))],
+        [1],
+        [Route([0], input=0)],
+    ).image()
+    clock, silence = FakeClock(), np.zeros(0, dtype=int)
+    other = path.with_name("learns")
+    line, recorder = FakeLine(Board(MACHINE), clock), SessionRecorder(other)
+    chip = BoardChip(learns, 0, line, recorder=recorder, clock=clock)
+    chip.step(silence, {0: np.zeros(1)})
+    chip.close()
     with pytest.raises(
-        BackendError, match=r"step 1: .* learning errors for synapse groups \[3\] differ"
+        BackendError, match=r"step 1: .* learning errors for synapse groups \[0\] differ"
     ):
+        ReplayChip(learns, 0, other).step(silence, {0: np.ones(1)})
+
+
+def test_input_that_the_image_does_not_have_and_steps_after_the_end_are_refused(path: Path) -> None:
+    chip = ReplayChip(small_image(), 0, path)
+    with pytest.raises(BackendError, match="synapse group 3 does not learn"):
         chip.step(spike_train(1)[0], {3: np.ones(2)})
+    with pytest.raises(BackendError, match="the host's spikes are float64"):
+        chip.step(np.array([0.7]), {})
+    for spikes in spike_train(STEPS):
+        chip.step(spikes, {})
+    chip.close()
+    with pytest.raises(BackendError, match="closed"):
+        chip.step(spike_train(1)[0], {})
 
 
 def test_a_step_beyond_the_end_of_a_record_is_refused(path: Path) -> None:

@@ -9,7 +9,6 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
-from spikeport.backends.board.board import say_nothing
 from spikeport.backends.board.nxsdk.hardware import (
     HardwareModules,
     real_hardware,
@@ -23,10 +22,15 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError, SpikeportError
 from spikeport.hardware_models.activity import Activity
 from spikeport.interrupts import uninterruptible
+from spikeport.progress import say_nothing
 
 SPAWN = multiprocessing.get_context("spawn")
 END_S = 10.0
 """The time the board's process has to end, before it is killed."""
+BUILD_S = 900.0
+"""The time that process has to build the board."""
+STEP_S = 60.0
+"""The time it has for a step: nengo-loihi's interface gives a board's host up after 10 s."""
 
 
 def snips_hardware() -> HardwareModules:
@@ -101,14 +105,18 @@ class NxsdkChip:
         with uninterruptible():
             self._process.start()
         theirs.close()
-        self._answer()
+        try:
+            self._answer(BUILD_S)
+        except BaseException:  # an interrupt, too
+            self._end()
+            raise
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
         with contextlib.suppress(OSError):  # `_answer` raises an error if the process died
             self._pipe.send((np.asarray(spikes), dict(errors)))
         expected = self._twin.step(spikes, errors)
-        held = self._answer()
+        held = self._answer(STEP_S)
         state = self._twin.state
         left = refractory_left(state, self._refract)
         for native, read, (key, mine) in zip(expected, held, self._reads, strict=True):
@@ -123,9 +131,11 @@ class NxsdkChip:
             self.n_differing += int((differs & ~phantom & ~counting).sum())
         return held
 
-    def _answer(self) -> list[np.ndarray]:
+    def _answer(self, within_s: float) -> list[np.ndarray]:
         """Return the outputs' state, or raise the error that the board's process raised."""
         try:
+            if not self._pipe.poll(within_s):
+                raise BackendError(f"the board's process does not answer within {within_s:g} s")
             answer = self._pipe.recv()
         except (EOFError, ConnectionError):
             self._process.join(END_S)
@@ -152,6 +162,9 @@ class NxsdkChip:
             f"phantom spikes, {self.n_counting:,} voltages of refractory neurons, "
             f"{self.n_differing:,} more"
         )
+        self._end()
+
+    def _end(self) -> None:
         with contextlib.suppress(OSError):  # the process is gone already
             self._pipe.send(None)
         self._process.join(END_S)

@@ -62,8 +62,12 @@ class Device:
             )
         except REFUSALS as error:
             raise refusal(error) from None
-        self._interface.connect()
-        self._interface.run_steps(ENDLESS, blocking=False)
+        try:
+            self._interface.connect()
+            self._interface.run_steps(ENDLESS, blocking=False)
+        except BaseException:  # an interrupt, too: a board that is connected stays on
+            self.close()
+            raise
 
     def step(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> list[np.ndarray]:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`.
@@ -92,4 +96,8 @@ class Device:
 
     def close(self) -> None:
         """Shut the board down."""
-        self._interface.close()
+        try:
+            self._interface.close()
+        except OSError:  # the board's host is gone, and its socket is what closes first
+            if (board := self._interface.nxsdk_board) is not None:
+                board.disconnect()

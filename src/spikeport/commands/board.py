@@ -10,7 +10,6 @@ from spikeport.atomic import check_output
 from spikeport.backends.board.address import Address
 from spikeport.backends.board.board import CountingChip, Machine
 from spikeport.backends.board.faults import FAULTS
-from spikeport.backends.board.line import reason_of
 from spikeport.backends.board.messages import SPIKES
 from spikeport.backends.board.record import Record
 from spikeport.backends.board.server import Service
@@ -21,7 +20,7 @@ from spikeport.commands.options_of_links import BoardService, Tls
 from spikeport.commands.process import say
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.counted import counted
-from spikeport.errors import ImageError, UsageError, printable, unknown
+from spikeport.errors import ImageError, UsageError, printable, reason_of, unknown
 
 
 def _native(image: ChipImage, seed: int) -> CountingChip:

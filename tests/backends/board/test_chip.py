@@ -11,9 +11,10 @@ import pytest
 from spikeport.backends.board.board import Board
 from spikeport.backends.board.chip import BoardChip
 from spikeport.backends.board.faults import FAULTS
+from spikeport.backends.board.frame import Frame, Kind
 from spikeport.backends.board.messages import BodyError, Codec, Totals
 from spikeport.backends.board.record import SessionRecorder
-from spikeport.backends.board.timing import RealTime, SimulatedTime, Timing
+from spikeport.backends.board.timing import WAITING, RealTime, SimulatedTime, Timing
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.replay import ReplayChip
 from spikeport.backends.step_log import KEPT_STEPS, LogOptions
@@ -188,10 +189,62 @@ def test_a_board_without_the_image_gets_it_once() -> None:
     assert [kind.name for kind in sent].count("HELLO") == 2
 
 
-def test_a_refusal_of_the_chip_is_passed_on_by_the_board() -> None:
+def test_errors_and_sources_that_the_image_does_not_have_are_refused_before_they_are_sent() -> None:
     chip = board_chip()
-    with pytest.raises(BoardLostError, match="refuses: synapse group 0 does not learn"):
-        chip.step(np.zeros(0, dtype=int), {0: np.zeros(1)})
+    silence = np.zeros(0, dtype=int)
+    with pytest.raises(BackendError, match=r"^synapse group 0 does not learn"):
+        chip.step(silence, {0: np.zeros(1)})
+    with pytest.raises(BackendError, match=r"^synapse group -1 does not learn"):
+        chip.step(silence, {-1: np.zeros(1)})
+    with pytest.raises(BackendError, match="sent 1 spikes of sources 5 to 5"):
+        chip.step(np.array([5]), {})
+    assert chip.figures.steps == 0
+    assert equal_steps(chip) == STEPS
+
+
+class Forgetful(FakeLine):
+    """A line that loses the first ``lost`` of the board's answers with totals."""
+
+    lost = 0
+
+    def receive(self, within_s: float) -> Frame | None:
+        """Return the next frame that is not lost."""
+        frame = super().receive(within_s)
+        if frame is None or frame.kind != Kind.TOTALS or not self.lost:
+            return frame
+        self.lost -= 1
+        return None
+
+
+def test_totals_that_are_lost_are_asked_for_again() -> None:
+    clock = FakeClock()
+    line = Forgetful(Board(MACHINE), clock)
+    chip = BoardChip(IMAGE, 0, line, SimulatedTime(), clock=clock)
+    run(chip, STEPS)
+    line.lost = 2
+    native = NativeChip(IMAGE, 0)
+    for spikes in spike_train(STEPS):
+        native.step(spikes, {})
+    assert chip.activity().totals() == native.activity().totals()
+    assert line.lost == 0
+
+
+@pytest.mark.parametrize(("timing", "limit_s"), [(RealTime(0.001, 5), 0.006), (WAITING, 10.0)])
+def test_a_step_waits_no_longer_for_totals_than_for_its_answer(
+    monkeypatch: pytest.MonkeyPatch, timing: Timing, limit_s: float
+) -> None:
+    monkeypatch.setattr("spikeport.backends.step_log.KEPT_STEPS", 20)
+    clock = FakeClock()
+    line = Forgetful(Board(MACHINE), clock)
+    chip = BoardChip(IMAGE, 0, line, timing, clock=clock)
+    run(chip, 19)
+    line.lost, begin_s = 10**6, clock.now()
+    with pytest.raises(BoardLostError, match=f"^step 20: .* not answer within {limit_s:g} s"):
+        run(chip, 1)
+    assert clock.now() - begin_s < limit_s + 0.002
+    lost_s = clock.now()
+    chip.close()
+    assert clock.now() == lost_s  # a lost board is not waited for again
 
 
 def test_closing_closes_the_line_and_the_record_even_if_the_totals_are_wrong(

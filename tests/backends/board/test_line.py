@@ -38,6 +38,19 @@ def test_receiving_returns_none_if_no_frame_comes_in_time(
     assert lines[0].receive(within_s) is None
 
 
+def test_a_peer_that_sends_on_without_a_frame_does_not_hold_its_reader(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("spikeport.backends.board.line.CHUNK", 16)
+    one, other = socket.socketpair()
+    frame = Frame(Kind.STEP, 1, 1)
+    other.send(b"no frame" * 8 + frame.encode())
+    line = SocketLine(one, "the other")
+    received = [line.receive(0.0) for _ in range(10)]
+    assert received[:4] == [None] * 4
+    assert frame in received
+
+
 def test_a_frame_that_comes_after_the_system_s_first_wait_is_received(
     lines: tuple[SocketLine, SocketLine], monkeypatch: pytest.MonkeyPatch
 ) -> None:

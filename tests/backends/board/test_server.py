@@ -251,6 +251,18 @@ def test_the_board_hangs_up_on_a_host_that_sends_no_greeting(
     assert "board: the host sent no greeting within 0.1 s" in printed
 
 
+def test_a_host_that_sends_frames_and_no_greeting_is_hung_up_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("spikeport.backends.board.server.HELLO_S", 0.1)
+    with served(f"unix:{tmp_path / 'board'}") as printed:
+        line = line_to(f"unix:{tmp_path / 'board'}")
+        line.send(Frame(Kind.ASK_TOTALS, 1))
+        wait_for(printed, "the host is gone")
+        line.close()
+    assert "board: the host sent no greeting within 0.1 s" in printed
+
+
 def test_a_board_for_one_session_waits_for_a_host_that_greets(tmp_path: Path) -> None:
     address = f"unix:{tmp_path / 'board'}"
     with served(address, once=True) as printed:

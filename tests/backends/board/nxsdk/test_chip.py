@@ -1,8 +1,10 @@
 """A board of NxSDK in a process of its own: counts of differences, and messages of failures."""
 
+import multiprocessing
 import os
 import shutil
 import signal
+import time
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -53,6 +55,23 @@ def test_a_process_that_dies_is_reported_with_its_exit_code() -> None:
 def test_an_error_of_the_board_s_process_is_raised_in_the_caller() -> None:
     with pytest.raises(MissingExtraError, match="no NxSDK is installed here"):
         NxsdkChip(RAMP, 0)
+
+
+def never() -> HardwareModules:
+    time.sleep(60)
+    raise AssertionError
+
+
+@pytest.mark.slow
+def test_a_board_that_is_not_built_in_time_is_given_up_with_its_process(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("spikeport.backends.board.nxsdk.chip.BUILD_S", 0.1)
+    monkeypatch.setattr("spikeport.backends.board.nxsdk.chip.END_S", 0.1)
+    before = set(multiprocessing.active_children())
+    with pytest.raises(BackendError, match=r"the board's process does not answer within 0\.1 s"):
+        NxsdkChip(RAMP, 0, never)
+    assert set(multiprocessing.active_children()) == before
 
 
 class Shut:

@@ -79,6 +79,32 @@ def test_spikes_that_the_board_would_drop_are_refused() -> None:
         device.step(np.array([0, 1, 1]), {})
 
 
+def test_a_board_that_is_connected_and_does_not_start_is_shut_down() -> None:
+    class Stuck(Hardware):
+        made: Hardware
+
+        def run_steps(self, steps: int, blocking: bool) -> None:
+            Stuck.made = self
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        Device(LEARNS, modules(Stuck), 3)
+    assert Stuck.made.calls == ["connect", "close"]
+
+
+def test_a_board_whose_host_is_gone_is_disconnected() -> None:
+    device = Device(LEARNS, modules(), 3)
+    disconnected: list[bool] = []
+
+    def close() -> None:
+        raise BrokenPipeError
+
+    device._interface.close = close
+    device._interface.nxsdk_board = SimpleNamespace(disconnect=lambda: disconnected.append(True))
+    device.close()
+    assert disconnected == [True]
+
+
 def test_an_image_that_falls_into_a_trap_is_refused_with_the_finding() -> None:
     image = Parts([Block(1), Block(1, vmin=-1)]).image()
     with pytest.raises(BackendError, match=r"^NX03 refused: voltage ranges of a core: core 0"):
