@@ -26,7 +26,7 @@ from spikeport.backends.softcore.chip import DeviceChip, outputs_of
 from spikeport.backends.softcore.design import parameters
 from spikeport.backends.softcore.line import VerilatedLine
 from spikeport.backends.softcore.verilated import BoardBuild
-from spikeport.backends.softcore.writer import MODEL, written
+from spikeport.backends.softcore.writer import LARGEST_CHIP, written
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.hardware_models import chip as chips
 
@@ -47,7 +47,7 @@ class LinkedChip(DeviceChip):
     """
 
     def __init__(self, image: ChipImage, seed: int, *, first: int, baud_cycles: int) -> None:
-        memory, pool = written(image), chips.get(MODEL).soft_memory
+        memory, pool = written(image), chips.get(LARGEST_CHIP).soft_memory
         assert pool is not None
         n_outputs = sum(map(len, outputs_of(image)))
         build = BoardBuild(parameters(memory, n_outputs, pool), baud_cycles)

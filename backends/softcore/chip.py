@@ -7,7 +7,6 @@ from contextlib import ExitStack
 
 import numpy as np
 
-from spikeport.backends.board.board import say_nothing
 from spikeport.backends.chip import CLOSED
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore import port
@@ -16,13 +15,14 @@ from spikeport.backends.softcore.memory import MemoryImage
 from spikeport.backends.softcore.port import Held, Output
 from spikeport.backends.softcore.simulation import STATE, Simulation
 from spikeport.backends.softcore.verilated import Build
-from spikeport.backends.softcore.writer import MODEL, written
+from spikeport.backends.softcore.writer import soft_chip_of, written
 from spikeport.backends.step_log import LogOptions, StepLog
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.errors import BackendError
 from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.timing import timing
+from spikeport.progress import say_nothing
 
 HELD = {"current": Held.U, "voltage": Held.V, "spiked": Held.SPIKE}
 """The register of each kind of output."""
@@ -66,9 +66,7 @@ class SoftChip(ABC):
     ) -> None:
         self._memory, self._say = memory, say
         # Cycles are compared with those of the chip that the image was compiled for.
-        name = image.manifest.chip
-        soft = name in chips.names() and chips.get(name).soft_memory is not None
-        self._model = chips.get(name if soft else MODEL)
+        self._model = chips.get(soft_chip_of(image))
         self._twin = NativeChip(image, seed, LogOptions(chip=self._model))
         self.differing: Counter[str] = Counter()
         self.n_steps = self.total_cycles = self.worst_cycles = 0
@@ -120,11 +118,12 @@ class SoftChip(ABC):
         if self._closed:
             return
         self._closed = True
-        if self.n_steps:
-            for line in self._words():
-                self._say(line)
-        self._free()
-        self._twin.close()
+        with ExitStack() as stack:  # also if a line cannot be printed
+            stack.callback(self._twin.close)
+            stack.callback(self._free)
+            if self.n_steps:
+                for line in self._words():
+                    self._say(line)
 
     def _words(self) -> Iterator[str]:
         """Yield a line on differing values, and one on measured and expected cycles."""
@@ -170,8 +169,8 @@ class RtlChip(SoftChip):
         say: Callable[[str], None] = say_nothing,
         build: Build | None = None,
     ) -> None:
-        chip = () if build is None else (build.unit, build.cores)
-        super().__init__(image, seed, written(image, *chip), say)
+        memory = written(image) if build is None else written(image, build.unit, build.cores)
+        super().__init__(image, seed, memory, say)
         self._simulation = Simulation(self._memory, build)
         self._outputs = outputs_of(image)
         self.compared = dict.fromkeys(STATE, len(self._memory.order))

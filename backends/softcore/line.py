@@ -5,13 +5,13 @@ import os
 import select
 import termios
 import time
-import tty
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 from spikeport.arrays import pointer
+from spikeport.atomic import lock
 from spikeport.backends.softcore.verilated import LOG_PATIENCE, BoardBuild, library
 from spikeport.errors import BackendError, UsageError
 
@@ -61,7 +61,8 @@ class SerialLine:
     Raises
     ------
     UsageError
-        If the device cannot be opened, is not a serial line, or does not support the speed.
+        If the device cannot be opened, is in use, is not a serial line, or does not support the
+        speed.
     """
 
     def __init__(self, path: Path, baud: int = BAUD) -> None:
@@ -75,14 +76,17 @@ class SerialLine:
         except OSError as error:
             raise UsageError(f"device '{path}' cannot be opened: {error.strerror}") from None
         try:
-            tty.setraw(self._file)
-            settings = termios.tcgetattr(self._file)
-            # Speeds of input and output, by their places in termios' list.
-            settings[4] = settings[5] = speed
-            termios.tcsetattr(self._file, termios.TCSANOW, settings)
+            if not lock(self._file):
+                raise UsageError(
+                    f"device '{path}' is in use by another process; wait until it ends"
+                )
+            _set_raw(self._file, speed)
         except termios.error as error:
             os.close(self._file)
             raise UsageError(f"device '{path}' is no serial line: {error.args[-1]}") from None
+        except UsageError:
+            os.close(self._file)
+            raise
 
     def restart(self, sent: bytes) -> None:
         """See `Line.restart`."""
@@ -142,6 +146,16 @@ class SerialLine:
         os.close(self._file)
 
 
+def _set_raw(file: int, speed: int) -> None:
+    """Let all bytes through as they are, whatever settings the line's last user has left."""
+    input_flags = output_flags = local = 0
+    control = termios.CS8 | termios.CREAD | termios.CLOCAL
+    characters = termios.tcgetattr(file)[6]
+    characters[termios.VMIN], characters[termios.VTIME] = 1, 0
+    settings = [input_flags, output_flags, control, local, speed, speed, characters]
+    termios.tcsetattr(file, termios.TCSANOW, settings)
+
+
 class VerilatedLine:
     """A board in Verilator, at the end of a line that is simulated bit by bit.
 
@@ -160,13 +174,14 @@ class VerilatedLine:
         Cycles of the last exchange, from the first byte to the last.
     """
 
-    most_cycles = 1 << 30
+    most_cycles = 1 << 26
     quiet_cycles = 1 << (LOG_PATIENCE + 1)
 
     def __init__(self, build: BoardBuild, clock_hz: float = 45e6, baud_error: float = 0.0) -> None:
         self._library = library(build)
         self._library.board_open.restype = ctypes.c_void_p
         self._library.board_exchange.restype = ctypes.c_int64
+        self._library.board_restart.restype = ctypes.c_int64
         bit = ctypes.c_double(build.baud_cycles * (1 + baud_error))
         opened = self._library.board_open(bit, ctypes.c_double(1e9 / clock_hz))
         self._board: ctypes.c_void_p | None = ctypes.c_void_p(opened)
@@ -174,7 +189,15 @@ class VerilatedLine:
 
     def restart(self, sent: bytes) -> None:
         """See `Line.restart`."""
-        self._library.board_restart(self._board, sent, len(sent), ctypes.c_int64(self.quiet_cycles))
+        self._refuse(
+            self._library.board_restart(
+                self._board,
+                sent,
+                len(sent),
+                ctypes.c_int64(self.quiet_cycles),
+                ctypes.c_int64(self.most_cycles),
+            )
+        )
 
     def exchange(self, sent: bytes, n: int) -> bytes:
         """See `Line.exchange`."""
@@ -187,11 +210,15 @@ class VerilatedLine:
             n,
             ctypes.c_int64(self.most_cycles),
         )
-        if self.cycles == -2:
-            raise BackendError("the board broke a rule of its FIFO's data sheet")
-        if self.cycles < 0:
-            raise BackendError(f"the board did not answer in {self.most_cycles:,} cycles")
+        self._refuse(self.cycles)
         return answer.tobytes()
+
+    def _refuse(self, returned: int) -> None:
+        """Raise an error if a function of the board returned one."""
+        if returned == -2:
+            raise BackendError("the board broke a rule of its FIFO's data sheet")
+        if returned < 0:
+            raise BackendError(f"the board did not answer in {self.most_cycles:,} cycles")
 
     def close(self) -> None:
         """See `Line.close`."""

@@ -16,8 +16,8 @@ from spikeport.errors import BackendError
 
 CRC_BYTES, CYCLES_BYTES, VALUE_BYTES = 2, 4, 3
 MOST_WORDS = (1 << 16) - 1
-MOST_CORES = 1 << 8
-"""Most cores of a board: a command names one by a byte."""
+MOST_CORES = 1 << 7
+"""Most cores of a board: an axon has 24 bits, of which 16 name a row, and one marks the last."""
 BUFFER_BYTES = 512
 """Bytes that the board can hold while a message waits for the bus."""
 

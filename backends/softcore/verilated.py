@@ -19,7 +19,7 @@ from spikeport.extras import require_programs
 
 FOLDER = Path(hardware_models.__file__).parent / "softcore"
 PROGRAMS = ("verilator", "g++", "make")
-BUILD_S = 1800.0
+VERILATOR_S = 1800.0
 """Time after which a build is given up; it takes some 15 s, and longer on a busy machine."""
 LOG_PATIENCE = 12
 """Cycles, 2^12, after which a board in simulation drops a command that is not whole."""
@@ -178,10 +178,10 @@ def _said(command: list[str], folder: str | None = None) -> str:
     """Run a program to its end, and return its output; BackendError if it fails."""
     try:
         return subprocess.run(
-            command, cwd=folder, capture_output=True, text=True, check=True, timeout=BUILD_S
+            command, cwd=folder, capture_output=True, text=True, check=True, timeout=VERILATOR_S
         ).stdout
     except subprocess.CalledProcessError as error:
         first = next(iter(error.stderr.splitlines()), f"exit code {error.returncode}")
         raise BackendError(f"the soft core is not built: {first}") from None
     except subprocess.TimeoutExpired:
-        raise BackendError(f"the soft core is not built within {BUILD_S:,.0f} s") from None
+        raise BackendError(f"the soft core is not built within {VERILATOR_S:,.0f} s") from None

@@ -28,7 +28,7 @@ from spikeport.compile.image.tables import flat, offsets, positions
 from spikeport.errors import BackendError
 from spikeport.hardware_models import chip as chips
 
-MODEL = "softcore-ecp5-85f"
+LARGEST_CHIP = "softcore-ecp5-85f"
 """The largest chip of soft cores: no other has a feature that it lacks."""
 MOST_UNIT = 6
 """Weights that nengo-loihi discretised are multiples of 2^6."""
@@ -39,6 +39,13 @@ class Message(NamedTuple):
 
     core: int
     row: int
+
+
+def soft_chip_of(image: ChipImage) -> str:
+    """Return the chip that an image was compiled for; `LARGEST_CHIP` if it has no soft cores."""
+    name = image.manifest.chip
+    is_soft = name in chips.names() and chips.get(name).soft_memory is not None
+    return name if is_soft else LARGEST_CHIP
 
 
 def written(image: ChipImage, unit: int | None = None, cores: int = 1) -> MemoryImage:
@@ -56,12 +63,18 @@ def written(image: ChipImage, unit: int | None = None, cores: int = 1) -> Memory
     Raises
     ------
     BackendError
-        If the image breaks rules of the soft core; the message names all of them.
+        If the image breaks rules of the soft core; the message names all of them. If ``unit`` is
+        larger than the weights allow.
     """
     image = image.checked
     refuse(_unheld(image))
     rows = rows_of(image)
     unit = min(rows.common_shift, MOST_UNIT) if unit is None else unit
+    if unit > rows.common_shift:
+        raise BackendError(
+            f"sums in units of 2^{unit} would cut weights, which are multiples of "
+            f"2^{rows.common_shift}; cure: a chip with the unit {rows.common_shift} or less"
+        )
     table = RowTable(image, rows, unit)
     lists = _messages_of_sources(image, table)
     order = np.argsort(image.compartment_core, kind="stable")
@@ -179,7 +192,7 @@ def _unheld(image: ChipImage) -> Iterator[str]:
             f"{int(image.compartments.enable_noise.sum()):,} compartments have noise, and a soft "
             "core has no random numbers; cure: run it on native"
         )
-    yield from map(str, verify_learning(image, chips.get(MODEL)))
+    yield from map(str, verify_learning(image, chips.get(LARGEST_CHIP)))
     voltages = np.stack([image.blocks.vmin, image.blocks.vmax], axis=1)
     for core, name in enumerate(image.cores):
         n = len(np.unique(voltages[image.blocks.core == core], axis=0))

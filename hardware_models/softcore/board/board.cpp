@@ -133,17 +133,24 @@ Board* board_open(double bit, double period) {
 
 void board_close(Board* board) { delete board; }
 
-// Stays quiet, sends bytes, and drops what is answered until all has been quiet for as long.
-void board_restart(Board* board, const uint8_t* sent, int n_sent, int64_t quiet) {
-    for (int64_t i = 0; i < quiet; ++i) board->tick();
+// Stays quiet, sends bytes, and drops what is answered until all has been quiet for as long. Returns
+// the cycles that this took, -1 where they are more than `most`, -2 where the board breaks a rule of
+// FTDI's chip.
+int64_t board_restart(Board* board, const uint8_t* sent, int n_sent, int64_t quiet, int64_t most) {
+    for (int64_t i = 0; i < quiet; ++i)
+        if (!board->tick()) return -2;
     board->sent.insert(board->sent.end(), sent, sent + n_sent);
     size_t had = board->answer.size();
-    for (int64_t left = quiet; left > 0; --left) {
-        board->tick();
+    int64_t left = quiet;
+    for (int64_t cycle = quiet + 1; cycle <= most; ++cycle) {
+        if (!board->tick()) return -2;
         if (!board->sent.empty() || board->answer.size() != had) left = quiet;
         had = board->answer.size();
+        if (--left > 0) continue;
+        board->answer.clear();
+        return cycle;
     }
-    board->answer.clear();
+    return -1;
 }
 
 // Sends bytes, and reads n bytes. Returns the cycles from the first byte to the last, -1 where they take

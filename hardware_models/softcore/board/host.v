@@ -69,11 +69,11 @@ module host #(
     reg [LOG_PATIENCE:0] patience;
     wire done;
     wire taken = in_valid & in_ready;
-    wire late = patience[LOG_PATIENCE];
+    wire late = patience[LOG_PATIENCE] & !taken;     // a byte that comes is no silence
     assign in_ready = !whole;
     always @(posedge clk) begin
         if (taken) word <= {word[39:0], in};
-        patience <= taken | whole | late ? 0 : patience + 1'b1;
+        patience <= rst | taken | whole | late ? 0 : patience + 1'b1;
         if (rst | late) begin
             left <= 5; in_head <= 1; whole <= 0;
         end else if (taken) begin

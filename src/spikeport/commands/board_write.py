@@ -9,7 +9,7 @@ from spikeport.backends.softcore import port
 from spikeport.backends.softcore.chip import outputs_of
 from spikeport.backends.softcore.design import parameters
 from spikeport.backends.softcore.memory import MemoryImage
-from spikeport.backends.softcore.writer import refuse, written
+from spikeport.backends.softcore.writer import refuse, soft_chip_of, written
 from spikeport.commands.destinations import Destinations
 from spikeport.compile.check.verify import verify
 from spikeport.compile.image.chip_image import ChipImage
@@ -21,9 +21,6 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel, SoftMemory
 from spikeport.hardware_models.limits import CoreUse
 
-LARGEST = "softcore-ecp5-85f"
-"""The chip for images that were compiled for one without soft cores."""
-
 
 def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     """Write the parameters of the Verilog and the bytes that load it; print sizes and digest.
@@ -33,7 +30,7 @@ def run(path: Path, out: Path, *, chip: str | None = None) -> None:
     path, out : Path
         The image, and the folder that is written.
     chip : str, optional
-        The chip; by default the image's own if that has soft cores, or else `LARGEST`.
+        The chip; by default that of `soft_chip_of`.
 
     Raises
     ------
@@ -84,13 +81,11 @@ def _uses(image: ChipImage, memory: MemoryImage, model: ChipModel) -> list[CoreU
 
 def _soft_chip(image: ChipImage, chip: str | None) -> tuple[ChipModel, SoftMemory]:
     """Return the model of the chip that is written, and the memory that its soft cores share."""
-    soft = [name for name in chips.names() if chips.get(name).soft_memory]
-    if chip is None:
-        chip = image.manifest.chip if image.manifest.chip in soft else LARGEST
-    model = chips.get(chip)
+    model = chips.get(soft_chip_of(image) if chip is None else chip)
     if model.soft_memory is None:
+        soft = [name for name in chips.names() if chips.get(name).soft_memory]
         raise UsageError(
-            f"chip '{chip}' has no soft cores; those that have them: {', '.join(soft)}"
+            f"chip '{model.name}' has no soft cores; those that have them: {', '.join(soft)}"
         )
     if (n := model.limits.chips.count) > 1:
         raise UsageError(

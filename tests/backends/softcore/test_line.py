@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import termios
 import tty
 from dataclasses import replace
 from pathlib import Path
@@ -91,10 +92,10 @@ class Disturbed:
         return self._line.exchange(bytes(changed), n)
 
 
-def test_an_image_of_more_cores_than_a_command_can_name_is_refused() -> None:
-    image = Parts([Block(core=core) for core in range(257)]).image()
+def test_an_image_of_more_cores_than_an_axon_can_name_is_refused() -> None:
+    image = Parts([Block(core=core) for core in range(129)]).image()
     line = Mock()
-    with pytest.raises(BackendError, match="uses 257 cores, limit 256 of a board's port; cure: "):
+    with pytest.raises(BackendError, match="uses 129 cores, limit 128 of a board's port; cure: "):
         DeviceChip(image, 0, line)
     line.close.assert_called_once_with()
 
@@ -152,6 +153,33 @@ def test_a_serial_line_carries_bytes_both_ways() -> None:
         line.exchange(b"", 1)
     line.close()
     os.close(theirs)
+
+
+def test_a_serial_line_does_not_keep_its_last_user_s_settings() -> None:
+    ours, theirs = os.openpty()
+    settings = termios.tcgetattr(theirs)
+    settings[0] |= termios.IGNCR | termios.INLCR | termios.IXOFF
+    settings[2] |= termios.CRTSCTS | termios.CSTOPB
+    termios.tcsetattr(theirs, termios.TCSANOW, settings)
+    line = SerialLine(Path(os.ttyname(theirs)), 115200)
+    input_flags, _, control, *_ = termios.tcgetattr(theirs)
+    assert not input_flags & (termios.IGNCR | termios.INLCR | termios.IXOFF)
+    assert not control & (termios.CRTSCTS | termios.CSTOPB)
+    os.write(ours, b"a\rb\nc")
+    assert line.exchange(b"", 5) == b"a\rb\nc"
+    line.close()
+
+
+def test_a_serial_line_that_is_in_use_is_refused_and_keeps_what_has_arrived() -> None:
+    ours, theirs = os.openpty()
+    path = Path(os.ttyname(theirs))
+    line = SerialLine(path, 115200)
+    os.write(ours, b"answer")
+    with pytest.raises(UsageError, match="is in use by another process"):
+        SerialLine(path, 115200)
+    assert line.exchange(b"", 6) == b"answer"
+    line.close()
+    SerialLine(path, 115200).close()
 
 
 def test_a_device_that_sends_without_being_asked_is_refused(

@@ -25,6 +25,8 @@ def test_the_same_image_gives_the_same_digest() -> None:
 def test_sums_are_in_the_units_of_the_weights() -> None:
     assert written(small_image()).unit == 6
     assert written(small_image(), unit=0).unit == 0
+    with pytest.raises(BackendError, match=r"units of 2\^7 would cut weights, which are multiples"):
+        written(small_image(), unit=7)
 
 
 def assert_same_integers(image: ChipImage) -> None:
