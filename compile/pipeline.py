@@ -178,6 +178,9 @@ def compile_network(
         raise ArgumentError("offload", offload, "a bool")
     if not isinstance(settings, BuildSettings):
         raise ArgumentError("settings", settings, "a BuildSettings")
+    for name, function in {"observer": observer, "progress": progress}.items():
+        if not callable(function):
+            raise ArgumentError(name, function, "a function, or leave it out")
     dt = float(dt)
     target, pipeline = targeted(str(chip), pipeline)
     if pipeline.networks:

@@ -55,6 +55,9 @@ CURES = {
     "'activities' matrix is all zero": (
         "lower its ensemble's intercepts, so that its neurons fire at the evaluation points"
     ),
+    "cannot convert float infinity to integer": (  # the bits of an index into no weights
+        "leave the connection out: none of its weights differs from 0"
+    ),
     "is not probeable": "probe the ensemble or node at its end",
     "negative or non-finite gain": "raise its max_rates, or lower its intercepts below 1",
     "Max rates must be below the inverse": "lower its max_rates, or shorten its tau_ref",

@@ -6,7 +6,8 @@ ahead of the transform. The largest values are known for nodes with constant out
 processes and functions, and for ensembles, whose radius they keep to; passthrough nodes add up.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
+from typing import TypeAlias
 
 import nengo
 import numpy as np
@@ -31,6 +32,8 @@ WITHIN_1 = (np.sin, np.cos, np.tanh)
 WITHIN_DATA = ("zero", "nearest", "linear", "slinear")
 """Interpolations of `nengo.processes.Piecewise` between values that stay within them."""
 UNKNOWN = np.inf
+Into: TypeAlias = dict[End, list[nengo.Connection]]
+"""The connections that end on each object."""
 ROUNDING = 1e-9
 
 
@@ -49,8 +52,11 @@ def cut_off_hints(
         nengo-loihi replaces passthrough nodes, and sends the values of their sources.
     """
     most = rewrite.input_weight or 1.0
-    largest = _Largest(rewrite.network)
-    for connection in dict.fromkeys(_senders(users, rewrite.scope, remove_passthrough)):
+    into: Into = {}
+    for connection in rewrite.network.all_connections:
+        into.setdefault(connection.post_obj, []).append(connection)
+    largest = _Largest(into)
+    for connection in dict.fromkeys(_senders(users, rewrite.scope, into, remove_passthrough)):
         value = largest.sent(connection)
         if value > most * (1 + ROUNDING):
             used = "not known before a run" if value == UNKNOWN else f"up to {value:.4g}"
@@ -58,21 +64,50 @@ def cut_off_hints(
 
 
 def _senders(
-    users: nengo.Network, scope: Scope, remove_passthrough: bool
+    users: nengo.Network, scope: Scope, into: Into, remove_passthrough: bool
 ) -> Iterator[nengo.Connection]:
     """Yield the connections whose values the host sends to neurons on the chip."""
-    behind: dict[End, list[nengo.Connection]] = {}
+    replaced: set[End] = set()
     if remove_passthrough:
-        for cluster, into, _ in replaced_clusters(scope):
-            behind.update(dict.fromkeys(cluster, into))
+        replaced.update(*(cluster for cluster, *_ in replaced_clusters(scope)))
     written = set(users.all_nodes)
     for connection in scope.network.all_connections:
         pre, post = connection.pre_obj, connection.post_obj
         # Passes sum the values for an ensemble, in units of its radius, in a node of their own.
         summed = is_passthrough(pre) and pre not in written
         if isinstance(post, Neurons) and scope.on_chip(post) and not summed:
-            found = behind.get(pre, [connection])
+            found = _ahead(connection, into, replaced) if pre in replaced else [connection]
             yield from (c for c in found if _sends_values(c, scope))
+
+
+def _ahead(
+    connection: nengo.Connection, into: Into, replaced: Container[End]
+) -> Iterator[nengo.Connection]:
+    """Yield the connections into a cluster of nodes whose values a connection out of it sends."""
+    read = {connection.pre_obj: _read(connection, np.ones(connection.size_out, dtype=bool))}
+    waiting = [connection.pre_obj]
+    while waiting:
+        node = waiting.pop()
+        for one in into.get(node, ()):
+            values = _read(one, read[node][target_rows(one)])
+            if one.pre_obj not in replaced:
+                if values.any():
+                    yield one
+                continue
+            before = read.get(one.pre_obj, np.zeros_like(values))
+            if (values & ~before).any():
+                read[one.pre_obj] = before | values
+                waiting.append(one.pre_obj)
+
+
+def _read(connection: nengo.Connection, targets: np.ndarray) -> np.ndarray:
+    """Return which values of its source a connection sends to some of its targets, (size_out,)."""
+    weights = _weights(connection) > 0
+    sent = weights & targets if weights.ndim == 1 else weights[targets].any(axis=0)
+    read = np.zeros(connection.pre_obj.size_out, dtype=bool)
+    rows = source_rows(connection)
+    read[rows] = sent if connection.function is None else sent.any()
+    return read
 
 
 def _sends_values(connection: nengo.Connection, scope: Scope) -> bool:
@@ -83,14 +118,14 @@ def _sends_values(connection: nengo.Connection, scope: Scope) -> bool:
 class _Largest:
     """The largest absolute values in a network; `UNKNOWN`, which is infinite, where not known."""
 
-    def __init__(self, network: nengo.Network) -> None:
-        self._into: dict[End, list[nengo.Connection]] = {}
-        for connection in network.all_connections:
-            self._into.setdefault(connection.post_obj, []).append(connection)
+    def __init__(self, into: Into) -> None:
+        self._into = into
         self._known: dict[nengo.Node, np.ndarray] = {}
 
     def sent(self, connection: nengo.Connection) -> float:
         """Return the largest value of a connection, ahead of its transform."""
+        if isinstance(connection.pre_obj, nengo.Node):
+            self._learn(connection.pre_obj)
         weights = np.atleast_2d(_weights(connection))
         return float(self._values(connection)[weights.any(axis=0)].max(initial=0.0))
 
@@ -103,22 +138,31 @@ class _Largest:
         if connection.function is not None:
             return np.full(size, _most(connection.function))
         if isinstance(pre, nengo.Node):
-            read: np.ndarray = self._outputs(pre)[source_rows(connection)]
+            # A node in a loop finds itself unknown.
+            known = self._known.get(pre, np.full(pre.size_out, UNKNOWN))
+            read: np.ndarray = known[source_rows(connection)]
             return read
         exact = isinstance(getattr(pre, "neuron_type", None), nengo.Direct)
-        known = isinstance(pre, nengo.Ensemble) and not exact
-        return np.full(size, pre.radius if known else UNKNOWN)
+        within = isinstance(pre, nengo.Ensemble) and not exact
+        return np.full(size, pre.radius if within else UNKNOWN)
 
-    def _outputs(self, node: nengo.Node) -> np.ndarray:
-        """Return the largest values of a node, (size_out,)."""
-        if node not in self._known:
-            # A node in a loop finds itself unknown.
-            self._known[node] = np.full(node.size_out, UNKNOWN)
-            if is_passthrough(node) or node.output is same:
-                self._known[node] = self._summed(node)
-            else:
-                self._known[node] = _outputs(node.output, node.size_out)
-        return self._known[node]
+    def _learn(self, node: nengo.Node) -> None:
+        """Find the largest values (size_out,) of a node, and of those that it sums, ahead of it."""
+        # Not recursive: a chain of nodes may be longer than Python's stack.
+        found, begun = [node], set()
+        while found:
+            last = found[-1]
+            summed = [c.pre_obj for c in self._into.get(last, ())] if _sums(last) else []
+            nodes = [one for one in summed if isinstance(one, nengo.Node)]
+            ahead = [one for one in nodes if one not in self._known]
+            if last not in begun and ahead:
+                begun.add(last)
+                found += [one for one in ahead if one not in begun]
+                continue
+            found.pop()
+            if last not in self._known:
+                own = self._summed(last) if _sums(last) else _outputs(last.output, last.size_out)
+                self._known[last] = own
 
     def _summed(self, node: nengo.Node) -> np.ndarray:
         summed = np.zeros(node.size_in)
@@ -130,6 +174,11 @@ class _Largest:
             sums = product if weights.ndim == 1 else product.sum(axis=1)
             np.add.at(summed, target_rows(connection), sums)
         return summed
+
+
+def _sums(node: nengo.Node) -> bool:
+    """Return whether a node outputs the sum of its inputs."""
+    return is_passthrough(node) or node.output is same
 
 
 def _weights(connection: nengo.Connection) -> np.ndarray:

@@ -3,7 +3,7 @@ lost or left out.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import nengo
@@ -215,13 +215,12 @@ def _connections_into(image: ChipImage, group: int) -> list[str]:
     return list(dict.fromkeys(names))
 
 
-def _blocks_of_zeros(image: ChipImage) -> list[int]:
+def _blocks_of_zeros(image: ChipImage) -> Collection[int]:
     """Return the blocks that have synapses, but only synapses of weight 0 that do not learn."""
     block = np.repeat(image.groups.block[image.row_group], np.diff(image.rows.start))
     weighted = np.unique(block[image.synapses.weight != 0])
     used = np.union1d(weighted, image.groups.block[image.learns])
-    zeros: list[int] = np.setdiff1d(np.unique(block), used).tolist()
-    return zeros
+    return dict.fromkeys(np.setdiff1d(np.unique(block), used).tolist())
 
 
 def _neurons(

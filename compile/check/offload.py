@@ -6,13 +6,15 @@ from typing import Generic, NamedTuple, TypeVar
 
 import nengo
 
-from spikeport.compile.check.violation import DoesNotFitError, Offloaded
+from spikeport.compile.check.violation import DoesNotFitError, Offloaded, Violation
 from spikeport.compile.ground.names import End, Named, Names, base
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.ground.settings import add_params
 
 Result = TypeVar("Result")
+OF_THE_CHIP = ("SP2", "SP5")
+"""The prefixes of the ids of rules on whole chips and networks, which name no ensemble."""
 OF_THE_NETWORK = "SP0"
 """The prefix of the ids of rules that an ensemble breaks by itself, whatever other ensembles do."""
 ALSO_ON_THE_HOST = ("SP004", "SP011", "SP013")
@@ -38,8 +40,9 @@ class Move(NamedTuple):
 class Offload(Generic[Result]):
     """A search for the ensembles that have to leave the chip, fewest neurons first.
 
-    A move is kept if it solves the problem that it was made for, and undone if not. If no single
-    move solves a problem, all ensembles that the problem is about are moved.
+    A move is kept if it solves the problem that it was made for, and undone if not: a problem is
+    solved when no ensemble that it was about breaks its rule any more. If no single move solves a
+    problem, all ensembles that the problem is about are moved.
 
     Parameters
     ----------
@@ -85,14 +88,30 @@ class Offload(Generic[Result]):
 
     def _improved(self, error: RefusedError) -> Result | RefusedError:
         """Return the outcome of further moves, or raise the error if no move helps."""
+        another: tuple[tuple[Move, ...], RefusedError] | None = None
         for moves in self.possible(error):
             found = self._with([move.ensemble for move in moves])
-            # If there is another problem now, the search goes on with it.
-            solved = {move.problem for move in moves}
-            if not isinstance(found, RefusedError) or solved.isdisjoint(problems(found)):
+            if not isinstance(found, RefusedError) or self._solved(moves, found):
                 self.moves += moves
                 return found
-        raise error
+            # The same rule may now be broken at another end of the connection that was named.
+            if another is None and {move.problem for move in moves}.isdisjoint(problems(found)):
+                another = moves, found
+        if another is None:
+            raise error
+        self.moves += another[0]
+        return another[1]
+
+    def _solved(self, moves: tuple[Move, ...], error: RefusedError) -> bool:
+        """Return whether an error after some moves is about other problems than theirs."""
+        gone = {move.ensemble for move in moves}
+        for before in {move.problem for move in moves}:
+            stayed = set(self._ensembles(before)) - gone
+            for left in problems(error):
+                alike = left.id == before.id != "" and not stayed.isdisjoint(self._ensembles(left))
+                if left == before or alike:
+                    return False
+        return True
 
     def possible(self, error: RefusedError) -> list[tuple[Move, ...]]:
         """Return the sets of moves to try, in order.
@@ -146,10 +165,17 @@ def problems(error: RefusedError) -> list[Problem]:
         about = () if error.everywhere else error.about
         return [Problem("", "refusal by nengo-loihi", about[0], about)] if about else []
     return [
-        Problem(one.id, one.rule, one.object, error.owners.get(one.object, (one.object,)))
+        Problem(one.id, one.rule, one.object, _about(one, error))
         for one in error.violations
         if one.id not in ALSO_ON_THE_HOST
     ]
+
+
+def _about(violation: Violation, error: DoesNotFitError) -> tuple[str, ...]:
+    """Return the names of the objects that a violation is about."""
+    if violation.id.startswith(OF_THE_CHIP):
+        return ()
+    return error.owners.get(violation.object, (violation.object,))
 
 
 def _refused_by_host(error: RefusedError) -> set[str]:

@@ -145,15 +145,16 @@ def _check_order_of_reads(model: Model, names: Names) -> None:
 
 def _check_population_axons(floats: FloatBlocks) -> None:
     """Refuse axons of population type 16 that do not address every fourth compartment."""
-    for label, block in zip(floats.labels, floats.blocks, strict=True):
+    for entry, block in zip(floats.entries, floats.blocks, strict=True):
         for synapse in block.synapses:
             bases = np.asarray(synapse.axon_compartment_bases)
             if synapse.pop_type == 16 and np.any(bases[bases >= 0] % 4):
-                raise RefusedError(
-                    f"{label}: axons of population type 16 start at compartments that are "
+                refusal = RefusedError(
+                    f"{entry.label}: axons of population type 16 start at compartments that are "
                     "not multiples of 4; cure: use pop_type 32, or channels_last=True with a "
                     "multiple of 4 filters, also in each block"
                 )
+                raise concerning((entry.label, *floats.about(entry.owner)), refusal)
 
 
 def _entries(model: OrderedModel, rewrite: Rewrite) -> Iterator[BlockEntry]:

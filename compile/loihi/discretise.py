@@ -23,7 +23,7 @@ from spikeport.compile.check.cures import cure_of
 from spikeport.compile.check.finite import not_finite
 from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.quantisation import block_error, block_values
-from spikeport.compile.ground.refusal import refused
+from spikeport.compile.ground.refusal import RefusedError, concerning, refused
 from spikeport.compile.image.tables import flat, offsets, parts
 from spikeport.compile.loihi.blocks import FloatBlocks, IntegerBlocks, copied, copied_probe
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
@@ -69,7 +69,10 @@ def _discretise(block: LoihiBlock, about: tuple[str, ...], own_dt_s: float | Non
     if not all(np.isfinite(part).all() for part in (values.bias, *values.weights)):
         raise not_finite(about[0], "weights or biases")
     if own_dt_s is not None:
-        return discretise_own(block, about[0], own_dt_s)
+        try:
+            return discretise_own(block, about[0], own_dt_s)
+        except RefusedError as error:
+            raise concerning(about, error) from None
     try:
         return _round(block)
     except (NengoException, AssertionError) as error:

@@ -129,7 +129,8 @@ def _steps(j: Floats, tau_ref_s: float, tau_rc_s: float, dt: float) -> Floats:
         unsure = ~(np.abs(rough - np.rint(rough)) > close)
     steps: Floats = np.ceil(rough).astype(float)
     steps[unsure] = np.ceil((tau_ref_s + tau_rc_s * np.log1p(inverse[unsure])) / dt)
-    return steps
+    # A compartment spikes at most once a step, also if both of its times are rounded to 0 steps.
+    return np.maximum(steps, 1, out=steps)
 
 
 def regular_rates(

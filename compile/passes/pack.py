@@ -49,12 +49,13 @@ class Pack(ImagePass):
             context.note("cores_at_least_uncut", at_least)
         packing = _on_cores(image, settled(problem, bins) if self.effort or self.exact else bins)
         fewest = max(sums(problem.loads, problem.room).values())
-        search = Search(image, chip)
+        search: Search | None = None
         tried: list[Mapping[int, list[int]]] = [{}]  # no cuts, as above
         # Try smaller pieces until the packing is known to be the smallest.
         for parts in range(2, self.effort + 1):
             if packing.n_cores > fewest:
-                cuts = search.cuts(problem.room.shared(parts))
+                search = search or Search(image, chip)
+                cuts = search.cuts(problem.room.nth_part(parts))
                 # The same pieces would take the same number of cores.
                 if cuts not in tried:
                     tried.append(cuts)
@@ -76,17 +77,22 @@ class Pack(ImagePass):
         if lower_bound(problem.loads, problem.room)["cores"] >= most:
             return None
         bins = pack(problem, effort=1)
-        if self.exact and len(bins) >= most:
+        if self.exact:
             bins = pack_exactly(problem, bins).bins
         if len(bins) >= most:
             return None
         pieces = _on_cores(pieces, settled(problem, bins))
         cores = np.split(pieces.blocks.core, np.cumsum(counts)[:-1])
-        joined = _join(image, cuts, cores)
-        # Joined lists can take more memory: 124 synapses are stored as 64 and 60, not twice 62.
-        crowded = _crowded(joined, chip)
-        kept = {block for block in cuts if not crowded.isdisjoint(cores[block].tolist())}
-        return _join(image, cuts, cores, kept) if kept else joined
+        # Joined lists can take more memory: 124 synapses are stored as 64 and 60, not twice 62. And
+        # lists that are cut again can take more on other cores: two words each in place of one.
+        kept: set[int] = set()
+        while True:
+            joined = _join(image, cuts, cores, kept)
+            crowded = _crowded(joined, chip)
+            more = {block for block in cuts if not crowded.isdisjoint(cores[block].tolist())}
+            if more <= kept:
+                return joined
+            kept |= more
 
 
 def _problem(image: ChipImage, chip: ChipModel) -> Problem:

@@ -50,7 +50,7 @@ class Exchanges:
         possible: np.ndarray = (amounts <= self._room).all(axis=1)
         for number, alone in self._alone.items():
             # A lower bound: profiles that block and load share would stay.
-            joined = self._tally.joined(number, load.profiles[number])[core] - alone[blocks]
+            joined = self._tally.joined_on_all(number, load.profiles[number])[core] - alone[blocks]
             possible &= joined <= self._tally.limited[number]
         found: np.ndarray = blocks[possible]
         return found

@@ -49,7 +49,7 @@ class Capacity(NamedTuple):
             mask.bit_count() <= n for mask, n in zip(load.profiles, self.profiles, strict=True)
         )
 
-    def shared(self, n: int) -> "Capacity":
+    def nth_part(self, n: int) -> "Capacity":
         """Return the n-th part of every amount; profiles can be shared, and stay."""
         return Capacity(tuple(amount / n for amount in self.amounts), self.profiles)
 

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 
 from spikeport.compile.image.usage import AMOUNTS
 from spikeport.compile.placing.load import PROFILES, Capacity, Load, together
+from spikeport.compile.placing.tally import Tally
 
 
 def lower_bound(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
@@ -56,13 +57,15 @@ def _incompatible(loads: Sequence[Load], room: Capacity) -> int:
     def by_amount(kind: int) -> list[Load]:
         return sorted(loads, key=lambda load: load.amounts[kind], reverse=True)
 
-    return max(_count_incompatible(by_amount(kind), room) for kind in range(len(room.amounts)))
+    union, kinds = together(loads), range(len(room.amounts))
+    return max(_count_incompatible(by_amount(kind), Tally(room, union)) for kind in kinds)
 
 
-def _count_incompatible(loads: Iterable[Load], room: Capacity) -> int:
+def _count_incompatible(loads: Iterable[Load], chosen: Tally) -> int:
     """Count blocks, in this order, that do not fit on a core with any block counted before."""
-    chosen: list[Load] = []
+    n = 0
     for load in loads:
-        if not any(room.holds(load.joined(other)) for other in chosen):
-            chosen.append(load)
-    return len(chosen)
+        if not len(chosen.with_room(load)):
+            chosen.put(n, load)
+            n += 1
+    return n

@@ -52,14 +52,14 @@ class Tally:
         """Return the cores that have room for a load, ascending."""
         cores = np.flatnonzero((self.amounts + load.amounts <= self._room).all(axis=1))
         for number, most in self.limited.items():
-            cores = cores[self.joined(number, load.profiles[number])[cores] <= most]
+            cores = cores[self.joined_on_all(number, load.profiles[number])[cores] <= most]
         return cores
 
     def fills(self, load: Load, cores: np.ndarray) -> np.ndarray:
         """Return the share of its scarcest resource that each core would use with a load, (n,)."""
         shares: np.ndarray = ((self.amounts[cores] + load.amounts) / self._room).max(axis=1)
         for number in range(len(PROFILES)):  # see `Capacity.fill`
-            joined = self._joined(number, load.profiles[number], cores)
+            joined = self._joined_on(number, load.profiles[number], cores)
             shares = np.maximum(shares, joined / self._most[number])
         return shares
 
@@ -71,9 +71,9 @@ class Tally:
             added += [(mask & ~masks[core]).bit_count() for core in cores.tolist()]
         return added
 
-    def _joined(self, number: int, mask: int, cores: np.ndarray) -> np.ndarray:
+    def _joined_on(self, number: int, mask: int, cores: np.ndarray) -> np.ndarray:
         if number in self.limited:
-            joined: np.ndarray = self.joined(number, mask)[cores]
+            joined: np.ndarray = self.joined_on_all(number, mask)[cores]
             return joined
         masks = self._masks[number]
         return np.array([(masks[core] | mask).bit_count() for core in cores.tolist()])
@@ -83,7 +83,7 @@ class Tally:
         """The amounts on each core, (n_cores, n_amounts)."""
         return self._amounts[: self._n_cores]
 
-    def joined(self, number: int, mask: int) -> np.ndarray:
+    def joined_on_all(self, number: int, mask: int) -> np.ndarray:
         """Return how many profiles of a limited kind each core would have with those of a mask."""
         return self._kinds[number].joined(mask)
 

@@ -63,10 +63,10 @@ def _relayed_values(scope: Scope, nodes: list[nengo.Node]) -> int:
         # A path that the user chose may take no decode neurons, such as the direct one.
         and settings.get(connection, "decode_path") is None
     )
-    sources = _Sources(nodes, scope)
+    sources, among = _Sources(nodes, scope), set(nodes)
     for node in nodes:
         for connection in leaving[node]:
-            if connection.post_obj in nodes:
+            if connection.post_obj in among:
                 sources.pass_on(connection)
             elif _is_relayed(connection) and scope.on_chip(connection.post_obj):
                 values += connection.size_out * sources.count(connection)

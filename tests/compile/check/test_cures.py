@@ -19,6 +19,7 @@ PLANE = nengo.Convolution(1, (4, 4, 1), kernel_size=(3, 3))
 LINE = nengo.Convolution(1, (16, 1), kernel_size=(3,), strides=(1,))
 FLAT_LINE = nengo.Convolution(1, (16, 1, 1), kernel_size=(3, 1))
 SPARSE = nengo.Sparse((2, 2), indices=[[0, 0], [1, 1]], init=[1.0, 2.0])
+ZEROS = nengo.Sparse((10, 10), indices=[[0, 0]], init=[0.0])
 DENSE = SPARSE.sample(np.random.RandomState(0)).toarray()
 RELAY = partial(nengo.Node, lambda t, x: x)
 
@@ -112,7 +113,7 @@ def driven(gain: float) -> None:
     nengo.Connection(nengo.Node(0.5), a)
 
 
-def wired(transform: float) -> None:
+def wired(transform: float | nengo.Sparse) -> None:
     a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
     nengo.Connection(a.neurons, b.neurons, transform=transform)
 
@@ -174,6 +175,7 @@ def regular(outside: float, inside: float) -> None:
 
 
 CASES = [
+    Case("cannot convert float infinity", partial(wired, ZEROS), partial(nengo.Ensemble, 10, 1)),
     Case("Learning rule presynaptic object must be", partial(learned, from_neurons=True), learned),
     Case("Loihi only supports `Lowpass`", partial(learned, synapse=nengo.Alpha(0.01)), learned),
     Case("tracing_mag", partial(learned, synapse=0), partial(learned, synapse=0.001)),

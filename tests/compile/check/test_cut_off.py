@@ -115,6 +115,34 @@ def test_nodes_that_are_multiplied_out_no_longer_scale_values(
     assert all(one.startswith("large -> ") and "up to 5, limit 1" in one for one in found)
 
 
+def test_only_values_that_lead_to_neurons_get_a_hint() -> None:
+    with driven([0.5]) as network:
+        through = nengo.Node(size_in=2)
+        nengo.Connection(nengo.Node([5.0], label="high"), through[0], synapse=None)
+        nengo.Connection(nengo.Ensemble(20, 1), through[1])
+        nengo.Connection(through[0], nengo.Ensemble(20, 1, radius=10))
+        after, neurons = nengo.Node(size_in=1), network.all_ensembles[0].neurons
+        nengo.Connection(through[1], after, synapse=None)
+        nengo.Connection(after, neurons, transform=np.ones((20, 1)))
+    assert hints(network) == []
+    with network:
+        nengo.Connection(through[0], neurons, transform=np.ones((20, 1)))
+    (found,) = hints(network)
+    assert found.startswith("high -> ")
+
+
+def test_a_chain_of_nodes_may_be_longer_than_pythons_stack() -> None:
+    with driven([0.5]) as network:
+        node = nengo.Node([3.0])
+        for _ in range(400):
+            before, node = node, nengo.Node(size_in=1, label="last")
+            nengo.Connection(before, node, synapse=None)
+        neurons = network.all_ensembles[0].neurons
+        nengo.Connection(node, neurons, transform=np.ones((20, 1)))
+    (found,) = hints(network)
+    assert "#400 -> a: SP421 values for neurons: up to 3, limit 1" in found
+
+
 def test_a_loop_of_passthrough_nodes_is_not_known() -> None:
     with driven([0.5]) as network:
         node = nengo.Node(size_in=1)

@@ -107,6 +107,19 @@ def test_the_end_of_a_connection_whose_move_solves_the_problem_is_moved() -> Non
     ]
 
 
+def test_a_move_that_leaves_the_rule_broken_at_another_end_is_undone() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(5000, 1, label="a"), nengo.Ensemble(100, 1, label="b")
+        nengo.Connection(a, b)
+        nengo.Probe(nengo.Ensemble(50, 1, label="c"))
+    assert [one[:2] for one in moved(network, "")] == [("a", "SP102")]
+
+
+def test_an_ensemble_with_the_name_of_the_chip_is_not_taken_for_it() -> None:
+    error = DoesNotFitError("loihi", [Violation("SP201", "cores", "loihi", "3", "2", "")])
+    assert [problem.about for problem in problems(error)] == [()]
+
+
 def test_host_spikes_are_counted_for_each_connection_that_enters_the_chip() -> None:
     with nengo.Network(seed=1) as network:
         rate = nengo.Ensemble(9, 2, label="rate", neuron_type=nengo.LIFRate())

@@ -81,6 +81,7 @@ def test_numbers_that_a_chip_cannot_hold_are_refused(kind, weight, message):
     with pytest.raises(RefusedError) as caught:
         spikeport.compile_network(network(kind, np.array([[weight, 0.0]])))
     assert str(caught.value).startswith(message)
+    assert "own" in caught.value.about  # the ensemble, which --offload can move
 
 
 def test_the_native_chip_equals_nengo_loihis_emulator_bit_for_bit():

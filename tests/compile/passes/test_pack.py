@@ -6,8 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import spikeport.compile.passes.pack
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.pack import Pack
+from spikeport.compile.placing.exact import ExactPacking, pack_exactly
 from spikeport.compile.placing.load import block_loads, capacity, core_loads
 from spikeport.compile.placing.lower_bound import lower_bound
 from spikeport.compile.placing.packing import pack
@@ -136,6 +138,42 @@ def test_exact_packing_with_effort_packs_pieces_of_blocks_too() -> None:
     image, chip = Parts(parts).image(), small_chip(compartments=37, threshold_profiles=2)
     found = [packed(image, chip, effort=n, exact=exact).n_cores for n, exact in EFFORTS]
     assert found == [4, 4, 3]
+
+
+def test_pieces_are_packed_exactly_even_if_simple_rules_save_a_core(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+
+    def exactly(problem: Problem, bins: Bins) -> ExactPacking:
+        asked.append(len(problem.loads))
+        return pack_exactly(problem, bins)
+
+    monkeypatch.setattr("spikeport.compile.passes.pack.pack_exactly", exactly)
+    packed(blocks(6, 6, 6), small_chip(compartments=9), effort=3, exact=True)
+    assert asked[0] == 3
+    assert max(asked) > 3
+
+
+def test_joined_pieces_fit_where_lists_that_are_cut_again_take_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    crowded_once = [{0}, {1}, set[int]()]
+    kept = []
+    join = spikeport.compile.passes.pack._join
+
+    def joined(image: ChipImage, *cuts_and_cores: Any) -> ChipImage:
+        kept.append(len(cuts_and_cores[2]))
+        return join(image, *cuts_and_cores)
+
+    monkeypatch.setattr("spikeport.compile.passes.pack._join", joined)
+    monkeypatch.setattr(
+        "spikeport.compile.passes.pack._crowded", lambda *_: crowded_once[len(kept) - 1]
+    )
+    assert packed(blocks(6, 6, 6), small_chip(compartments=9), effort=3).n_cores == 2
+    # The cuts of blocks on a crowded core are kept, until no core is crowded.
+    assert len(kept) == 3
+    assert kept[0] == 0 < kept[1] < kept[2]
 
 
 def test_exact_packing_notes_the_least_number_of_cores() -> None:

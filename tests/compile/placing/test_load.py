@@ -49,7 +49,7 @@ def test_a_core_holds_distinct_profiles_up_to_its_limit(kind: int) -> None:
 
 
 def test_a_share_of_a_core_has_all_of_its_profiles() -> None:
-    assert ROOM.shared(4) == Capacity((2.5, 5, 7.5, 10), ROOM.profiles)
+    assert ROOM.nth_part(4) == Capacity((2.5, 5, 7.5, 10), ROOM.profiles)
 
 
 def test_the_scarcest_resource_decides_how_full_a_core_is() -> None:
