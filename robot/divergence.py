@@ -56,15 +56,20 @@ class Watch:
         time_s : float
             The time of the state, in s.
         """
+        if outside := self.outside(state):
+            raise DivergedError(
+                f"the simulation diverged at {time_s:.3f} s: {outside}; command smaller torques or "
+                "gains (Plant.history() holds the last states)"
+            )
+
+    def outside(self, state: np.ndarray) -> str:
+        """Return the first quantity that is out of bounds or not a number; empty if none is."""
         worst = self._first_outside(self._low, state, self._high)
         if worst == len(state):
-            return
+            return ""
         bound, value = self._bounds[worst], float(state[worst])
-        raise DivergedError(
-            f"the simulation diverged at {time_s:.3f} s: {bound.quantity} is {value:.4g}, "
-            f"allowed {bound.low:.4g} to {bound.high:.4g} {bound.unit}".rstrip()
-            + "; command smaller torques or gains (Plant.history() holds the last states)"
-        )
+        allowed = f"allowed {bound.low:.4g} to {bound.high:.4g} {bound.unit}".rstrip()
+        return f"{bound.quantity} is {value:.4g}, {allowed}"
 
 
 @compiled

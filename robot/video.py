@@ -70,9 +70,13 @@ def _encoded(path: Path, width: int, height: int, fps: float) -> Iterator[IO[byt
     """Yield a file for pictures, which are encoded into a video at ``path`` as the block ends."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
+    try:
+        program = get_ffmpeg_exe()
+    except RuntimeError as error:  # its wheel for this machine has no program
+        raise missing("a video", "ffmpeg", "video") from error
     pictures = ("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", str(fps))
     with atomic_path(path) as part, tempfile.TemporaryFile() as words:
-        command = [get_ffmpeg_exe(), "-y", "-v", "error", *pictures, "-i", "-", *ENCODED]
+        command = [program, "-y", "-v", "error", *pictures, "-i", "-", *ENCODED]
         encoder = subprocess.Popen(
             [*command, f"file:{part}"],  # else a folder with a colon would be a protocol
             stdin=subprocess.PIPE,

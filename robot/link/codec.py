@@ -51,6 +51,10 @@ class Turn(NamedTuple):
     controller: int = 0
 
 
+MOST_M_S = 10.0
+"""The fastest pelvis that is believed, in m/s: twice as fast as one that falls from 1 m."""
+
+
 class Base(NamedTuple):
     """Motion of the pelvis, as only a simulation knows it or as an odometer measures it.
 
@@ -185,11 +189,17 @@ def encode_base(base: Base) -> bytes:
 
 
 def decode_base(message: bytes) -> Base:
-    """Return the pelvis' motion in a message; raises MessageError for an invalid one."""
+    """Return the pelvis' motion in a message; raises MessageError for an implausible one."""
     BASE.check_size(message)
     words = np.frombuffer(message, "<u4")
     seconds, nanoseconds = words[_STAMP].tolist()
     numbers = words.view("<f4")[_BASE].astype(float)
     if not np.isfinite(numbers).all():
         raise MessageError("SportModeState_: a number is not finite")
-    return Base(1000 * seconds + nanoseconds // 1_000_000, *np.split(numbers, (3, 6)))
+    place, velocity, quaternion = np.split(numbers, (3, 6))
+    if (speed := float(np.linalg.norm(velocity))) > MOST_M_S:
+        raise MessageError(f"SportModeState_: a pelvis of {speed:.4g} m/s, limit {MOST_M_S:g}")
+    length = float(np.linalg.norm(quaternion))
+    if length and not 0.5 <= length <= 2:
+        raise MessageError(f"SportModeState_: a quaternion of length {length:.4g}, not 1 or 0")
+    return Base(1000 * seconds + nanoseconds // 1_000_000, place, velocity, quaternion)

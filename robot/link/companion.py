@@ -2,8 +2,10 @@
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from spikeport.pacing import Clock, SystemClock
-from spikeport.robot.link.codec import Base, decode_base
+from spikeport.robot.link.codec import MOST_M_S, TICK_S, Base, decode_base
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
 from spikeport.robot.link.odometer import UNTURNED
 from spikeport.robot.link.wire import MessageError
@@ -13,6 +15,10 @@ if TYPE_CHECKING:
 
 WAITS_S = 0.01
 """Time in which the message of a state's tick must come."""
+PATIENCE_S = 5.0
+"""The same time for a message that a run in lock-step needs: the robot waits meanwhile."""
+JUMP_M = 0.5
+"""The change of place from message to message, in m, that is believed at any speed."""
 BESIDE_S = 0.2
 """Age of the last message of a topic beside the states, such as odometry, after which a robot that
 is controlled by it is damped: by the clock in real time, by the robot's ticks in lock-step."""
@@ -43,7 +49,7 @@ class Companion:
         self._clock = SystemClock() if clock is None else clock
         self.newest: Base | None = None
         self.came = self.refused = 0
-        self._writer = 0
+        self._writer, self._came_s = 0, 0.0
         self._keeps_up = True
 
     @property
@@ -56,8 +62,8 @@ class Companion:
         self._reader.take()
         self.newest, self._writer = None, 0
 
-    def take(self, tick: int, waits: bool) -> str | None:
-        """Take the messages that came and, if ``waits``, wait a while for the message of a tick.
+    def take(self, tick: int, waits_s: float) -> str | None:
+        """Take the messages that came, and wait a while for the message of a tick.
 
         It was sent before the state of its tick. A publisher whose stamp was behind the last tick
         is not waited for: it has another clock, or sets no stamp.
@@ -65,12 +71,13 @@ class Companion:
         Returns
         -------
         str or None
-            The reason why a message was refused: a writer other than the first sent it.
+            The reason why a message was refused: a writer other than the first sent it, or the
+            robot would have jumped.
         """
         reason = self._accept(0.0)
-        if not waits:
+        if not waits_s:
             return reason
-        until_s = self._clock.now() + WAITS_S
+        until_s = self._clock.now() + waits_s
         while self._keeps_up and not self._has(tick):
             left_s = until_s - self._clock.now()
             if left_s <= 0:
@@ -83,14 +90,14 @@ class Companion:
         return self.newest is not None and self.newest.tick >= tick
 
     def _accept(self, within_s: float) -> str | None:
-        """Take the messages of a time; returns the reason if another writer's was refused."""
+        """Take the messages of a time; returns the reason if one was refused."""
         reason = None
         for arrival in self._reader.take(within_s):
             reason = self._read(arrival) or reason
         return reason
 
     def _read(self, arrival: "Arrival") -> str | None:
-        """Keep a message of the first writer; returns the reason if another writer sent it."""
+        """Keep a plausible message of the first writer; returns the reason for another."""
         message, writer = arrival
         if self._writer not in (0, writer):
             self.refused += 1
@@ -99,10 +106,18 @@ class Companion:
                 "publish on this topic"
             )
         try:
-            self.newest = decode_base(message)
+            found = decode_base(message)
         except MessageError:
             self.refused += 1
             return None
+        before, now_s = self.newest, self._clock.now()
+        if before is not None:
+            moved_m = float(np.linalg.norm(found.position - before.position))
+            elapsed_s = max(now_s - self._came_s, TICK_S * (found.tick - before.tick))
+            if moved_m > JUMP_M + MOST_M_S * elapsed_s:
+                self.refused += 1
+                return f"moves the robot by {moved_m:.2f} m within {elapsed_s:.3f} s"
+        self.newest, self._came_s = found, now_s
         self.came += 1
         self._writer = writer
         return None
@@ -153,13 +168,15 @@ class Companions:
         Returns
         -------
         str or None
-            The reason why a message was refused: two publish the topic that gives the motion.
+            The reason why a message was refused: two publish the topic that gives the motion, or
+            the robot would have jumped.
         """
         refused = None
         for topic, one in self._of.items():
             # An odometer may fall silent, which `silence` judges; a truth comes with every state.
             needed = topic is self._needs and topic is TRUTHS
-            reason = one.take(tick, needed or (self._waits and one.published))
+            waits_s = WAITS_S if needed or (self._waits and one.published) else 0.0
+            reason = one.take(tick, PATIENCE_S if needed and self._waits else waits_s)
             if reason is not None and topic is self._needs:
                 refused = f"a message on {topic.name} {reason}"
         return refused

@@ -138,9 +138,9 @@ class ControlledRobot(RealTimeRobot):
     def close(self) -> None:
         """Command damping, and leave the robot and the terminal."""
         try:
-            self._terminal.close()
-        finally:
             super().close()
+        finally:
+            self._terminal.close()
 
     def summary(self) -> dict[str, object]:
         """Return the figures of the link and of the controller."""

@@ -1,7 +1,7 @@
 """A robot's controller as a state machine, without a bus and without a clock of its own.
 
-Every message is answered by one command, whatever the state, so the robot's watchdog never trips
-while the controller is there. The caller passes the time. The link (`over_dds`) checks messages,
+Every step has one command, whatever the state, so the robot's watchdog never trips while the
+controller is there. The caller passes the time. The link (`over_dds`) checks messages,
 calls `answer` for the messages that it trusts, and `refuse` for others.
 """
 
@@ -54,11 +54,8 @@ class Controller:
         self.damped_for = ""
         self._entered, self._sent = False, ZERO_TORQUE
         self._ramp_from_rad, self._ramp_since_s = HOLD.q, 0.0
-        self._forget()
-
-    def _forget(self) -> None:
-        """Let the next observation be the first."""
         self._last_time_s, self._last_s = -math.inf, 0.0
+        self._anew = False
         self._keys: frozenset[str] | None = None
 
     def answer(self, sensors: Sensors, remote: bytes, now_s: float) -> MotorCommands:
@@ -76,7 +73,11 @@ class Controller:
             Time from any origin, s.
         """
         self.watch(now_s)
-        if sensors.time_s > self._last_time_s:
+        # A robot that was switched on again counts from 0, but one that is silent is not heard.
+        if sensors.time_s > self._last_time_s or (
+            self._anew and sensors.time_s != self._last_time_s
+        ):
+            self._anew = False
             self._last_time_s, self._last_s = sensors.time_s, now_s
             self.happen(Event.OBSERVED)
             self._take_remote(remote)
@@ -108,7 +109,7 @@ class Controller:
         if self.state is State.DAMPING:
             self.damped_for = reason
         if self.state is State.WAIT:
-            self._forget()
+            self._anew, self._keys = True, None
         if self.state not in MOVING:
             self._sent = self._at_rest()  # sent even if no newer observation comes
 

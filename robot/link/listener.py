@@ -77,7 +77,7 @@ class Heard:
 
     def lines(self) -> list[str]:
         """Return a report: states and their ticks, the IMU, and a line for each joint."""
-        lines = [f"{self.states:,} states; {_moments(sorted(self._ticks))}"]
+        lines = [f"{self.states:,} states; {_moments(self.states, sorted(self._ticks))}"]
         if self.sensors is None:
             return lines
         _, quaternion, gyroscope, accelerometer, *joints = self.sensors
@@ -94,9 +94,11 @@ class Heard:
         return lines
 
 
-def _moments(ticks: list[int]) -> str:
+def _moments(states: int, ticks: list[int]) -> str:
     if not ticks:
         return "no message could be read"
+    if states < 2:
+        return f"the tick of one message, {ticks[0]:,} ms, shows no rate"
     if len(ticks) < 2:
         return "their tick does not advance, like that of a simulation before its first command"
     # The median, as some states may have been missed.

@@ -309,7 +309,8 @@ class RealTimeRobot(DdsRobot):
             raise RobotLostError("this robot waits in lock-step; cure: give --robot-lock-step")
         reason = None if found is None else beyond(found.sensors, self._limits)
         if reason is None:
-            return found
+            # Real firmware may leave anything in the field of `asks`.
+            return None if found is None else found._replace(asks=found.tick, came=found.tick)
         self._refuse(reason, arrival.message)
         return None
 

@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from spikeport.errors import RobotLostError
 from spikeport.robot.engine import mujoco
 from spikeport.robot.estimator.base import Fix
 from spikeport.robot.link.client import RobotClient
@@ -98,14 +99,13 @@ class LinkedPlant(Plant):
         Raises
         ------
         RobotLostError
-            If no state comes.
-        DivergedError
-            As `Plant.step`.
+            If no state comes, or the motion that is observed or estimated is out of bounds.
         """
         assert self._robot is not None
         self._observed = self._robot.exchange(self._observed, self._commands())
         self._show()
-        self._watch.check(self._history.record(self.data), self.data.time)
+        if outside := self._watch.outside(self._history.record(self.data)):
+            raise RobotLostError(f"the robot's motion is not believed: {outside}")
 
     def close(self) -> None:
         """Leave the robot."""

@@ -184,6 +184,7 @@ def serve_lock_step(
     For the next controller, if there may be one, the robot begins anew after ``report``, so that
     this run, too, depends only on its seeds.
     """
+    looked_s = time.monotonic()
     while True:
         if not robot.silent:
             interface.publish(robot.published())
@@ -191,8 +192,10 @@ def serve_lock_step(
         arrivals = interface.commands.take(AGAIN_S)
         for arrival in arrivals:
             robot.take_answer(arrival.message, arrival.writer)
-        if arrivals:
+        # Not after every answer, but also if another process writes without end.
+        if arrivals and time.monotonic() - looked_s < SLICE_S:
             continue
+        looked_s = time.monotonic()
         attendant.look()
         writers = interface.commands.writers  # read once: a controller may leave between two reads
         if interface.note(writers):

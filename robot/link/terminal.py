@@ -1,5 +1,6 @@
 """Keys of a process' terminal, if it has one; for a controller, they are events of the remote."""
 
+import contextlib
 import os
 import re
 import select
@@ -67,8 +68,9 @@ class Terminal:
     def close(self) -> None:
         """Restore the terminal's settings."""
         if self._descriptor is not None:
-            termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._before)
-            self._descriptor = None
+            descriptor, self._descriptor = self._descriptor, None
+            with contextlib.suppress(termios.error):  # its window was closed
+                termios.tcsetattr(descriptor, termios.TCSADRAIN, self._before)
 
 
 def _divided(text: str) -> tuple[str, str]:

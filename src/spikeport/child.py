@@ -43,6 +43,7 @@ class Child:
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",  # or an odd byte would end the reader
+            start_new_session=True,  # Ctrl-C reaches this process alone, which ends the child
         )
         try:
             self._await_start(name)

@@ -82,3 +82,15 @@ def test_absent_packages_name_the_extra(tmp_path, monkeypatch):
         "a video needs the package imageio-ffmpeg, which is absent; "
         "install it with: pip install 'spikeport[video]'"
     )
+
+
+def test_a_machine_without_the_encoder_s_program_is_named_with_a_cure(tmp_path, monkeypatch):
+    def absent():
+        raise RuntimeError("No ffmpeg exe could be found")
+
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", absent)
+    with (
+        pytest.raises(MissingExtraError, match="a video needs the package ffmpeg, which is absent"),
+        VideoWriter(tmp_path / "a.mp4", fps=20) as writer,
+    ):
+        writer.add(frame(0))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spikeport.robot.link.codec import Base, encode_base
-from spikeport.robot.link.companion import BESIDE_S, WAITS_S, Companion, Companions
+from spikeport.robot.link.companion import BESIDE_S, PATIENCE_S, WAITS_S, Companion, Companions
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
 from spikeport.robot.link.odometer import UNTURNED
 from tests.helpers.fake_board import FakeClock
@@ -34,23 +34,23 @@ def asked(answer: Callable[[FakeReader], None]) -> tuple[Companion, FakeReader, 
 
 def test_the_newest_message_counts_and_waiting_is_only_on_request() -> None:
     companion, reader, _ = asked(lambda reader: reader.queue.append(message(20)))
-    companion.take(20, waits=False)
+    companion.take(20, waits_s=0.0)
     assert (companion.newest, companion.came) == (None, 0)
     reader.queue.extend([message(5), message(10), b"nonsense"])
-    companion.take(20, waits=False)
+    companion.take(20, waits_s=0.0)
     assert companion.newest is not None
     assert (companion.newest.tick, companion.came, companion.refused) == (10, 2, 1)
-    companion.take(20, waits=True)
+    companion.take(20, waits_s=WAITS_S)
     assert companion.newest.tick == 20
     assert companion.published
 
 
 def test_a_silent_publisher_is_waited_for_once_and_not_for_long() -> None:
     companion, _, clock = asked(lambda _: None)
-    companion.take(5, waits=True)
+    companion.take(5, waits_s=WAITS_S)
     waited_s = clock.time_s - 100
     assert WAITS_S <= waited_s < 2 * WAITS_S
-    companion.take(10, waits=True)
+    companion.take(10, waits_s=WAITS_S)
     assert clock.time_s - 100 == waited_s
     assert companion.newest is None
 
@@ -60,11 +60,11 @@ def test_a_publisher_whose_stamps_are_behind_is_waited_for_once(stamps: list[int
     """Such a publisher never catches up, so a run would wait at every tick."""
     behind = iter(stamps)
     companion, _, clock = asked(lambda reader: reader.queue.append(message(next(behind))))
-    companion.take(20, waits=True)
+    companion.take(20, waits_s=WAITS_S)
     waited_s = clock.time_s - 100
     assert WAITS_S <= waited_s < 2 * WAITS_S
     for tick in (25, 30, 35):
-        companion.take(tick, waits=True)
+        companion.take(tick, waits_s=WAITS_S)
     assert clock.time_s - 100 == waited_s
 
 
@@ -77,10 +77,10 @@ def test_a_publisher_that_catches_up_is_waited_for_again() -> None:
             reader.queue.append(message(tick))
 
     companion, reader, _ = asked(answer)
-    companion.take(5, waits=True)
+    companion.take(5, waits_s=WAITS_S)
     reader.queue.append(message(10))
-    companion.take(10, waits=True)
-    companion.take(15, waits=True)
+    companion.take(10, waits_s=WAITS_S)
+    companion.take(15, waits_s=WAITS_S)
     assert companion.newest is not None
     assert companion.newest.tick == 15
 
@@ -89,16 +89,37 @@ def test_the_first_writer_is_trusted_until_it_is_forgotten() -> None:
     companion, reader, _ = asked(lambda _: None)
     reader.queue.extend([b"nonsense", message(5), Arrival(message(10), 2), message(8)])
     reason = "came from writer 2, earlier ones from writer 1; only one may publish on this topic"
-    assert companion.take(5, waits=True) == reason
+    assert companion.take(5, waits_s=WAITS_S) == reason
     assert companion.newest is not None
     assert (companion.newest.tick, companion.came, companion.refused) == (8, 2, 2)
-    assert companion.take(5, waits=True) is None
+    assert companion.take(5, waits_s=WAITS_S) is None
     reader.queue.append(message(12))
     companion.forget()
     assert companion.newest is None
     reader.queue.append(Arrival(message(15), 2))
-    assert companion.take(15, waits=True) is None
+    assert companion.take(15, waits_s=WAITS_S) is None
     assert companion.newest.tick == 15
+
+
+def test_a_robot_that_would_have_jumped_is_named() -> None:
+    companion, reader, clock = asked(lambda _: None)
+    far = encode_base(Base(10, np.array([0.6, 0.0, 0.0]), np.zeros(3)))
+    reader.queue.extend([message(5), far])
+    assert companion.take(10, waits_s=0.0) == "moves the robot by 0.60 m within 0.005 s"
+    assert (companion.came, companion.refused) == (1, 1)
+    clock.time_s += 0.02  # in which a robot may move so far
+    reader.queue.append(far)
+    assert companion.take(10, waits_s=0.0) is None
+    assert companion.came == 2
+
+
+def test_a_run_in_lock_step_waits_long_for_the_motion_that_it_needs() -> None:
+    bus = FakeBus()
+    beside = Companions(bus, TRUTHS, waits=True)
+    waited: list[float] = []
+    beside._of[TRUTHS].take = lambda _tick, waits_s: waited.append(waits_s)  # type: ignore
+    beside.take(5)
+    assert waited == [PATIENCE_S]
 
 
 def test_an_observation_lacks_the_topic_that_gives_the_motion_until_a_message_comes() -> None:

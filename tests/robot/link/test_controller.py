@@ -207,6 +207,17 @@ def test_a_robot_that_reboots_while_damped_can_be_armed_again(robot):
     assert robot.controller.state is State.ZERO_TORQUE
 
 
+def test_a_robot_that_is_silent_cannot_be_armed_again(robot):
+    robot.to(State.DAMPING)
+    held = STANDING._replace(time_s=robot.time_s)
+    robot.again(held)
+    robot.controller.happen(Event.REARM)
+    robot.again(held)
+    assert robot.controller.state is State.WAIT
+    robot.send()
+    assert robot.controller.state is State.ZERO_TORQUE
+
+
 def test_every_arrival_is_answered_by_a_complete_and_finite_command(robot):
     """This holds in every state, after refusals and after gaps."""
     rng = np.random.RandomState(1)

@@ -440,7 +440,9 @@ def test_a_run_goes_on_with_odometry_that_loses_its_orientation() -> None:
     seen = robot.first()
     bus.robot.take_answer(encode_command(Command(bus.robot.robot.tick, HOLD)), writer=1)
     bus.publish()
-    bus.readers[ODOMETRY].queue.append(encode_base(Base(10, np.zeros(3), np.zeros(3))))
+    assert seen.odometry is not None
+    turned = Base(10, seen.odometry.position, np.zeros(3))
+    bus.readers[ODOMETRY].queue.append(encode_base(turned))
     found = robot.exchange(seen, HOLD)
     assert found.odometry is not None
     assert not found.odometry.has_orientation

@@ -273,6 +273,20 @@ class LeavingWriters:
         return next(self._looks)
 
 
+def test_a_process_that_writes_without_end_does_not_hide_that_the_controller_left(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    from spikeport.robot.link import server
+
+    monkeypatch.setattr(server, "SLICE_S", 0.0)
+    flood = Mock(take=lambda _: [Mock()], writers=[])
+    interface = Mock(commands=flood, note=Mock(side_effect=[False, True]))
+    robot = Mock(silent=True, is_left=lambda _writers: True)
+    server.serve_lock_step(robot, interface, Mock(), report := Mock())
+    robot.restart.assert_called_once_with()
+    report.assert_called_once_with()
+
+
 def test_a_controller_that_leaves_between_two_looks_does_not_restart_the_robot() -> None:
     from spikeport.robot.link.server import Interface, serve_lock_step
 

@@ -30,6 +30,15 @@ def test_only_known_keys_are_events_and_closing_restores_the_terminal() -> None:
     os.close(theirs)
 
 
+def test_a_terminal_whose_window_was_closed_is_left_without_an_error() -> None:
+    ours, theirs = pty.openpty()
+    keys = Terminal(theirs)
+    os.close(ours)
+    keys.close()
+    assert not keys.is_heard
+    os.close(theirs)
+
+
 @pytest.fixture
 def pressed() -> Iterator[tuple[int, Terminal]]:
     """Yield the end of a terminal that keys are written to, and its keys."""
