@@ -73,7 +73,8 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
     options = trial.options
     if options.video:
         # Checked before the run: a missing encoder found later would cost the whole run.
-        check_video(folder, trial.plant())
+        with contextlib.closing(trial.plant()) as plant:
+            check_video(plant)
     files = digests_of_present(trial.files)
     ready = prepare(trial)
     rig = ready.closed.rig

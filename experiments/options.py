@@ -102,6 +102,11 @@ class Options:
         return self.backend != WITHOUT_NEURONS
 
     @property
+    def calibrating_backend(self) -> str:
+        """The backend for calibrations: native does what others with a chip do, and is faster."""
+        return "reference" if self.backend == "reference" else "native"
+
+    @property
     def substrate(self) -> dict[str, str]:
         """Chip and passes: if they are equal, neurons do the same on every backend with a chip."""
         if self.backend == "reference":

@@ -1,5 +1,6 @@
 """Pictures and videos of a run, drawn from its recorded poses."""
 
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -108,17 +109,21 @@ def draw_scenes(film: Film, scenes: Scenes) -> tuple[np.ndarray, ...]:
         return ()
 
 
-def check_video(folder: Path, plant: Plant) -> None:
-    """Check before a run that this machine can draw and encode its video.
+def check_video(plant: Plant) -> None:
+    """Check before a run that this machine can draw and encode its video: a video of one picture.
 
     Raises
     ------
-    RenderError, MissingExtraError
+    RenderError, MissingExtraError, OSError
         If it cannot.
     """
-    # Opening and closing without a picture shows whether anything is missing.
-    with Renderer(plant.model, *VIDEO, "front"), VideoWriter(folder / VIDEO_FILE, FPS):
-        pass
+    width, height = VIDEO
+    with (
+        Renderer(plant.model, *VIDEO, "front"),
+        tempfile.TemporaryDirectory() as scratch,
+        VideoWriter(Path(scratch) / VIDEO_FILE, FPS) as video,
+    ):
+        video.add(np.zeros((height, width, 3), np.uint8))
 
 
 def write_video(folder: Path, film: Film, scenes: Scenes) -> None:

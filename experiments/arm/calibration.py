@@ -62,7 +62,11 @@ def refit_arm(built: ArmNetwork, held: HeldStates, options: Options, dt_s: float
             for label, group in built.groups.items()
         }
     with Simulator(
-        network, chip=options.chip, backend=options.backend, dt=dt_s, pipeline=options.pipeline
+        network,
+        chip=options.chip,
+        backend=options.calibrating_backend,
+        dt=dt_s,
+        pipeline=options.pipeline,
     ) as sim:
         rates = _rates(sim, list(itertools.chain(*probes.values())), len(held.state), options)
         digest = image_digest_of(sim)

@@ -133,4 +133,6 @@ EXPERIMENT = Experiment(
     backends=BACKENDS,
     seconds=12.0,
     shortest_s=SHORTEST_S,
+    # One network draws all digits.
+    of_run=("digit", "recognise"),
 )

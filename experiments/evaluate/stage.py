@@ -1,5 +1,6 @@
 """An episode of a policy: a perturbed robot that obeys random commands, and its recording."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +13,7 @@ from spikeport.networks.region import Box
 from spikeport.robot.foot_sensors import VALUES
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
+from spikeport.robot.terrain import find_terrain
 from spikeport.robot.walk_interface import PARTS
 
 
@@ -106,11 +108,16 @@ class Stage:
         self.n_steps = round(seconds / dt_s)
         self.plant.reset(seed)
         self._loop.begin()
+        self._reach_m = find_terrain(perturbation.terrain).reach_m
+        self._start_m = self.plant.data.qpos[:2].copy()
 
     @property
     def over(self) -> bool:
-        """True once the robot fell."""
-        return self._loop.over
+        """True once the robot fell, or is where an uneven floor may have its edge."""
+        return self._loop.over or (
+            math.isfinite(self._reach_m)
+            and math.dist(self.plant.data.qpos[:2], self._start_m) > self._reach_m
+        )
 
     def advance(self, action: np.ndarray) -> np.ndarray:
         """Advance by a step under an action (19,), and return the policy's observation (69,)."""

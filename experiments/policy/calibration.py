@@ -141,10 +141,12 @@ class SpikingHalves:
             nengo.Connection(source, built.observation, synapse=None)
             sink = nengo.Node(_OnceAHold(self._give, HOLD - 1), size_in=n_halves)
             nengo.Connection(built.action, sink, synapse=None)
-        # native does bit for bit what other backends with a chip do, and is faster
-        backend = "reference" if run.backend == "reference" else "native"
         self._sim = Simulator(
-            network, chip=run.chip, backend=backend, dt=DT_S, pipeline=run.pipeline
+            network,
+            chip=run.chip,
+            backend=run.calibrating_backend,
+            dt=DT_S,
+            pipeline=run.pipeline,
         )
         self.image_digest = image_digest_of(self._sim)
 

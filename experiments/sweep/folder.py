@@ -169,7 +169,8 @@ def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = SweepFolder(out or Path("runs") / f"{sweep.kind}-{sweep.experiment}-{stamp}")
     check_folder("--out", folder.path, folder.path)
-    folder.path.mkdir(parents=True, exist_ok=True)
+    # Two that start in the same second must not share a default folder.
+    folder.path.mkdir(parents=True, exist_ok=out is not None)
     others = [path for path in folder.path.iterdir() if not is_leftover(path)]
     if others and not folder.plan.is_file():
         raise UsageError(

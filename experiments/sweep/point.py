@@ -58,10 +58,8 @@ def _files(
     trial: Trial[Any, Any], ready: Ready[Any], keeps_probes: bool, scratch: str
 ) -> PointFiles:
     """Perform a trial, and return the files that are kept; no pictures or pages are made."""
-    try:
+    with diverging():
         done = driver.perform(trial, ready)
-    except SimulationError as error:
-        raise DivergedError(str(error)) from error
     with tempfile.TemporaryDirectory(dir=scratch) as name:
         folder = Path(name)
         files = digests(trial.files)  # the same as before: `Unchanged` compares them
@@ -71,3 +69,12 @@ def _files(
             run_folder.write_probes(folder, trial.probes(done))
             probes = (folder / "probes.nc").read_bytes()
         return PointFiles(read_json(folder / "result.json"), probes)
+
+
+@contextlib.contextmanager
+def diverging() -> Iterator[None]:
+    """Raise Nengo's error of a simulation in the block as a `DivergedError`, in words."""
+    try:
+        yield
+    except SimulationError as error:
+        raise DivergedError(str(error)) from error

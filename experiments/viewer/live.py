@@ -120,16 +120,17 @@ def watch(folder: Path, title: str, announce: Callable[[str], None]) -> bool:
     before = _written_at(result)
     with live.served():
         announce(live.url)
-        while watching.is_running(folder):
-            begin = time.monotonic()
-            if live.is_watched and watching.ask(folder, WAIT_S):
-                # A run that ends may remove its answer while it is read.
-                with suppress(MismatchError, OSError):
-                    live.data = content(read_dataset(folder / SO_FAR))
-                time.sleep(REST * (time.monotonic() - begin))
-            time.sleep(IDLE_S)
-        # A run that ended meanwhile has not removed the last request.
-        (folder / REQUEST).unlink(missing_ok=True)
+        try:
+            while watching.is_running(folder):
+                begin = time.monotonic()
+                if live.is_watched and watching.ask(folder, WAIT_S):
+                    # A run that ends may remove its answer while it is read.
+                    with suppress(MismatchError, OSError):
+                        live.data = content(read_dataset(folder / SO_FAR))
+                    time.sleep(REST * (time.monotonic() - begin))
+                time.sleep(IDLE_S)
+        finally:  # a run that ended meanwhile has not removed the last request
+            (folder / REQUEST).unlink(missing_ok=True)
         is_whole = _written_at(result) not in (before, None)
         if is_whole:
             live.end(content(read_dataset(folder / "probes.nc")))

@@ -10,6 +10,9 @@ from pathlib import Path
 
 from spikeport.errors import UsageError
 
+LONGEST_NAME = 200
+"""Bytes of the longest file name: file systems hold 255, and a half-written file's name is longer
+than its own."""
 PART = ".part"
 """The ending of a file that is not yet whole; only an interrupted program leaves one behind."""
 ELSEWHERE = (
@@ -46,16 +49,22 @@ def check_output(option: str, path: Path, *reads: Path, suffix: str = "") -> Non
     UsageError
         Naming option and path.
     """
-    if path.exists() and not path.is_file():
+    check_folder(option, path, path.parent)
+    # `Path.exists` raises for a name that is too long, and for a folder that cannot be searched.
+    exists = os.path.exists(path)
+    if len(os.fsencode(path.name)) > LONGEST_NAME:
+        raise UsageError(
+            f"{option} {path}: a name of more than {LONGEST_NAME} bytes; choose another"
+        )
+    if exists and not os.path.isfile(path):
         raise UsageError(f"{option} {path}: is not a file that can be replaced; choose another")
     for one in reads:
-        if path.exists() and one.exists() and path.samefile(one):
+        if exists and os.path.exists(one) and path.samefile(one):
             raise UsageError(
                 f"{option} {path}: would replace what the command reads; choose another"
             )
-    if suffix and path.exists() and path.suffix not in ("", suffix):
+    if suffix and exists and path.suffix not in ("", suffix):
         raise UsageError(f"{option} {path}: exists, and is not a {suffix} file; choose another")
-    check_folder(option, path, path.parent)
 
 
 def check_apart(outputs: Iterable[tuple[str, Path]]) -> None:

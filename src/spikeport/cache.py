@@ -54,7 +54,8 @@ _DIGITS = 32
 _NAME = re.compile(rf"[a-z-]+-[0-9a-f]{{{_DIGITS}}}\.npz")
 """The name of an entry: its kind, and so many digits of its key."""
 LOCK = ".lock"
-"""The ending of a file that a process locks while it makes an entry."""
+"""The ending of a file that a process locks while it makes an entry, see
+`spikeport.experiments.sweep.store`."""
 _LEFT_OVER = re.compile(
     rf"\.[a-z-]+-[0-9a-f]{{{_DIGITS}}}(\.npz\..*{re.escape(PART)}|{re.escape(LOCK)})"
 )
@@ -238,7 +239,11 @@ def of_user() -> Cache:
     asked = os.environ.get(FOLDER)
     if asked == OFF:
         return NOTHING
-    return Cache(Path(asked) if asked else _usual_folder())
+    try:
+        return Cache(Path(asked) if asked else _usual_folder())
+    except RuntimeError as error:  # a user without a home folder
+        _warn(str(error))
+        return NOTHING
 
 
 def switch_off() -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from spikeport.commands.option_groups import with_options
-from spikeport.commands.options import ImageFile, SeedOption
+from spikeport.commands.options import ImageFile, SeedOption, written
 from spikeport.commands.options_of_links import (
     BoardService,
     DomainOption,
@@ -51,7 +51,7 @@ def board_check_command(
 def board_write_command(
     image: ImageFile,
     *,
-    out: Annotated[Path, typer.Option(help="Folder to write into.")],
+    out: Annotated[Path, written("Folder to write into.")],
     chip: Annotated[
         str | None,
         typer.Option(

@@ -1,8 +1,10 @@
 """Captions of pictures, and films of poses."""
 
+import imageio_ffmpeg
 import numpy as np
+import pytest
 
-from spikeport.experiments.pictures import BAR, Caption, Film, captioned, cores_of
+from spikeport.experiments.pictures import BAR, Caption, Film, captioned, check_video, cores_of
 from spikeport.robot.plant import Plant
 
 
@@ -15,6 +17,12 @@ def test_a_caption_is_a_bar_with_text_above_the_picture():
     assert (bar[:, -20:] == [0, 255, 0]).all()
     assert (bar == 255).all(axis=2).any()
     assert (captioned(frame, Caption("", "#00ff00"))[:BAR] == [0, 255, 0]).all()
+
+
+def test_an_encoder_that_fails_is_found_before_a_run(monkeypatch):
+    monkeypatch.setattr(imageio_ffmpeg, "get_ffmpeg_exe", lambda: "/bin/false")
+    with pytest.raises(OSError, match="no video"):
+        check_video(Plant())
 
 
 def test_a_film_keeps_a_copy_of_every_pose():

@@ -132,6 +132,12 @@ def test_check_output_refuses_a_path_whose_folder_cannot_be_written_into(tmp_pat
     )
 
 
+def test_check_output_refuses_a_name_that_is_too_long(tmp_path):
+    path = tmp_path / ("a" * 300 + ".html")
+    with pytest.raises(UsageError, match=r"^--html .*: a name of more than 200 bytes; choose anot"):
+        check_output("--html", path, suffix=".html")
+
+
 def test_a_folder_is_not_replaced(tmp_path):
     (tmp_path / "a").mkdir()
     with pytest.raises(UsageError, match="is not a file that can be replaced"):

@@ -254,3 +254,14 @@ def test_environment_variables_choose_the_folder_of_the_users_cache(monkeypatch,
     cache.switch_off()
     assert os.environ[FOLDER] == OFF
     assert NOTHING.kept("policy", 1, make) is MADE
+
+
+def test_a_user_without_a_home_keeps_nothing(monkeypatch, make):
+    def homeless():
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in (cache.FOLDER, "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", homeless)
+    with pytest.warns(UserWarning, match="Could not determine home directory"):
+        assert cache.of_user() is cache.NOTHING

@@ -13,7 +13,7 @@ from spikeport.commands.destinations import Destinations
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings, show_nothing
-from spikeport.compile.check.violation import NothingOnChipError, OverBudgetError, Violation
+from spikeport.compile.check.violation import NothingOnChipError, OverBudgetError
 from spikeport.compile.ground.refusal import RefusedError
 from spikeport.compile.image.expected import Rates, expected_activity
 from spikeport.compile.image.modules import by_module, modules
@@ -81,7 +81,8 @@ def run(request: CompileRequest) -> None:
             request.to.write_refusal(refused_report(chip, error).to_dict(), request.network)
             raise
         findings = _findings(network, compilation, request, passes, stated, progress)
-    exceeded, unknown = _exceeded(request.budget, findings)
+    # An error comes last: the compile is shown and written all the same.
+    exceeded, unknown = request.budget.exceeded(findings.report, findings.activity)
     findings = replace(findings, report=replace(findings.report, over_budget=tuple(exceeded)))
     with request.to.alone():
         request.to.write_image(compilation.image)
@@ -89,21 +90,10 @@ def run(request: CompileRequest) -> None:
     show_findings(findings, request.cores)
     nir.show(network, compilation, played)
     request.to.note()
-    if unknown is not None:
-        raise unknown
     if exceeded:
         raise OverBudgetError(exceeded)
-
-
-def _exceeded(budget: Budget, findings: Findings) -> tuple[list[Violation], UsageError | None]:
-    """Return the budgets that are exceeded, and the error if the chip has no figure for one.
-
-    The error comes last: the compile is shown and written all the same.
-    """
-    try:
-        return budget.exceeded(findings.report, findings.activity), None
-    except UsageError as error:
-        return [], error
+    if unknown is not None:
+        raise unknown
 
 
 def _passes(request: CompileRequest) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from spikeport.atomic import check_output
+from spikeport.atomic import check_apart, check_output
 from spikeport.commands.console import Console, Table
 from spikeport.commands.destinations import Destinations
 from spikeport.commands.progress import progress_bar
@@ -119,8 +119,11 @@ def _check(request: ConvertRequest) -> None:
         raise UsageError(f"--tau-fwd {request.tau_fwd:g}: a filter must be above 0 and below 1 s")
     reads = [one for one in (request.policy, request.observations, request.description) if one]
     request.to.check(*reads)
-    if request.to.out is not None:
-        check_output("--out", request.to.out / POLICY, *reads)
+    if (out := request.to.out) is not None:
+        check_output("--out", out / POLICY, *reads)
+        named = {"--json": request.to.json, "--html": request.to.html}
+        asked = [(option, path) for option, path in named.items() if path is not None]
+        check_apart([("--out", out / POLICY), ("--out", out / CONVERSION), *asked])
     chips.get(request.chip)
     parse(request.pipeline)
 

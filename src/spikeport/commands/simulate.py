@@ -28,12 +28,12 @@ from spikeport.errors import UsageError
 from spikeport.experiments import registry, run_folder, watching
 from spikeport.experiments.digests import check_unchanged, digests_of_present
 from spikeport.experiments.link_lines import link_line
-from spikeport.find_network import BUILT_IN, find_network, parts
+from spikeport.find_network import BUILT_IN, NIR, find_network, parts
 from spikeport.hardware_models import chip as chips
 from spikeport.plots import rendered
 from spikeport.simulation.probes import probing_outputs
 from spikeport.simulation.run import Ran, SimulationOptions, Watch, run, unwatched
-from spikeport.user_code import contained
+from spikeport.user_code import FILES, contained
 
 FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
 """The modules that need the extra `runs`."""
@@ -111,7 +111,9 @@ def _check(request: SimulateRequest) -> None:
 def _stem(spec: str) -> str:
     """Return the name of a run's folder: the name of the file or the module."""
     where, _ = parts(spec)
-    return Path(where).stem or "network"
+    is_file = where.endswith((*FILES, NIR))
+    # The name of a module may have dots.
+    return (Path(where).stem if is_file else where.rpartition(".")[2]) or "network"
 
 
 def _files(request: SimulateRequest) -> list[Path]:

@@ -1,7 +1,7 @@
 """``spikeport sweep``: an experiment at many settings, from several seeds."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,11 +55,13 @@ def run(request: SweepRequest) -> int:
     check_workers(request.workers)
     with opened(request.out, sweep) as folder:
         failures = run_points(sweep, point.PointRun.new(), folder, request.workers, "points")
+        # Before the table, which may be refused for a point's file.
+        print_failures(Console(soft_wrap=True, highlight=False), failures)
         if any(map(folder.holds, sweep.points())):
             table = tables.table(sweep, folder)
             tables.write_table(folder, table)
             write_figure(folder.path, rendered(drawing.figure(sweep, folder, table)))
-    _show(folder.path, len(sweep.points()), failures)
+    _show(folder.path, len(sweep.points()), len(failures))
     return int(bool(failures))
 
 
@@ -179,8 +181,7 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
         trial.check()
 
 
-def _show(folder: Path, n_points: int, failures: Sequence[Failure]) -> None:
+def _show(folder: Path, n_points: int, n_failed: int) -> None:
     console = Console(soft_wrap=True, highlight=False)
-    print_failures(console, failures)
-    console.print(f"{n_points - len(failures)} of {n_points} points finished")
+    console.print(f"{n_points - n_failed} of {n_points} points finished")
     print_written(console, folder)

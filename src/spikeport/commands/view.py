@@ -54,6 +54,10 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
 def _watch(folder: Path) -> None:
     if not folder.is_dir():
         raise UsageError(f"{folder}: no such folder")
+    others = {"sweep.json": "a sweep or an evaluation", "checkpoints": "a training"}
+    for name, what in others.items():
+        if (folder / name).exists():
+            raise UsageError(f"{folder}: holds {what}, which has no live view; name a run's folder")
     if not watching.is_running(folder):
         raise UsageError(f"{folder}: no run goes on in it; cure: leave out --live")
     live = imported("view", "spikeport.experiments.viewer.live", "runs")

@@ -174,7 +174,7 @@ def _opened(
         offload=options.offload and backend != FLOAT,
         progress=progress,
         counts=None if backend == FLOAT else options.counts,
-        link=options.link,
+        link=OWN_STUB if backend == FLOAT else options.link,
     )
     return attempt(f"before step 1 on {backend}", make)
 

@@ -22,6 +22,7 @@ from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.networks import walking_policy
 from spikeport.robot.perturbation import NONE, Perturbation
+from spikeport.robot.terrain import Uneven
 from spikeport.simulator import Simulator
 
 OPTIONS = Options(2.0, backend="analytic", pipeline="compact")
@@ -105,6 +106,16 @@ def test_a_walker_that_is_replaced_is_closed_and_freed(monkeypatch):
     find_walker(WalkSettings(), OPTIONS)
     gc.collect()
     assert (first(), closed) == (None, [True])
+
+
+def test_an_episode_ends_where_an_uneven_floor_may_have_its_edge(monkeypatch):
+    rough = Perturbation(terrain="boxes:0.01")
+    monkeypatch.setattr(Uneven, "reach_m", 0.2)
+    stage = find_walker(WalkSettings(), OPTIONS).walk(rough, 4.0, 3)
+    assert stage.over
+    assert stage.legs.fallen_at_s is None
+    assert 0.2 < np.hypot(*(stage.plant.data.qpos[:2] - stage._start_m)) < 0.3
+    assert not find_walker(WalkSettings(), OPTIONS).walk(NONE, 4.0, 3).over
 
 
 @pytest.fixture

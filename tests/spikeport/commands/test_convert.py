@@ -64,6 +64,16 @@ def test_a_policy_file_becomes_an_image_with_errors_and_report(spikeport, tiny, 
     assert not (out / "policy.npz").exists()
 
 
+@pytest.mark.parametrize("name", ["conversion.json", "policy.npz"])
+def test_a_report_in_place_of_the_conversion_s_own_files_is_refused(
+    spikeport, tiny, tmp_path, name
+):
+    out = tmp_path / "out"
+    done = spikeport("convert", tiny, "--out", out, "--json", out / name)
+    assert done.code == 2
+    assert f"--json {out / name}: would replace what --out writes; choose another" in done.err
+
+
 def test_the_default_passes_have_more_room_for_wiring_from_neuron_to_neuron():
     passes, usual = parse(conversion.PASSES).passes, parse("compact").passes
     assert [type(one) for one in passes] == [type(one) for one in usual]

@@ -73,7 +73,7 @@ def test_a_run_leaves_a_folder_and_prints_the_errors(spikeport, net_py, tmp_path
 @pytest.mark.slow
 def test_a_run_prints_a_line_about_its_link(spikeport, net_py, tmp_path):
     def printed(*options):
-        short = ("--seconds", "0.02", "--no-float", "--out", tmp_path / "run", "--overwrite")
+        short = ("--seconds", "0.02", "--out", tmp_path / "run", "--overwrite")
         done = spikeport("simulate", f"{net_py}:make", *short, *options)
         assert (done.code, done.err) == (0, "")
         (line,) = (one for one in done.out.splitlines() if one.startswith(("board", "replayed")))

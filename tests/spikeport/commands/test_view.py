@@ -93,6 +93,14 @@ def test_a_folder_in_which_no_run_goes_on_is_not_watched(spikeport, tmp_path):
     assert done == (2, "", f"error: {tmp_path}: no run goes on in it; cure: leave out --live\n")
 
 
+def test_a_sweep_that_goes_on_is_not_watched(spikeport, tmp_path):
+    (tmp_path / "sweep.json").touch()
+    with locked(tmp_path):
+        done = spikeport("view", tmp_path, "--live")
+    assert done.code == 2
+    assert "holds a sweep or an evaluation, which has no live view" in done.err
+
+
 @pytest.fixture
 def watched(monkeypatch, tmp_path):
     """Let a run go on in a folder, and replace its viewer; return how a viewed run ends."""
