@@ -104,7 +104,8 @@ class Activity:
         The steps before those that are kept.
     cut_off : mapping of str to int
         For each input of values, by name, the steps in which a value was cut off: its source had to
-        spike more than once. The source with the most such steps counts.
+        spike more than once. The source with the most such steps counts; of consecutive runs, that
+        of each run.
 
     Raises
     ------

@@ -132,12 +132,13 @@ def break_even(chip: OnChip, computer: Computer, macs: int, rate_hz: float) -> B
     dynamic_j = (computer_w - chip.static_w) * chip.dt_s
     at_rest_w = 0.0 if computer.idle is None else computer.idle.value
     return BreakEven(
-        _above_zero((dynamic_j - chip.other_j) / chip.synaptic_operation_j),
+        _above_zero(dynamic_j - chip.other_j, chip.synaptic_operation_j),
         _above_zero(dynamic_j),
         _above_zero(computer_w - chip.dynamic_j / chip.dt_s),
-        _above_zero((chip.power_w - at_rest_w) / computer.for_macs(macs)),
+        _above_zero(chip.power_w - at_rest_w, computer.for_macs(macs)),
     )
 
 
-def _above_zero(number: float) -> float | None:
-    return number if number > 0 else None
+def _above_zero(number: float, by: float = 1.0) -> float | None:
+    """Return a quotient; None if it is not above 0, or if no number of steps would reach it."""
+    return number / by if by and number > 0 else None

@@ -147,17 +147,17 @@ def host_io(
     basis : {"run", "all rates", "rates on the chip"}
         The origin of the activity's counts.
     """
-    counted = activity is not None and basis == "run"
+    is_run = activity is not None and basis == "run"
     sent = None if activity is None else activity.from_host
     # Rates of ensembles alone say nothing of sources that send spikes.
     known = activity is not None and basis == "all rates"
     verdict, reason = _judged(traffic, chip)
     return HostIoReport(
-        counted=counted,
+        counted=is_run,
         sources=traffic.sources,
         unknown_sources=0 if known else traffic.unknown_sources,
         spikes=traffic.spikes if sent is None else sent.mean,
-        most_spikes=int(sent.most) if sent is not None and counted else None,
+        most_spikes=int(sent.most) if sent is not None and is_run else None,
         values_back=traffic.values_back,
         spikes_back=traffic.spikes_back,
         words_back=sum(traffic.words_back),

@@ -237,7 +237,8 @@ def link_times(activity: Activity, chip: ChipModel, times: Times, bound: Bound) 
     Messages between cores are counted over the whole run, or over the steps folded at once.
     Messages that leave a chip are taken to be spread over these steps as those that arrive on the
     other chips are. At the upper bound, as many leave the chip in a step as arrive on the others,
-    if so many leave it at all.
+    if so many leave it at all; at the lower bound, as many as must, since no more can arrive on the
+    others in all other steps.
     """
     leaving, longest = _leaving(activity, chip), np.zeros(len(activity.spikes))
     if not leaving.any():
@@ -246,12 +247,14 @@ def link_times(activity: Activity, chip: ChipModel, times: Times, bound: Bound) 
     one_s = _number(getattr(at_least_zero("s") if figure is None else figure.estimate, bound))
     on = chip_of(len(activity.cores), chip)
     for number in np.flatnonzero(leaving):
-        arriving = activity.messages_in[:, on != number].sum(axis=1)
+        arriving, left = activity.messages_in[:, on != number].sum(axis=1), leaving[number]
         evenly = np.full(len(arriving), 1 / len(arriving))
         share = arriving / arriving.sum() if arriving.any() else evenly
-        messages = leaving[number] * share
+        messages = left * share
         if bound == "high":
-            messages = np.maximum(messages, np.minimum(arriving, leaving[number]))
+            messages = np.maximum(messages, np.minimum(arriving, left))
+        elif bound == "low":
+            messages = np.minimum(messages, np.maximum(left - (arriving.sum() - arriving), 0))
         longest = np.maximum(longest, messages * one_s)
     return longest
 

@@ -59,39 +59,44 @@ class Budget:
             if option != "--max-cores" and not has_activity:
                 raise UsageError(f"{option} needs firing rates: {RATES_CURE}")
 
-    def exceeded(self, report: Report, activity: Activity | None) -> list[Violation]:
-        """Return every budget that is exceeded.
+    def exceeded(
+        self, report: Report, activity: Activity | None
+    ) -> tuple[list[Violation], UsageError | None]:
+        """Return every budget that is exceeded, and the error of one that cannot be compared.
+
+        The error is None if the chip has a public figure for each limited quantity.
 
         Raises
         ------
         UsageError
-            If the chip has no public figure for a limited quantity, or there is no activity.
+            If power or time is limited, and there is no activity.
         """
         self.check_basis(activity is not None)
-        found: list[Violation] = []
-        if self.cores is not None and len(report.cores) > self.cores:
-            found.append(
-                rules.get("SP301").broken(
-                    report.chip.name, f"{len(report.cores):,}", f"{self.cores:,}"
-                )
-            )
+        found, unknown = [*self._cores(report)], None
         if activity is not None:
-            found += self._costs(report, activity)
-        return found
+            for costs in (self._power, self._step):
+                try:
+                    found += costs(report.chip, activity)
+                except UsageError as error:
+                    unknown = unknown or error
+        return found, unknown
 
-    def _costs(self, report: Report, activity: Activity) -> Iterator[Violation]:
-        chip = report.chip
-        powers = {c.name: _power(energy(activity, chip, c)) for c in chip.calibrations}
+    def _cores(self, report: Report) -> Iterator[Violation]:
+        used = len(report.cores)
+        if self.cores is not None and used > self.cores:
+            yield rules.get("SP301").broken(report.chip.name, f"{used:,}", f"{self.cores:,}")
+
+    def _step(self, chip: ChipModel, activity: Activity) -> Iterator[Violation]:
+        if self.step_us is None:
+            return
         times = {c.name: timing(activity, chip, c).worst for c in chip.calibrations if c.has_times}
-        if self.power_w is not None:
-            yield from self._power(chip, powers, self.power_w)
-        if self.step_us is not None:
-            yield from _held("SP303", chip.name, times, self.step_us / 1e6, f"{self.step_us:g} us")
+        yield from _held("SP303", chip.name, times, self.step_us / 1e6, f"{self.step_us:g} us")
 
-    def _power(
-        self, chip: ChipModel, powers: Mapping[str, Estimate | None], most: float
-    ) -> Iterator[Violation]:
-        limit, at_rest = f"{most:g} W", static_power(chip)
+    def _power(self, chip: ChipModel, activity: Activity) -> Iterator[Violation]:
+        if self.power_w is None:
+            return
+        most, limit, at_rest = self.power_w, f"{self.power_w:g} W", static_power(chip)
+        powers = {c.name: _power(energy(activity, chip, c)) for c in chip.calibrations}
         if at_rest is not None and not any(powers.values()) and at_rest.value > most:
             powers = {"at rest": at_rest}  # which exceeds it, whatever the dynamic power is
         held = [*_held("SP302", chip.name, powers, most, limit)]

@@ -80,8 +80,8 @@ def as_html(report: "Report") -> str:
 
 def _lines(report: "Report") -> Iterator[str]:
     if report.hints:
-        counted = Counter(f"{hint.id} {hint.rule}" for hint in report.hints)
-        named = ", ".join(f"{rule} ({n}x)" if n > 1 else rule for rule, n in counted.items())
+        by_rule = Counter(f"{hint.id} {hint.rule}" for hint in report.hints)
+        named = ", ".join(f"{rule} ({n}x)" if n > 1 else rule for rule, n in by_rule.items())
         yield f"hints, in full in report.hints: {named}"
     yield verdict(report)
 

@@ -11,7 +11,6 @@ import nengo
 import numpy as np
 import scipy.sparse as sparse
 
-from spikeport.compile.ground.matrices import full, placed
 from spikeport.compile.ground.scope import (
     Scope,
     full_weights,
@@ -90,7 +89,7 @@ class _Sources:
         self._numbers: dict[nengo.Node, list[np.ndarray]] = {node: [] for node in nodes}
         for number, connection in enumerate(dict.fromkeys(scope.network.all_connections)):
             if connection.post_obj in self._matrices and scope.on_chip(connection.pre_obj):
-                matrix = sparse.csr_array(_into_whole(connection))
+                matrix = _into_whole(connection)
                 self._add(connection.post_obj, matrix, np.full(matrix.shape[1], number))
 
     def _add(self, node: nengo.Node, matrix: sparse.csr_array, numbers: np.ndarray) -> None:
@@ -109,23 +108,30 @@ class _Sources:
         """Add what a connection takes from one passthrough node to another."""
         matrix, numbers = self._at(connection.pre_obj)
         passed = _into_whole(connection) @ matrix[source_rows(connection)]
-        self._add(connection.post_obj, sparse.csr_array(passed), numbers)
+        self._add(connection.post_obj, passed, numbers)
 
     def count(self, connection: nengo.Connection) -> int:
         """Return how many connections from the chip reach a target through one from a node."""
         matrix, numbers = self._at(connection.pre_obj)
-        passed = sparse.csr_array(_transform(connection) @ matrix[source_rows(connection)])
+        passed = _transform(connection) @ matrix[source_rows(connection)]
         return len(np.unique(numbers[passed.indices]))
 
 
-def _into_whole(connection: nengo.Connection) -> np.ndarray:
+def _into_whole(connection: nengo.Connection) -> sparse.csr_array:
     """Return a connection as a matrix into all of its target, (target size, values)."""
-    return placed(_transform(connection), target_rows(connection), connection.post_obj.size_in)
+    rows, size = target_rows(connection), connection.post_obj.size_in
+    at = (np.ones(len(rows)), (rows, np.arange(len(rows))))
+    return sparse.csr_array(at, (size, len(rows))) @ _transform(connection)
 
 
-def _transform(connection: nengo.Connection) -> np.ndarray:
-    """Return a transform as a matrix; ones if it is drawn at random, as it carries every value."""
+def _transform(connection: nengo.Connection) -> sparse.csr_array:
+    """Return a transform as a matrix; ones if it is drawn at random, as it carries every value.
+
+    It is sparse: as dense ones, m factors from each of m sources would take the third power of m.
+    """
     init = np.asarray(getattr(connection.transform, "init", 1.0))
     if init.dtype == object:
-        return np.ones((connection.size_out, connection.size_mid))
-    return full(init, connection.size_mid)
+        init = np.ones((connection.size_out, connection.size_mid))
+    if init.ndim == 2:
+        return sparse.csr_array(init)
+    return sparse.csr_array(sparse.diags_array(np.broadcast_to(init, connection.size_mid)))

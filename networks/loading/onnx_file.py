@@ -7,8 +7,9 @@ of each message before any message can be refused.
 import contextlib
 import itertools
 import operator
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -105,7 +106,22 @@ def _swish(x: Chain, alpha: float = 1.0) -> Chain:
 def _cast(x: object, to: int, saturate: int = 1) -> object:
     if to not in FLOATS:
         raise TypeError(to)
-    return x
+    return np.asarray(x, float) if isinstance(x, np.ndarray) else x
+
+
+def _of_floats(operation: Callable[[Any, Any], object]) -> Callable[[object, object], object]:
+    """Return an operation that refuses two integers, which ONNX divides and wraps as integers."""
+
+    def apply(a: object, b: object) -> object:
+        if _are_whole(a) and _are_whole(b):
+            raise MismatchError("arithmetic on floating-point numbers", "integers")
+        return operation(*(np.asarray(x, float) if _are_whole(x) else x for x in (a, b)))
+
+    return apply
+
+
+def _are_whole(x: object) -> bool:
+    return isinstance(x, np.ndarray) and x.dtype.kind in onnx_tensor.WHOLE
 
 
 def _flatten(x: Chain | np.ndarray, axis: int = 1) -> Chain | np.ndarray:
@@ -121,11 +137,11 @@ OPERATIONS: Operations = {
     "Cast": _cast,
     "Gemm": _gemm,
     "MatMul": operator.matmul,
-    "Add": operator.add,
-    "Sub": operator.sub,
+    "Add": _of_floats(operator.add),
+    "Sub": _of_floats(operator.sub),
     "Neg": lambda x: -1.0 * x,
-    "Mul": operator.mul,
-    "Div": operator.truediv,
+    "Mul": _of_floats(operator.mul),
+    "Div": _of_floats(operator.truediv),
     "Elu": _elu,
     "Relu": lambda x: x.activated("relu"),
     "Tanh": lambda x: x.activated("tanh"),
@@ -216,7 +232,7 @@ def _constant(options: Mapping[str, object]) -> np.ndarray:
     (value,) = options.values()
     if isinstance(value, bytes):
         raise MismatchError("numbers of a constant", "a text")
-    return np.asarray(value, float)
+    return np.asarray(value)
 
 
 class _Graph:

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 
-from spikeport.arrays import Floats
 from spikeport.networks.loading.wire import Message
 from spikeport.reading.archive import MOST_NUMBERS
 from spikeport.reading.mismatch import MismatchError
@@ -38,12 +37,14 @@ TYPES = {
 }
 """NumPy's types by ONNX's numbers of types; a bfloat16 is the upper half of a float32."""
 
+WHOLE = "iub"
+"""NumPy's kinds of integers and truth values."""
 INTEGERS = (2, 3, 4, 5, 6, 9)
 """Types whose numbers may be in a field for integers of 32 bits."""
 
 
-def array(tensor: Message, path: Path) -> Floats:
-    """Return the values of a tensor of the model at a path.
+def array(tensor: Message, path: Path) -> np.ndarray:
+    """Return the values of a tensor of the model at a path: floats, or integers of any size.
 
     Raises
     ------
@@ -65,7 +66,9 @@ def array(tensor: Message, path: Path) -> Floats:
     values = _values(tensor, kind, path, count)
     if len(values) != count:
         raise MismatchError(f"{count:,} numbers in {name}", f"{len(values):,}")
-    return values.astype(float).reshape(shape)
+    return (
+        values.reshape(shape) if values.dtype.kind in WHOLE else values.astype(float).reshape(shape)
+    )
 
 
 def _values(tensor: Message, kind: int, path: Path, count: int) -> np.ndarray:

@@ -46,6 +46,7 @@ class Program:
     def __init__(self, text: Text) -> None:
         self._text = text
         self._files: dict[str, dict[str, ast.FunctionDef | ast.ClassDef]] = {}
+        self._methods: dict[str, dict[str, ast.FunctionDef]] = {}
 
     def function(self, name: str) -> ast.FunctionDef:
         """Return a function by its dotted name."""
@@ -55,15 +56,17 @@ class Program:
         return found
 
     def method(self, module: Module, name: str) -> ast.FunctionDef:
-        """Return a method of a module's class, which must pass the checks of `class_of`."""
-        parts = self.class_of(module)
-        methods = {part.name: part for part in parts if isinstance(part, ast.FunctionDef)}
+        """Return a method of a module's class, which must pass the checks of `check_class`."""
+        self.check_class(module)
+        methods = self._methods[module.kind]
         if name not in methods:
             raise MismatchError(f"a method {name} of {module.kind}", "none")
         return methods[name]
 
-    def class_of(self, module: Module) -> list[ast.stmt]:
-        """Return the statements of a module's class; MismatchError if it has code of its own."""
+    def check_class(self, module: Module) -> None:
+        """Refuse a module whose class has code that runs on loading, or hooks; once a class."""
+        if module.kind in self._methods:
+            return
         found = self._definition(module.kind)
         if not isinstance(found, ast.ClassDef):
             raise MismatchError(f"a class {module.kind}", "a function")
@@ -75,7 +78,9 @@ class Program:
                 raise MismatchError(
                     "a module without hooks", f"hooks of {module.kind}", cure=EXPORT
                 )
-        return found.body
+        self._methods[module.kind] = {
+            part.name: part for part in found.body if isinstance(part, ast.FunctionDef)
+        }
 
     def _definition(self, name: str) -> ast.FunctionDef | ast.ClassDef:
         file, _, last = name.rpartition(".")
@@ -222,7 +227,7 @@ class Interpreter:
 
     def _of_module(self, module: Module, name: str) -> object:
         # For its checks: in a class with code of its own, attributes may differ from the stored.
-        self._program.class_of(module)
+        self._program.check_class(module)
         if name not in module.attributes:
             raise MismatchError(f"an attribute {name} of {module.kind}", "none")
         if name == "training":

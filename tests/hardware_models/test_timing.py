@@ -97,8 +97,9 @@ def test_a_burst_of_messages_between_chips_makes_one_step_long(two_chips, make_a
     report = timing(activity, two_chips, two_chips.calibration("bench"))
     assert ns(report.between_chips) == pytest.approx([400, 200, 800])
     assert (report.worst_step, report.limiting_core) == (1, "a link between chips")
-    # Three of four messages arrive in step 1, and at most all four; two tiles: 1500 ns.
-    assert ns(report.worst) == pytest.approx([1500 + 1200, 750 + 600, 3000 + 3200])
+    # Three of four messages arrive in step 1, at most all four, and at least the one that is too
+    # many for the other steps; two tiles: 1500 ns.
+    assert ns(report.worst) == pytest.approx([1500 + 1200, 750 + 200, 3000 + 3200])
 
 
 def test_messages_between_chips_without_a_figure_leave_no_upper_bound(data, make_activity):

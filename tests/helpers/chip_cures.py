@@ -68,7 +68,8 @@ def budgeted(make: Callable[[], object], budget: Budget, rate_hz: float = 100) -
     def check() -> set[str]:
         compilation = compile_network(network_of(make), pipeline="")
         activity = expected_activity(compilation.image, Rates(rate_hz))
-        return {one.id for one in budget.exceeded(compilation.report, activity)}
+        found, _ = budget.exceeded(compilation.report, activity)
+        return {one.id for one in found}
 
     return check
 

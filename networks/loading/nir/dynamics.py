@@ -76,7 +76,8 @@ def own_shape(node: Node) -> Shape:
         There is no neuron, or there are too many.
     """
     shapes = {node.numbers(field).shape for field in node.values if field in PARAMETERS}
-    shape = max(shapes, key=math.prod)
+    # Several shapes may have one size: a shape of one axis counts, or else the first of them.
+    shape = max(sorted(shapes, key=lambda one: (len(one) != 1, one)), key=math.prod)
     if not 1 <= math.prod(shape) <= SIZE:
         raise MismatchError(f"from 1 to {SIZE:,} neurons in node {node.name}", f"{shape}")
     return shape

@@ -92,10 +92,6 @@ class Graph:
     nodes: dict[str, Node]
     edges: tuple[tuple[str, str], ...]
 
-    def before(self, name: str) -> list[str]:
-        """Return the nodes that have an edge to a node."""
-        return [source for source, target in self.edges if target == name]
-
     def kinds(self, *kinds: str) -> list[Node]:
         """Return the nodes of some kinds."""
         return [node for node in self.nodes.values() if node.kind in kinds]

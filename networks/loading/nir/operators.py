@@ -140,6 +140,8 @@ def _convolution(node: Node, shape: Shape, dt_s: float) -> Operator:
     _check_space(node, shape[1:])
     if weight.ndim != 2 + n_axes:
         raise MismatchError(f"a weight of {2 + n_axes} axes in node {node.name}", f"{weight.ndim}")
+    if not weight.size:
+        raise MismatchError(f"weights in node {node.name}", f"an empty shape {weight.shape}")
     groups = node.one("groups")
     if groups < 1 or len(weight) % groups or weight.shape[1] * groups != shape[0]:
         raise MismatchError(

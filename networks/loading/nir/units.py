@@ -86,6 +86,11 @@ def units(population: Population, n_parts: int, at_once: float = 1.0) -> Units:
         A neuron's weights are too large for 24 bits, relative to its threshold, one by one or in
         sum.
     """
+    with np.errstate(all="ignore"):  # values that overflow are refused below
+        return _units(population, n_parts, at_once)
+
+
+def _units(population: Population, n_parts: int, at_once: float) -> Units:
     of, signal = population.dynamics, population.input
     weights = {name: _rows(of.gain / of.threshold, matrix) for name, matrix in signal.parts.items()}
     constants = population.constants() / of.threshold

@@ -97,7 +97,7 @@ def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
         child.start()
     sender.close()
     try:
-        found = receiver.recv()
+        found, refusal = receiver.recv()
     except EOFError:
         raise MismatchError(
             "a whole HDF5 file", "a file on which the HDF5 library failed"
@@ -105,9 +105,8 @@ def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
     finally:
         child.join()
         receiver.close()
-    if isinstance(found, str):
-        expected, _, other = found.removeprefix("expected ").partition(", found ")
-        raise MismatchError(expected, other)
+    if refusal is not None:
+        raise MismatchError(*refusal)
     result: T = found
     return result
 
@@ -120,12 +119,12 @@ def _send(sender: Connection, function: Callable[[bytes], object], content: byte
         pages = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0])
         _limit(resource.RLIMIT_AS, pages * resource.getpagesize() + MEMORY_BYTES)
     try:
-        sender.send(function(content))
+        sender.send((function(content), None))
     except MismatchError as error:
-        sender.send(str(error))
+        sender.send((None, (error.expected, error.found, error.cure)))
     except MemoryError:
         wanted = f"a file that takes at most {MEMORY_BYTES:,} bytes of memory"
-        sender.send(str(MismatchError(wanted, "one that takes more")))
+        sender.send((None, (wanted, "one that takes more")))
 
 
 def _limit(kind: int, most: int) -> None:

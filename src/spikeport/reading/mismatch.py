@@ -14,7 +14,7 @@ class MismatchError(Exception):
 
     def __init__(self, expected: str, found: str, cure: str | None = None) -> None:
         super().__init__(f"expected {shown(expected)}, found {shown(found)}")
-        self.cure = cure
+        self.expected, self.found, self.cure = expected, found, cure
 
 
 def first_line(error: Exception) -> str:
