@@ -1,6 +1,7 @@
 """``spikeport calibrate``."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 from spikeport.atomic import check_output
@@ -38,6 +39,7 @@ def run(request: CalibrateRequest) -> None:
             f"--set {CALIBRATED}={str(settings[CALIBRATED]).lower()}: the command finds a "
             "calibration of its own; leave it out"
         )
+    _refuse_perturbations(settings)
     chosen = experiment.settings(**settings)
     with progress_bar() as progress, cut_off_by_design():
         options = Options(
@@ -57,6 +59,17 @@ def run(request: CalibrateRequest) -> None:
     console = Console(soft_wrap=True, highlight=False)
     console.print(f"{numbers:,} decoders refitted {where}")
     console.print(f"written: {request.out}")
+
+
+def _refuse_perturbations(settings: Mapping[str, object]) -> None:
+    """Refuse settings that perturb the robot of a run, which no calibration depends on."""
+    from spikeport.robot.perturbation import Perturbation  # needs mujoco
+
+    for name in sorted({field.name for field in fields(Perturbation)} & settings.keys()):
+        raise UsageError(
+            f"--set {name}: calibrations are made without perturbations, except for those of a "
+            "gait; cure: leave it out, or for a robot that is pushed give --set gait=rough"
+        )
 
 
 def _check(request: CalibrateRequest, experiment: Experiment) -> None:

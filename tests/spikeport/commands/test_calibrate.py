@@ -117,3 +117,9 @@ def test_settings_that_a_run_would_refuse_are_refused_before_the_work(spikeport,
         "error: unknown path 'nosuch'; choose from: FILE.csv, figure-eight, line, loop, s-curve\n"
     )
     assert done == (2, "", message)
+
+
+def test_perturbations_which_no_calibration_depends_on_are_refused(spikeport, tmp_path):
+    done = spikeport("calibrate", "walk", "--set", "push=0.8", "--out", tmp_path / "f.npz")
+    assert done.code == 2
+    assert done.err.startswith("error: --set push: calibrations are made without perturbations")
