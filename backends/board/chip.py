@@ -14,7 +14,7 @@ from spikeport.backends.board.hello import Hello, Welcome
 from spikeport.backends.board.line import Line
 from spikeport.backends.board.messages import BodyError, Codec
 from spikeport.backends.board.record import SessionRecorder
-from spikeport.backends.board.timing import ASKS, WAITING, RealTime, StepDeadlines, Timing
+from spikeport.backends.board.timing import WAITING, RealTime, StepDeadlines, Timing
 from spikeport.backends.chip import CLOSED
 from spikeport.backends.host_checks import HostChecks
 from spikeport.backends.step_log import SUMS_ONLY, LogOptions, StepLog, Totals
@@ -152,15 +152,16 @@ class BoardChip:
     def _answer(self, within_s: float, *kinds: Kind, asked: Frame | None = None) -> Frame:
         """Return the next frame of some kinds; frames of other kinds are discarded.
 
-        The request ``asked`` is sent again while no answer comes, since either may be lost.
+        The request ``asked`` is sent again if no answer comes in half of the time, since either
+        may be lost. It is sent once, as a slow board would answer each request.
         """
         begin = self._clock.now()
-        end, again_s = begin + within_s, begin + within_s / ASKS
+        end, half = begin + within_s, begin + within_s / 2
         while (now := self._clock.now()) < end:
-            if asked is not None and now >= again_s:
+            if asked is not None and now >= half:
                 self._line.send(asked)
-                again_s += within_s / ASKS
-            frame = self._line.receive(min(end, again_s) - now)
+                asked = None
+            frame = self._line.receive((end if asked is None else half) - now)
             if frame is None:
                 continue
             self._check(frame)
@@ -282,8 +283,10 @@ class BoardChip:
         self._at, self._late = frame.step, 0
         # The log may ask for totals: a step does not wait longer for them than for its answer.
         self._totals_s = self._timing.patience_s
-        self._log.append(stepped.counts, self._open_spikes)
-        self._totals_s = TOTALS_S
+        try:
+            self._log.append(stepped.counts, self._open_spikes)
+        finally:
+            self._totals_s = TOTALS_S
         return True
 
     def _hold(self) -> None:

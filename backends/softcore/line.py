@@ -182,6 +182,7 @@ class VerilatedLine:
         self._library.board_open.restype = ctypes.c_void_p
         self._library.board_exchange.restype = ctypes.c_int64
         self._library.board_restart.restype = ctypes.c_int64
+        self._bit_cycles = build.baud_cycles
         bit = ctypes.c_double(build.baud_cycles * (1 + baud_error))
         opened = self._library.board_open(bit, ctypes.c_double(1e9 / clock_hz))
         self._board: ctypes.c_void_p | None = ctypes.c_void_p(opened)
@@ -202,13 +203,15 @@ class VerilatedLine:
     def exchange(self, sent: bytes, n: int) -> bytes:
         """See `Line.exchange`."""
         answer = np.zeros(n, dtype=np.uint8)
+        # A byte takes ten bits of the line, or as many cycles of the FIFO.
+        most = self.most_cycles + 10 * max(self._bit_cycles, 1) * (len(sent) + n)
         self.cycles = self._library.board_exchange(
             self._board,
             sent,
             len(sent),
             pointer(answer),
             n,
-            ctypes.c_int64(self.most_cycles),
+            ctypes.c_int64(most),
         )
         self._refuse(self.cycles)
         return answer.tobytes()

@@ -89,7 +89,10 @@ def _ahead(
     while waiting:
         node = waiting.pop()
         for one in into.get(node, ()):
-            values = _read(one, read[node][target_rows(one)])
+            targets = read[node][target_rows(one)]
+            if not targets.any():
+                continue
+            values = _read(one, targets)
             if one.pre_obj not in replaced:
                 if values.any():
                     yield one
@@ -105,8 +108,10 @@ def _read(connection: nengo.Connection, targets: np.ndarray) -> np.ndarray:
     weights = _weights(connection) > 0
     sent = weights & targets if weights.ndim == 1 else weights[targets].any(axis=0)
     read = np.zeros(connection.pre_obj.size_out, dtype=bool)
-    rows = source_rows(connection)
-    read[rows] = sent if connection.function is None else sent.any()
+    # A slice may have an entry twice.
+    np.logical_or.at(
+        read, source_rows(connection), sent if connection.function is None else sent.any()
+    )
     return read
 
 

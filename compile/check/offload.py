@@ -91,7 +91,7 @@ class Offload(Generic[Result]):
         another: tuple[tuple[Move, ...], RefusedError] | None = None
         for moves in self.possible(error):
             found = self._with([move.ensemble for move in moves])
-            if not isinstance(found, RefusedError) or self._solved(moves, found):
+            if not isinstance(found, RefusedError) or self._solved(moves, error, found):
                 self.moves += moves
                 return found
             # The same rule may now be broken at another end of the connection that was named.
@@ -102,14 +102,16 @@ class Offload(Generic[Result]):
         self.moves += another[0]
         return another[1]
 
-    def _solved(self, moves: tuple[Move, ...], error: RefusedError) -> bool:
-        """Return whether an error after some moves is about other problems than theirs."""
-        gone = {move.ensemble for move in moves}
-        for before in {move.problem for move in moves}:
-            stayed = set(self._ensembles(before)) - gone
-            for left in problems(error):
-                alike = left.id == before.id != "" and not stayed.isdisjoint(self._ensembles(left))
-                if left == before or alike:
+    def _solved(self, moves: tuple[Move, ...], error: RefusedError, after: RefusedError) -> bool:
+        """Return whether the error after some moves is about other problems than theirs."""
+        gone, known = {move.ensemble for move in moves}, problems(error)
+        for problem in {move.problem for move in moves}:
+            stayed = set(self._ensembles(problem)) - gone
+            for left in problems(after):
+                # The same rule, newly broken by an ensemble that had broken it: the move has only
+                # given the problem another name.
+                renamed = left.id == problem.id != "" and left not in known
+                if left == problem or (renamed and not stayed.isdisjoint(self._ensembles(left))):
                     return False
         return True
 

@@ -169,8 +169,11 @@ def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
     stamp = datetime.now().strftime("%Y%m%d-%H%M%S")
     folder = SweepFolder(out or Path("runs") / f"{sweep.kind}-{sweep.experiment}-{stamp}")
     check_folder("--out", folder.path, folder.path)
-    # Two that start in the same second must not share a default folder.
-    folder.path.mkdir(parents=True, exist_ok=out is not None)
+    try:
+        # Two that start in the same second must not share a default folder.
+        folder.path.mkdir(parents=True, exist_ok=out is not None)
+    except FileExistsError:
+        raise UsageError(f"{folder.path}: is in use by another {sweep.kind}; give --out") from None
     others = [path for path in folder.path.iterdir() if not is_leftover(path)]
     if others and not folder.plan.is_file():
         raise UsageError(

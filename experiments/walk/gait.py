@@ -25,7 +25,7 @@ from spikeport.robot.walk_interface import ACTION_SIZE, OBSERVATION_SIZE, PARTS
 
 SECONDS = 40.0
 SEED = 1000
-"""The seed of gaits, which `spikeport evaluate` refuses; robots that fell start with larger ones."""
+"""The seed of gaits, which `spikeport evaluate` refuses; robots that fell start with larger."""
 HELD_S = 2.5
 """The time for which a command is held."""
 TAIL = 0.001

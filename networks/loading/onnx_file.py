@@ -120,8 +120,12 @@ def _of_floats(operation: Callable[[Any, Any], object]) -> Callable[[object, obj
     return apply
 
 
+def _negative(x: Any) -> object:
+    return _of_floats(operator.mul)(np.array(-1) if _are_whole(x) else -1.0, x)
+
+
 def _are_whole(x: object) -> bool:
-    return isinstance(x, np.ndarray) and x.dtype.kind in onnx_tensor.WHOLE
+    return isinstance(x, np.ndarray | np.generic) and x.dtype.kind in onnx_tensor.WHOLE
 
 
 def _flatten(x: Chain | np.ndarray, axis: int = 1) -> Chain | np.ndarray:
@@ -139,7 +143,7 @@ OPERATIONS: Operations = {
     "MatMul": operator.matmul,
     "Add": _of_floats(operator.add),
     "Sub": _of_floats(operator.sub),
-    "Neg": lambda x: -1.0 * x,
+    "Neg": _negative,
     "Mul": _of_floats(operator.mul),
     "Div": _of_floats(operator.truediv),
     "Elu": _elu,

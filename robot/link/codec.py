@@ -51,10 +51,6 @@ class Turn(NamedTuple):
     controller: int = 0
 
 
-MOST_M_S = 10.0
-"""The fastest pelvis that is believed, in m/s: twice as fast as one that falls from 1 m."""
-
-
 class Base(NamedTuple):
     """Motion of the pelvis, as only a simulation knows it or as an odometer measures it.
 
@@ -197,8 +193,6 @@ def decode_base(message: bytes) -> Base:
     if not np.isfinite(numbers).all():
         raise MessageError("SportModeState_: a number is not finite")
     place, velocity, quaternion = np.split(numbers, (3, 6))
-    if (speed := float(np.linalg.norm(velocity))) > MOST_M_S:
-        raise MessageError(f"SportModeState_: a pelvis of {speed:.4g} m/s, limit {MOST_M_S:g}")
     length = float(np.linalg.norm(quaternion))
     if length and not 0.5 <= length <= 2:
         raise MessageError(f"SportModeState_: a quaternion of length {length:.4g}, not 1 or 0")

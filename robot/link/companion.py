@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from spikeport.pacing import Clock, SystemClock
-from spikeport.robot.link.codec import MOST_M_S, TICK_S, Base, decode_base
+from spikeport.robot.link.codec import TICK_S, Base, decode_base
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
 from spikeport.robot.link.odometer import UNTURNED
 from spikeport.robot.link.wire import MessageError
@@ -15,8 +15,13 @@ if TYPE_CHECKING:
 
 WAITS_S = 0.01
 """Time in which the message of a state's tick must come."""
+SLICE_S = 0.2
+"""The longest wait in one call, which no interrupt ends."""
 PATIENCE_S = 5.0
 """The same time for a message that a run in lock-step needs: the robot waits meanwhile."""
+MOST_M_S = 10.0
+"""The fastest robot that odometry is believed to observe, in m/s: twice as fast as one that falls
+from 1 m."""
 JUMP_M = 0.5
 """The change of place from message to message, in m, that is believed at any speed."""
 BESIDE_S = 0.2
@@ -41,11 +46,19 @@ class Companion:
     newest : Base or None
         The newest message; None before the first one.
     came, refused : int
-        The numbers of messages that were kept, and that were invalid or another writer's.
+        The numbers of messages that were kept, and that were invalid, another writer's, or not
+        believed.
+
+    Parameters
+    ----------
+    measured : bool
+        True for odometry, which is only believed if the robot moves as a robot can.
     """
 
-    def __init__(self, reader: "Reader", clock: Clock | None = None) -> None:
-        self._reader = reader
+    def __init__(
+        self, reader: "Reader", clock: Clock | None = None, measured: bool = False
+    ) -> None:
+        self._reader, self._measured = reader, measured
         self._clock = SystemClock() if clock is None else clock
         self.newest: Base | None = None
         self.came = self.refused = 0
@@ -72,7 +85,7 @@ class Companion:
         -------
         str or None
             The reason why a message was refused: a writer other than the first sent it, or the
-            robot would have jumped.
+            robot would move as none can.
         """
         reason = self._accept(0.0)
         if not waits_s:
@@ -80,9 +93,10 @@ class Companion:
         until_s = self._clock.now() + waits_s
         while self._keeps_up and not self._has(tick):
             left_s = until_s - self._clock.now()
-            if left_s <= 0:
+            if left_s <= 0 or not self.published:
                 break
-            reason = self._accept(left_s) or reason
+            # Not longer: an interrupt is not noticed meanwhile.
+            reason = self._accept(min(left_s, SLICE_S)) or reason
         self._keeps_up = self._has(tick)
         return reason
 
@@ -110,17 +124,27 @@ class Companion:
         except MessageError:
             self.refused += 1
             return None
-        before, now_s = self.newest, self._clock.now()
-        if before is not None:
-            moved_m = float(np.linalg.norm(found.position - before.position))
-            elapsed_s = max(now_s - self._came_s, TICK_S * (found.tick - before.tick))
-            if moved_m > JUMP_M + MOST_M_S * elapsed_s:
-                self.refused += 1
-                return f"moves the robot by {moved_m:.2f} m within {elapsed_s:.3f} s"
-        self.newest, self._came_s = found, now_s
+        reason = self._disbelieved(found) if self._measured else None
+        if reason is not None:
+            self.refused += 1
+            return reason
+        self.newest, self._came_s = found, self._clock.now()
         self.came += 1
         self._writer = writer
         return None
+
+    def _disbelieved(self, found: Base) -> str | None:
+        """Return the reason why a robot cannot have moved so; None if it can."""
+        speed, before = float(np.linalg.norm(found.velocity)), self.newest
+        if speed > MOST_M_S:
+            return f"has a robot of {speed:.4g} m/s, limit {MOST_M_S:g}"
+        if before is None or found.tick < before.tick:  # a publisher that began anew
+            return None
+        moved_m = float(np.linalg.norm(found.position - before.position))
+        elapsed_s = max(self._clock.now() - self._came_s, TICK_S * (found.tick - before.tick))
+        if moved_m <= JUMP_M + MOST_M_S * elapsed_s:
+            return None
+        return f"moves the robot by {moved_m:.2f} m within {elapsed_s:.3f} s"
 
 
 class Companions:
@@ -142,7 +166,9 @@ class Companions:
         # sport mode of a real robot publishes on the same topic.
         read = {needs} if bus.place.may_be_real else {TRUTHS, needs}
         self._of = {
-            topic: Companion(bus.reader(topic)) for topic in (TRUTHS, ODOMETRY) if topic in read
+            topic: Companion(bus.reader(topic), measured=topic is ODOMETRY)
+            for topic in (TRUTHS, ODOMETRY)
+            if topic in read
         }
         self._needs, self._waits = needs, waits
         # The number of messages of the topic that is needed, and the time of the last one.
@@ -169,7 +195,7 @@ class Companions:
         -------
         str or None
             The reason why a message was refused: two publish the topic that gives the motion, or
-            the robot would have jumped.
+            it has the robot move as none can.
         """
         refused = None
         for topic, one in self._of.items():

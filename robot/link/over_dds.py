@@ -123,7 +123,7 @@ class DdsRobot(CommandedRobot):
         return newest._replace(truth=truth, odometry=odometry, between=between)
 
     def _take_beside(self, state: Observed) -> None:
-        """Take the messages beside a state; damp a robot if two publish the topic that it needs."""
+        """Take the messages beside a state; damp a robot whose topic that it needs is refused."""
         refused = self._beside.take(state.tick)
         self.figures.damaged = self._refusals + self._beside.refused
         if refused is not None and self._runs:
@@ -159,8 +159,12 @@ class DdsRobot(CommandedRobot):
         self.figures.damaged += 1
         self._lacks = f"its last state was refused ({reason})"
         if self._runs:
-            # A message of another size has no fields in known places.
-            self._distrust(turn_of(message).asks if len(message) == STATE.size else 0, reason)
+            self._distrust(self._asked_by(message), reason)
+
+    def _asked_by(self, message: bytes) -> int:
+        """Return the tick that a state asks an answer for, even if it is refused."""
+        # A message of another size has no fields in known places.
+        return turn_of(message).asks if len(message) == STATE.size else 0
 
     def _distrust(self, tick: int, reason: str) -> None:
         """Damp the robot, as an answer to a tick, and end the run."""
@@ -313,6 +317,9 @@ class RealTimeRobot(DdsRobot):
             return None if found is None else found._replace(asks=found.tick, came=found.tick)
         self._refuse(reason, arrival.message)
         return None
+
+    def _asked_by(self, _message: bytes) -> int:
+        return 0
 
     def _watch_silence(self, tick: int, now_s: float) -> None:
         """Damp the robot if no new state came for too long."""

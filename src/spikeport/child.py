@@ -1,5 +1,7 @@
 """A child process of our own command line, which serves its parent."""
 
+import contextlib
+import os
 import signal
 import subprocess
 import sys
@@ -43,13 +45,14 @@ class Child:
             stderr=subprocess.STDOUT,
             text=True,
             errors="replace",  # or an odd byte would end the reader
-            start_new_session=True,  # Ctrl-C reaches this process alone, which ends the child
+            # Ctrl-C and the end of a terminal reach this process alone, which ends the child.
+            start_new_session=True,
         )
         try:
             self._await_start(name)
         except BaseException:  # also an interrupt: nobody else could end it
             with self._process:
-                self._process.kill()
+                self._kill()
             raise
         # Read all the time: a child whose pipe is full would wait for ever.
         self._lines: deque[str] = deque(maxlen=LINES_KEPT)
@@ -74,7 +77,7 @@ class Child:
         """Wait for its first line."""
         assert self._process.stdout is not None
         # `readline` has no limit of its own.
-        with later(START_S, self._process.kill):
+        with later(START_S, self._kill):
             line = self._process.stdout.readline()
         if not line.startswith(f"{name}:"):
             raise BackendError(f"the {name}'s server did not start: {line.strip() or 'no word'}")
@@ -88,9 +91,14 @@ class Child:
             try:
                 self._process.wait(STOP_S)
             except subprocess.TimeoutExpired:
-                self._process.kill()
+                self._kill()
             self._reader.join()
         return "".join(self._lines).strip() or self._ending()
+
+    def _kill(self) -> None:
+        """Kill its process, and those that it started."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self._process.pid, signal.SIGKILL)
 
     def _ending(self) -> str:
         code = self._process.returncode

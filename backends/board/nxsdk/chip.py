@@ -135,6 +135,7 @@ class NxsdkChip:
         """Return the outputs' state, or raise the error that the board's process raised."""
         try:
             if not self._pipe.poll(within_s):
+                self._end()  # a late answer would be taken for that of the next step
                 raise BackendError(f"the board's process does not answer within {within_s:g} s")
             answer = self._pipe.recv()
         except (EOFError, ConnectionError):

@@ -9,6 +9,7 @@ from spikeport.backends.loss import measure, network_error
 from spikeport.commands import nir, rates
 from spikeport.commands.against_written import as_written, is_rewritten, more_cores, more_loss
 from spikeport.commands.checks import check_seconds
+from spikeport.commands.console import Console
 from spikeport.commands.destinations import Destinations
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
@@ -91,6 +92,8 @@ def run(request: CompileRequest) -> None:
     nir.show(network, compilation, played)
     request.to.note()
     if exceeded:
+        if unknown is not None:
+            Console(stderr=True, soft_wrap=True, highlight=False).print(f"note: {unknown}")
         raise OverBudgetError(exceeded)
     if unknown is not None:
         raise unknown

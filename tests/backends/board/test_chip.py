@@ -216,12 +216,29 @@ class Forgetful(FakeLine):
         return None
 
 
+def test_waiting_for_a_welcome_is_no_busy_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    waits: list[float] = []
+
+    class Silent(FakeLine):
+        def send(self, frame: Frame) -> None:
+            """Lose the frame."""
+
+        def receive(self, within_s: float) -> Frame | None:
+            waits.append(within_s)
+            return super().receive(within_s)
+
+    clock = FakeClock()
+    with pytest.raises(BoardLostError, match="does not answer within 2400 s"):
+        BoardChip(IMAGE, 0, Silent(Board(MACHINE), clock), clock=clock)
+    assert waits == [2400.0]
+
+
 def test_totals_that_are_lost_are_asked_for_again() -> None:
     clock = FakeClock()
     line = Forgetful(Board(MACHINE), clock)
     chip = BoardChip(IMAGE, 0, line, SimulatedTime(), clock=clock)
     run(chip, STEPS)
-    line.lost = 2
+    line.lost = 1
     native = NativeChip(IMAGE, 0)
     for spikes in spike_train(STEPS):
         native.step(spikes, {})

@@ -131,6 +131,19 @@ def test_only_values_that_lead_to_neurons_get_a_hint() -> None:
     assert found.startswith("high -> ")
 
 
+def test_an_entry_that_a_slice_has_twice_is_followed() -> None:
+    with driven([0.5]) as network:
+        first, second = nengo.Node(size_in=1), nengo.Node(size_in=2)
+        nengo.Connection(nengo.Node([5.0], label="high"), first, synapse=None)
+        nengo.Connection(first[[0, 0]], second, synapse=None)
+        # Between ensembles on the chip, so that both nodes are replaced.
+        nengo.Connection(nengo.Ensemble(20, 1), first)
+        neurons = network.all_ensembles[0].neurons
+        nengo.Connection(second[0], neurons, transform=np.ones((20, 1)))
+    (found,) = hints(network)
+    assert found.startswith("high -> ")
+
+
 def test_a_chain_of_nodes_may_be_longer_than_pythons_stack() -> None:
     with driven([0.5]) as network:
         node = nengo.Node([3.0])

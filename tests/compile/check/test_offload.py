@@ -115,6 +115,15 @@ def test_a_move_that_leaves_the_rule_broken_at_another_end_is_undone() -> None:
     assert [one[:2] for one in moved(network, "")] == [("a", "SP102")]
 
 
+def test_sources_that_break_a_rule_one_by_one_are_moved_in_place_of_a_large_target() -> None:
+    with nengo.Network(seed=1) as network:
+        target = nengo.Ensemble(400, 1, label="target")
+        for number in range(3):
+            source = nengo.Ensemble(10, 1, label=f"source {number}")
+            nengo.Connection(source, target, synapse=nengo.Alpha(0.01))
+    assert [one[0] for one in moved(network)] == ["source 0", "source 1", "source 2"]
+
+
 def test_an_ensemble_with_the_name_of_the_chip_is_not_taken_for_it() -> None:
     error = DoesNotFitError("loihi", [Violation("SP201", "cores", "loihi", "3", "2", "")])
     assert [problem.about for problem in problems(error)] == [()]

@@ -215,13 +215,14 @@ def test_constants_may_be_numbers_and_lists(path, option, wanted):
     np.testing.assert_allclose(load_mlp(path).layers[1].weights, 2 * wanted, rtol=1e-6)
 
 
-@pytest.mark.parametrize("kind", ["Div", "Add"])
+@pytest.mark.parametrize("kind", ["Div", "Add", "Neg"])
 def test_arithmetic_on_integers_is_refused(path, refusal, kind):
     """ONNX divides whole numbers without a remainder, and lets small types wrap around."""
+    operands = ["seven"] if kind == "Neg" else ["seven", "two"]
     nodes = [
         helper.make_node("Constant", [], ["seven"], value_int=7),
         helper.make_node("Constant", [], ["two"], value_int=2),
-        helper.make_node(kind, ["seven", "two"], ["n"]),
+        helper.make_node(kind, operands, ["n"]),
         helper.make_node("Cast", ["n"], ["c"], to=onnx.TensorProto.FLOAT),
         helper.make_node("Mul", ["x", "c"], ["y"]),
     ]

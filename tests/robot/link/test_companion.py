@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from spikeport.robot.link.codec import Base, encode_base
-from spikeport.robot.link.companion import BESIDE_S, PATIENCE_S, WAITS_S, Companion, Companions
+from spikeport.robot.link.companion import BESIDE_S, SLICE_S, WAITS_S, Companion, Companions
 from spikeport.robot.link.messages import ODOMETRY, TRUTHS, Topic
 from spikeport.robot.link.odometer import UNTURNED
 from tests.helpers.fake_board import FakeClock
@@ -101,25 +101,51 @@ def test_the_first_writer_is_trusted_until_it_is_forgotten() -> None:
     assert companion.newest.tick == 15
 
 
-def test_a_robot_that_would_have_jumped_is_named() -> None:
-    companion, reader, clock = asked(lambda _: None)
-    far = encode_base(Base(10, np.array([0.6, 0.0, 0.0]), np.zeros(3)))
-    reader.queue.extend([message(5), far])
+def odometry(tick: int, x: float, speed: float = 0.0) -> bytes:
+    place, velocity = np.array([x, 0.0, 0.0]), np.array([speed, 0.0, 0.0])
+    return encode_base(Base(tick, place, velocity))
+
+
+def test_odometry_of_a_robot_that_moves_as_none_can_is_named() -> None:
+    clock = FakeClock()
+    reader = FakeReader(lambda: None)
+    companion = Companion(reader, clock, measured=True)
+    reader.queue.extend([odometry(5, 0.0), odometry(10, 0.6)])
     assert companion.take(10, waits_s=0.0) == "moves the robot by 0.60 m within 0.005 s"
     assert (companion.came, companion.refused) == (1, 1)
+    reader.queue.append(odometry(10, 0.0, speed=50.0))
+    assert companion.take(10, waits_s=0.0) == "has a robot of 50 m/s, limit 10"
     clock.time_s += 0.02  # in which a robot may move so far
-    reader.queue.append(far)
+    reader.queue.append(odometry(10, 0.6))
     assert companion.take(10, waits_s=0.0) is None
-    assert companion.came == 2
+    reader.queue.append(odometry(0, 9.0))  # a publisher that began anew
+    assert companion.take(10, waits_s=0.0) is None
+    assert companion.came == 3
 
 
-def test_a_run_in_lock_step_waits_long_for_the_motion_that_it_needs() -> None:
+def test_the_truth_of_a_simulation_that_began_anew_is_believed() -> None:
+    companion, reader, _ = asked(lambda _: None)
+    reader.queue.extend([odometry(20_000, 5.0), odometry(0, 0.0)])
+    assert companion.take(0, waits_s=0.0) is None
+    assert companion.newest is not None
+    assert companion.newest.tick == 0
+
+
+def test_a_run_in_lock_step_waits_long_for_the_motion_that_it_needs_and_in_slices() -> None:
+    ticks = iter([*[None] * 40, 5])
     bus = FakeBus()
     beside = Companions(bus, TRUTHS, waits=True)
-    waited: list[float] = []
-    beside._of[TRUTHS].take = lambda _tick, waits_s: waited.append(waits_s)  # type: ignore
-    beside.take(5)
-    assert waited == [PATIENCE_S]
+    companion, reader, clock = asked(
+        lambda reader: None if (tick := next(ticks)) is None else reader.queue.append(message(tick))
+    )
+    waits: list[float] = []
+    take = reader.take
+    reader.take = lambda within_s=0.0: (waits.append(within_s), take(within_s))[1]  # type: ignore
+    beside._of[TRUTHS] = companion
+    assert beside.take(5) is None
+    assert companion.newest is not None
+    assert clock.time_s - 100 > WAITS_S
+    assert max(waits) == SLICE_S
 
 
 def test_an_observation_lacks_the_topic_that_gives_the_motion_until_a_message_comes() -> None:
