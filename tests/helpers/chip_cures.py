@@ -125,6 +125,12 @@ def decode(on_host: bool) -> None:
         nengo.Connection(a, b)
 
 
+def wired(n: int) -> None:
+    """Connect the first n neurons of an ensemble to those of another."""
+    a, b = nengo.Ensemble(30, 1), nengo.Ensemble(8, 1)
+    nengo.Connection(a.neurons[:n], b.neurons, transform=np.full((8, n), 1e-3))
+
+
 def twice() -> None:
     """Add two connections from the same neurons, each of which has an axon in both."""
     a, b = nengo.Ensemble(15, 1), nengo.Ensemble(8, 1)
@@ -222,6 +228,12 @@ CASES = [
         "split the source ensemble into {parts} that decode into the same target",
         lambda: on(partial(read, [30]), **INS)() & on(partial(send, [15]), **INS)(),
         (on(partial(read, [15, 15]), **INS), on(partial(send, [8, 7]), **INS)),
+    ),
+    Case(
+        "SP102",
+        "between neurons, connect fewer of them",
+        on(partial(wired, 30), **INS),
+        (on(partial(wired, 20), **INS),),
     ),
     Case(
         "SP102",
