@@ -63,9 +63,10 @@ def run(request: EvaluateRequest) -> int:
     check_workers(request.workers)
     with opened(request.out, evaluation) as folder:
         failures = run_points(evaluation, run_episode, folder, request.workers, "episodes")
-        # Before the table, which may be refused for an episode's file.
-        print_failures(Console(soft_wrap=True, highlight=False), failures)
-        _write(evaluation, folder)
+        try:
+            _write(evaluation, folder)
+        finally:  # also if the table is refused, for an episode's file
+            print_failures(Console(soft_wrap=True, highlight=False), failures)
     return int(bool(failures))
 
 

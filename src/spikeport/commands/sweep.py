@@ -55,12 +55,13 @@ def run(request: SweepRequest) -> int:
     check_workers(request.workers)
     with opened(request.out, sweep) as folder:
         failures = run_points(sweep, point.PointRun.new(), folder, request.workers, "points")
-        # Before the table, which may be refused for a point's file.
-        print_failures(Console(soft_wrap=True, highlight=False), failures)
-        if any(map(folder.holds, sweep.points())):
-            table = tables.table(sweep, folder)
-            tables.write_table(folder, table)
-            write_figure(folder.path, rendered(drawing.figure(sweep, folder, table)))
+        try:
+            if any(map(folder.holds, sweep.points())):
+                table = tables.table(sweep, folder)
+                tables.write_table(folder, table)
+                write_figure(folder.path, rendered(drawing.figure(sweep, folder, table)))
+        finally:  # also if the table is refused, for a point's file
+            print_failures(Console(soft_wrap=True, highlight=False), failures)
     _show(folder.path, len(sweep.points()), len(failures))
     return int(bool(failures))
 
