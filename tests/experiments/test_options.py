@@ -62,3 +62,10 @@ def test_float_neurons_have_no_chip_and_no_passes():
 
 def test_the_progress_function_does_not_count_when_options_are_compared():
     assert Options(1.0, progress=print) == Options(1.0)
+
+
+@pytest.mark.parametrize(
+    ("backend", "wanted"), [("reference", "reference"), ("replay", "native"), ("board", "native")]
+)
+def test_calibrations_need_no_link(backend, wanted):
+    assert Options(1.0, backend=backend).calibrating_backend == wanted

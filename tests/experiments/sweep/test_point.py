@@ -39,19 +39,23 @@ def prepared(monkeypatch):
 
 SWEEPS = [
     ("reach", {"m1": 40, "cb": 30, "s1": 10}, {}),
+    ("draw", {"m1": 40, "cb": 30, "s1": 10, "recognise": False}, {"digit": (3, 7)}),
     ("walk", {"n_neurons": 2, "follower": "exact"}, {"path": ("line", "s-curve")}),
 ]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("experiment", "settings", "varied"), SWEEPS, ids=["reach", "walk"])
+@pytest.mark.parametrize(
+    ("experiment", "settings", "varied"), SWEEPS, ids=[experiment for experiment, *_ in SWEEPS]
+)
 def test_points_of_a_network_equal_single_runs(
     run, prepared, sweep_of, short_gait, pocket, tmp_path, experiment, settings, varied
 ):
     settings = {"network_seed": 0, **settings}
     if experiment == "walk":
         settings["policy"] = pocket
-    asked = {"experiment": experiment, "settings": settings, "varied": varied, "seconds": 0.1}
+    seconds = 4.0 if experiment == "draw" else 0.1  # which the region of a drawing depends on
+    asked = {"experiment": experiment, "settings": settings, "varied": varied, "seconds": seconds}
     points = sweep_of(**asked, seeds=(1, 2)).points()
     found = [run(point).result for point in points]
     assert len(prepared) == 1
