@@ -36,6 +36,19 @@ class HostChecks:
             )
         return np.ascontiguousarray(sources, dtype=np.int64).ravel()
 
+    def checked(self, spikes: np.ndarray, errors: Mapping[int, np.ndarray]) -> np.ndarray:
+        """Return the sources that spike, after all checks of spikes and errors.
+
+        Raises
+        ------
+        BackendError
+            The image has no such sources, or no such groups that learn.
+        """
+        sources = self.sources(spikes)
+        self.check_range(sources)
+        self.check_errors(errors)
+        return sources
+
     def check_range(self, sources: np.ndarray) -> None:
         """Refuse sources that are not in the image, by BackendError."""
         if ((sources < 0) | (sources >= self._n_inputs)).any():

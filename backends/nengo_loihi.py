@@ -74,9 +74,7 @@ class NengoLoihiChip:
         """Advance by one step; see `spikeport.backends.chip.Chip.step`."""
         if self._closed:
             raise BackendError(CLOSED)
-        sources = self._checks.sources(spikes)
-        self._checks.check_range(sources)
-        self._checks.check_errors(errors)
+        sources = self._checks.checked(spikes, errors)
         now = self._emulator.t + 1
         self._emulator.host2chip(
             zip(self._inputs, itertools.repeat(now), by_input(self._image, sources)),

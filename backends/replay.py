@@ -93,9 +93,7 @@ class ReplayChip:
         recorded = self._next
         if recorded is None:
             raise self._end_error()
-        sources = self._checks.sources(spikes)
-        self._checks.check_range(sources)
-        self._checks.check_errors(errors)
+        sources = self._checks.checked(spikes, errors)
         self._number += 1
         self._compare(recorded, sources, errors)
         if self._open_spikes is None:  # else the board was late, and these were not sent to it

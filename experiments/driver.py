@@ -63,7 +63,7 @@ def run(trial: Trial[K, R], folder: Path) -> Outcome:
         If the trial asks for something that cannot be done, or one of its files changes meanwhile.
     DoesNotFitError, CompileError, BackendError
         If its network cannot be compiled, or the chip cannot be opened.
-    RenderError, MissingExtraError
+    RenderError, MissingExtraError, OSError
         If it asks for a video that cannot be made on this machine.
     DivergedError
         If a number is not finite; the last states are in the folder.

@@ -195,9 +195,7 @@ class BoardChip:
         self._refuse_forked()
         self._refuse_lost()
         # Checked here: the board would end the session.
-        sources = self._checks.sources(spikes)
-        self._checks.check_range(sources)
-        self._checks.check_errors(errors)
+        sources = self._checks.checked(spikes, errors)
         body, flags = self._codec.pack_step(sources, errors)
         # After a held step, the host waited for the board until this one was due.
         end = self._deadlines.begin(waited=self._late > 0)

@@ -75,18 +75,14 @@ class SerialLine:
             self._file = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
         except OSError as error:
             raise UsageError(f"device '{path}' cannot be opened: {error.strerror}") from None
+        if not lock(self._file):
+            os.close(self._file)
+            raise UsageError(f"device '{path}' is in use by another process; wait until it ends")
         try:
-            if not lock(self._file):
-                raise UsageError(
-                    f"device '{path}' is in use by another process; wait until it ends"
-                )
             _set_raw(self._file, speed)
         except termios.error as error:
             os.close(self._file)
             raise UsageError(f"device '{path}' is no serial line: {error.args[-1]}") from None
-        except UsageError:
-            os.close(self._file)
-            raise
 
     def restart(self, sent: bytes) -> None:
         """See `Line.restart`."""
@@ -197,7 +193,8 @@ class VerilatedLine:
                 len(sent),
                 ctypes.c_int64(self.quiet_cycles),
                 ctypes.c_int64(self.most_cycles),
-            )
+            ),
+            self.most_cycles,
         )
 
     def exchange(self, sent: bytes, n: int) -> bytes:
@@ -213,15 +210,15 @@ class VerilatedLine:
             n,
             ctypes.c_int64(most),
         )
-        self._refuse(self.cycles)
+        self._refuse(self.cycles, most)
         return answer.tobytes()
 
-    def _refuse(self, returned: int) -> None:
+    def _refuse(self, returned: int, most: int) -> None:
         """Raise an error if a function of the board returned one."""
         if returned == -2:
             raise BackendError("the board broke a rule of its FIFO's data sheet")
         if returned < 0:
-            raise BackendError(f"the board did not answer in {self.most_cycles:,} cycles")
+            raise BackendError(f"the board did not answer in {most:,} cycles")
 
     def close(self) -> None:
         """See `Line.close`."""

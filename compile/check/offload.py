@@ -40,9 +40,9 @@ class Move(NamedTuple):
 class Offload(Generic[Result]):
     """A search for the ensembles that have to leave the chip, fewest neurons first.
 
-    A move is kept if it solves the problem that it was made for, and undone if not: a problem is
-    solved when no ensemble that it was about breaks its rule any more. If no single move solves a
-    problem, all ensembles that the problem is about are moved.
+    A move is kept if it solves the problem that it was made for, and undone if not. A problem is
+    solved when it is gone, and none of the ensembles that it was about newly breaks its rule. If no
+    single move solves a problem, all ensembles that the problem is about are moved.
 
     Parameters
     ----------

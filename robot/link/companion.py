@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 WAITS_S = 0.01
 """Time in which the message of a state's tick must come."""
-SLICE_S = 0.2
-"""The longest wait in one call, which no interrupt ends."""
 PATIENCE_S = 5.0
 """The same time for a message that a run in lock-step needs: the robot waits meanwhile."""
+SLICE_S = 0.2
+"""The longest wait in one call, which no interrupt ends."""
 MOST_M_S = 10.0
 """The fastest robot that odometry is believed to observe, in m/s: twice as fast as one that falls
 from 1 m."""
@@ -40,6 +40,8 @@ class Companion:
         The reader of the topic.
     clock : Clock, optional
         The clock for waiting for messages.
+    measured : bool
+        True for odometry, which is only believed if the robot moves as a robot can.
 
     Attributes
     ----------
@@ -48,11 +50,6 @@ class Companion:
     came, refused : int
         The numbers of messages that were kept, and that were invalid, another writer's, or not
         believed.
-
-    Parameters
-    ----------
-    measured : bool
-        True for odometry, which is only believed if the robot moves as a robot can.
     """
 
     def __init__(
