@@ -58,7 +58,9 @@ def error_against_float(
         for probe, twin in zip(network.all_probes, copy.all_probes, strict=True)
         if _is_value(probe)
     }
-    if not probes or any(_is_random(node) for node in network.all_nodes):
+    inputs = [node.output for node in network.all_nodes]
+    noise = [ensemble.noise for ensemble in network.all_ensembles]
+    if not probes or any(map(_is_random, [*inputs, *noise])):
         return None
     dt_s = loop.compilation.image.manifest.dt_s
     wanted = _float_run(copy, n_steps, dt_s, seed)
@@ -73,8 +75,8 @@ def _is_value(probe: nengo.Probe) -> bool:
     return probe.attr in ("decoded_output", "output") and not isinstance(probe.obj, Neurons)
 
 
-def _is_random(node: nengo.Node) -> bool:
-    return isinstance(node.output, NOISE) and node.output.seed is None
+def _is_random(process: object) -> bool:
+    return isinstance(process, NOISE) and process.seed is None
 
 
 def _float_run(

@@ -441,7 +441,7 @@ def _hints(job: Job, values: StageValues) -> tuple[Violation, ...]:
     scope, blocks, unplaced = values.scope, values.blocks, values.unplaced
     built = {**blocks.model.params, **values.rewrite.built}
     return (
-        *network_hints(scope),
+        *network_hints(scope, job.settings.remove_passthrough),
         *loop_hints(scope),
         *host_loop_hints(scope, dt_s),
         *host_neuron_hints(scope, dt_s),

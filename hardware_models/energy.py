@@ -1,7 +1,7 @@
 """The energy of a run: dynamic, static and system, always all three, from exact counts."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,7 +9,7 @@ from spikeport.hardware_models import events
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
-from spikeport.hardware_models.estimate import Estimate, at_least_zero, zero
+from spikeport.hardware_models.estimate import Estimate, at_least_zero, plain, zero
 from spikeport.hardware_models.step_time import time_sums
 
 EVENTS: tuple[events.Event, ...] = (
@@ -110,12 +110,7 @@ class EnergyReport:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, ready for JSON."""
-        return asdict(self) | {
-            "terms": [asdict(term) for term in self.terms],
-            "cores": [asdict(core) for core in self.cores],
-            "missing": list(self.missing),
-            "not_modelled": list(self.not_modelled),
-        }
+        return plain(self)
 
 
 def energy(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> EnergyReport:

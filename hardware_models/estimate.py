@@ -3,9 +3,19 @@
 import math
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from typing import Any
 
 PREFIXES = {-15: "f", -12: "p", -9: "n", -6: "u", -3: "m", 0: "", 3: "k", 6: "M"}
 BETWEEN_SOURCES = "; "
+
+
+def plain(report: Any) -> dict[str, Any]:
+    """Return a dataclass and those within it as plain data, ready for JSON: tuples become lists."""
+    return asdict(report, dict_factory=_with_lists)
+
+
+def _with_lists(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    return {name: list(value) if isinstance(value, tuple) else value for name, value in pairs}
 
 
 @dataclass(frozen=True)

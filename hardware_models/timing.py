@@ -1,14 +1,14 @@
 """The mean and the longest step of a run, against real time."""
 
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 
 from spikeport.hardware_models.activity import Activity
 from spikeport.hardware_models.calibration import EnergyCalibration
 from spikeport.hardware_models.chip import ChipModel
-from spikeport.hardware_models.estimate import Estimate, merge_sources
+from spikeport.hardware_models.estimate import Estimate, merge_sources, plain
 from spikeport.hardware_models.step_time import (
     BUS,
     LINK,
@@ -94,11 +94,7 @@ class TimingReport:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, ready for JSON."""
-        return asdict(self) | {
-            "cores": [asdict(core) for core in self.cores],
-            "missing": list(self.missing),
-            "not_modelled": list(self.not_modelled),
-        }
+        return plain(self)
 
 
 def timing(activity: Activity, chip: ChipModel, calibration: EnergyCalibration) -> TimingReport:

@@ -30,7 +30,7 @@ class BodyError(ValueError):
     """The error of a body whose content does not fit its frame."""
 
 
-class Stepped(NamedTuple):
+class StepAnswer(NamedTuple):
     """The answer to a step: the state of outputs, and the counts of `PER_STEP`, (6, n_cores)."""
 
     held: list[np.ndarray]
@@ -170,7 +170,7 @@ class Codec:
         self._counts[:] = counts
         return bytes(self._state)
 
-    def unpack_state(self, body: bytes) -> Stepped:
+    def unpack_state(self, body: bytes) -> StepAnswer:
         """Return the content of an answer, valid until the next; BodyError if its size is wrong."""
         if len(body) != len(self._state):
             raise BodyError(f"an answer of {len(body)} bytes, expected {len(self._state)}")
@@ -178,7 +178,7 @@ class Codec:
         # Look the bytes up in a table, in place: `unpackbits` would make an array in each step.
         # "clip" spares NumPy a buffer.
         OF_BYTE.take(self._bits, 0, self._spikes, "clip")
-        return Stepped(self._views, self._counts.astype(np.int64))
+        return StepAnswer(self._views, self._counts.astype(np.int64))
 
     def silence(self) -> list[np.ndarray]:
         """Return the content of outputs before the first step: zeros."""

@@ -68,8 +68,8 @@ class NativeChip:
         self._closed = False
         self._make_ready()
 
-    # Compile at construction, so that the first step does not wait for it.
     def _make_ready(self) -> None:
+        """Compile at construction, so that the first step does not wait for it."""
         no_spikes, no_counts = np.zeros(0, dtype=np.int64), np.zeros((0, 0), dtype=np.int64)
         if self._learning is not None:
             make_ready(accept, self._loaded, no_spikes)
@@ -98,6 +98,7 @@ class NativeChip:
 
     def _step(self, sources: np.ndarray, noise: np.ndarray, counts: np.ndarray) -> int:
         if self._threads is not None:
+            self._checks.check_range(sources)
             return self._threads.step(self._n_arriving, sources, noise, counts)
         return step(self._loaded, self._n_arriving, sources, noise, counts)
 

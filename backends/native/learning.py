@@ -25,7 +25,6 @@ from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.tables import part
 from spikeport.compile.image.validation import WEIGHT_BITS_OF_CODE
 from spikeport.compiled import compiled, inlined, make_ready
-from spikeport.errors import ImageError
 
 LEARN_FRAC, OVERFLOW_BITS = 7, 2
 """Fractional bits of a weight while it learns, and bits by which a product overflows."""
@@ -90,16 +89,10 @@ class Learning:
     groups : dict of int to Group
         The groups that learn, in the order in which they draw random numbers.
 
-    Raises
-    ------
-    ImageError
-        If axons of a learning group share a row, choose among atoms or have no base.
     """
 
     def __init__(self, image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> None:
         learning = np.flatnonzero(image.learns)
-        for group in learning:
-            _check_plain(image, int(group))
         # nengo-loihi goes through the groups block by block.
         order = learning[np.argsort(image.groups.block[learning], kind="stable")].tolist()
         sizes = np.diff(image.groups.axon_start)[order]
@@ -107,8 +100,10 @@ class Learning:
         traces = np.zeros(ends[-1], dtype=np.int32)
         self._raised = np.zeros(len(traces), dtype=np.bool_)
         parts = [slice(a, b) for a, b in itertools.pairwise(ends)]
+        _, kept = kept_synapses(image)
+        in_wiring = np.arange(len(image.synapses))[kept]
         self.groups = {
-            group: _group(image, wiring, group, traces[mine], self._raised[mine])
+            group: _group(image, wiring, in_wiring, group, traces[mine], self._raised[mine])
             for group, mine in zip(order, parts, strict=True)
         }
         # Each axon has one delivery, since rows that learn have one atom.
@@ -177,12 +172,20 @@ def _scaled(error: np.ndarray, scale: float) -> np.ndarray:
 
 
 def _group(
-    image: ChipImage, wiring: Wiring, group: int, traces: np.ndarray, raised: np.ndarray
+    image: ChipImage,
+    wiring: Wiring,
+    in_wiring: np.ndarray,
+    group: int,
+    traces: np.ndarray,
+    raised: np.ndarray,
 ) -> Group:
+    """Return a group at rest; ``in_wiring`` are the numbers of all weights that the wiring has."""
     learning = image.learning_of(group)
     train_epoch = int(learning["train_epoch"])
-    place, number = _places(image, group)
-    weights = image.synapses.weight[part(image.synapse_start, group)].astype(np.int32)
+    mine = part(image.synapse_start, group)
+    place = np.flatnonzero((in_wiring >= mine.start) & (in_wiring < mine.stop))
+    number = in_wiring[place] - mine.start
+    weights = image.synapses.weight[mine].astype(np.int32)
     in_order = len(weights) > 0 and np.array_equal(number, np.arange(len(weights)))
     if in_order:
         # A view: learning writes to the weights that spikes read, without a copy.
@@ -218,26 +221,6 @@ def _rule(image: ChipImage, group: int, learning: Mapping[str, float]) -> Rule:
         # NumPy's left shift by a negative number gives 0.
         unit_shift=exponent + dropped if exponent + dropped >= 0 else 32,
     )
-
-
-def _check_plain(image: ChipImage, group: int) -> None:
-    """Refuse axons that share rows: a trace belongs to an axon, so its weights must do so, too."""
-    axons, rows = part(image.groups.axon_start, group), part(image.groups.row_start, group)
-    own = np.array_equal(image.in_axons.row[axons], np.arange(rows.stop - rows.start))
-    if not own or (image.rows.atoms[rows] != 1).any() or (image.in_axons.base[axons] < 0).any():
-        raise ImageError(
-            f"synapse group '{image.manifest.groups[group].label}' learns: each of its "
-            "axons needs a row of its own, of one atom, and a base; compile the image again"
-        )
-
-
-def _places(image: ChipImage, group: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the places of a group's weights in the wiring, and the numbers of those weights."""
-    _, kept = kept_synapses(image)
-    number = np.arange(len(image.synapses.weight))[kept]
-    mine = part(image.synapse_start, group)
-    place = np.flatnonzero((number >= mine.start) & (number < mine.stop))
-    return place, number[place] - mine.start
 
 
 @compiled

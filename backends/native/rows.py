@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import row_lengths
 from spikeport.compile.image.tables import offsets, parts
 
 MOST_SHIFT = 31
@@ -34,7 +35,7 @@ class KernelRows(NamedTuple):
 def rows_of(image: ChipImage) -> KernelRows:
     """Return all rows of an image, split by atom."""
     atoms = image.rows.atoms
-    sizes = np.diff(image.rows.start) // atoms
+    sizes = row_lengths(image)
     start, kept = kept_synapses(image)
     shift = _shifts(image)[image.row_group]
     return KernelRows(
@@ -73,7 +74,7 @@ def kept_synapses(image: ChipImage) -> tuple[np.ndarray, np.ndarray | slice]:
         Places of the kept synapses in the image, by ascending target within a row.
     """
     atoms = image.rows.atoms
-    sizes = np.diff(image.rows.start) // atoms
+    sizes = row_lengths(image)
     start = offsets(np.repeat(sizes, atoms))
     indices = image.synapses.index
     ascending = np.diff(indices) > 0

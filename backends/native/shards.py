@@ -95,7 +95,7 @@ class Threads:
     """
 
     def __init__(self, image: ChipImage, state: State, neurons: Neurons, n: int) -> None:
-        self._neurons, self._state, self._n_inputs = neurons, state, image.n_inputs
+        self._neurons, self._state = neurons, state
         self.shards = [Shard(image, cores, state) for cores in divided(image, n)]
         self._begin()
         make_ready(copy_outputs, neurons, state)
@@ -107,9 +107,7 @@ class Threads:
     def step(
         self, n_arriving: int, sources: np.ndarray, noise: np.ndarray, counts: np.ndarray
     ) -> int:
-        """Compute a step, as `kernel.step` does."""
-        if len(sources) and (sources.min() < 0 or sources.max() >= self._n_inputs):
-            return -1
+        """Compute a step, as `kernel.step` does, but the caller has checked the sources."""
         if os.getpid() != self._process:  # a forked process has none of its parent's threads
             self._begin()
         # Threads can share the counts: these are by core, and no core has two threads.

@@ -114,7 +114,7 @@ def wire(image: ChipImage, cores: np.ndarray | None = None) -> Wiring:
         **_fans(image, pairs, rows, contacts),
     )
     # Nothing is scattered if the image learns: learning writes to the weights of runs.
-    return _scatter(wiring, SHORT if not learning else 0)
+    return _scatter(wiring, 0 if learning else SHORT)
 
 
 def _check_proportion(image: ChipImage, n_runs: np.ndarray) -> None:

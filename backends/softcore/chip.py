@@ -10,7 +10,7 @@ import numpy as np
 from spikeport.backends.chip import CLOSED
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.softcore import port
-from spikeport.backends.softcore.line import Line
+from spikeport.backends.softcore.line import ByteLine
 from spikeport.backends.softcore.memory import MemoryImage
 from spikeport.backends.softcore.port import Held, Output
 from spikeport.backends.softcore.simulation import STATE, Simulation
@@ -200,7 +200,7 @@ class DeviceChip(SoftChip):
     ----------
     image, seed
         See `SoftChip`.
-    line : Line
+    line : ByteLine
         The line; it is closed with the chip, and if the chip cannot be made.
     say
         See `SoftChip`.
@@ -212,7 +212,7 @@ class DeviceChip(SoftChip):
     """
 
     def __init__(
-        self, image: ChipImage, seed: int, line: Line, say: Callable[[str], None] = say_nothing
+        self, image: ChipImage, seed: int, line: ByteLine, say: Callable[[str], None] = say_nothing
     ) -> None:
         self._line = line
         with ExitStack() as opened:

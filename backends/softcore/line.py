@@ -23,7 +23,7 @@ QUIET_S = 0.3
 """Silence after which a board has dropped a command that was not whole, and sends nothing more."""
 
 
-class Line(Protocol):
+class ByteLine(Protocol):
     """A line that carries bytes to a board and answers back."""
 
     def exchange(self, sent: bytes, n: int) -> bytes:
@@ -85,7 +85,7 @@ class SerialLine:
             raise UsageError(f"device '{path}' is no serial line: {error.args[-1]}") from None
 
     def restart(self, sent: bytes) -> None:
-        """See `Line.restart`."""
+        """See `ByteLine.restart`."""
         self._drain()
         self.exchange(sent, 0)
         self._drain()
@@ -101,7 +101,7 @@ class SerialLine:
             self._read(1 << 16)
 
     def exchange(self, sent: bytes, n: int) -> bytes:
-        """See `Line.exchange`."""
+        """See `ByteLine.exchange`."""
         rest = memoryview(sent)
         while rest:
             if not self._ready(select.POLLOUT, PATIENCE_S):
@@ -138,7 +138,7 @@ class SerialLine:
         return bool(waiting.poll(1000 * seconds))
 
     def close(self) -> None:
-        """See `Line.close`."""
+        """See `ByteLine.close`."""
         os.close(self._file)
 
 
@@ -185,7 +185,7 @@ class VerilatedLine:
         self.cycles = 0
 
     def restart(self, sent: bytes) -> None:
-        """See `Line.restart`."""
+        """See `ByteLine.restart`."""
         self._refuse(
             self._library.board_restart(
                 self._board,
@@ -198,7 +198,7 @@ class VerilatedLine:
         )
 
     def exchange(self, sent: bytes, n: int) -> bytes:
-        """See `Line.exchange`."""
+        """See `ByteLine.exchange`."""
         answer = np.zeros(n, dtype=np.uint8)
         # A byte takes ten bits of the line, or as many cycles of the FIFO.
         most = self.most_cycles + 10 * max(self._bit_cycles, 1) * (len(sent) + n)
@@ -221,7 +221,7 @@ class VerilatedLine:
             raise BackendError(f"the board did not answer in {most:,} cycles")
 
     def close(self) -> None:
-        """See `Line.close`."""
+        """See `ByteLine.close`."""
         if self._board is not None:
             self._library.board_close(self._board)
             self._board = None

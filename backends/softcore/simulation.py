@@ -15,7 +15,7 @@ MOST_CYCLES = 1 << 26
 """Cycles after which a step is given up."""
 
 
-class Stepped(NamedTuple):
+class CoreStep(NamedTuple):
     """A step of the cores.
 
     Attributes
@@ -72,7 +72,7 @@ class Simulation:
             self._step(np.zeros((0, 2), dtype=np.uint32), clear=True)
         self.state[:] = 0
 
-    def step(self, messages: np.ndarray) -> Stepped:
+    def step(self, messages: np.ndarray) -> CoreStep:
         """Take a step, with the host's messages, which arrive in the next step.
 
         Parameters
@@ -87,7 +87,7 @@ class Simulation:
         """
         return self._step(np.ascontiguousarray(messages, dtype=np.uint32), clear=False)
 
-    def _step(self, messages: np.ndarray, clear: bool) -> Stepped:
+    def _step(self, messages: np.ndarray, clear: bool) -> CoreStep:
         cycles = self._library.softcore_step(
             self._opened,
             int(clear),
@@ -99,7 +99,7 @@ class Simulation:
         )
         if cycles < 0:
             raise BackendError(f"a step of the soft core did not end in {MOST_CYCLES:,} cycles")
-        return Stepped(cycles, self._counts[: self._n_cores].copy(), int(self._counts[-1]))
+        return CoreStep(cycles, self._counts[: self._n_cores].copy(), int(self._counts[-1]))
 
     def read(self, core: int, compartment: int) -> tuple[int, int, int]:
         """Return u, v and spike of a compartment of a core, through the chip's own port."""

@@ -25,6 +25,9 @@ CURES = {
         "learn from the ensemble in place of its neurons, as in nengo.Connection(ensemble, target, "
         "learning_rule_type=nengo.PES())"
     ),
+    "Cannot handle non-Lowpass synapses": (  # SP005 names all other connections with one
+        "use nengo.Lowpass on the connections through the passthrough node between these objects"
+    ),
     "Loihi only supports `Lowpass` pre-synapses": PRE_SYNAPSE,
     "tracing_mag = -np.expm1(-1.0 / tracing_tau)": PRE_SYNAPSE,
     "of learned connection": OFF_CHIP,

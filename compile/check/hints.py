@@ -15,6 +15,7 @@ from spikeport.compile.check import rules
 from spikeport.compile.check.drive import duplicated, silenced
 from spikeport.compile.check.loops import LATE, components, loops
 from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.clusters import clusters, stays
 from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.ground.scope import Scope, is_link
@@ -33,18 +34,11 @@ RECTIFIED = (nengo.SpikingRectifiedLinear, nengo.RegularSpiking)
 """Types whose input ordinary Nengo rectifies in every step; subclasses of these need not."""
 
 
-def network_hints(scope: Scope) -> Iterator[Violation]:
-    """Yield hints on nodes that an image leaves out, and parts unlike float Nengo's.
-
-    A passthrough node that leads nowhere is removed with all connections into it. Nodes of ensemble
-    arrays get no hint: an array has an output for every function, used or not.
-    """
+def network_hints(scope: Scope, remove_passthrough: bool = True) -> Iterator[Violation]:
+    """Yield hints on nodes that an image leaves out, and parts unlike float Nengo's."""
     network, names = scope.network, scope.names
-    read = {c.pre_obj for c in network.all_connections} | {p.obj for p in network.all_probes}
-    fed = {c.post_obj for c in network.all_connections}
-    unread = fed - read - set(_nodes_of_arrays(network))
-    for node in network.all_nodes:
-        if node.output is None and node in unread:
+    if remove_passthrough:
+        for node in _removed(network):
             yield rules.get("SP401").broken(names[node], "leads nowhere and is not probed")
     for probe in network.all_probes:
         if scope.in_chip_units(probe):
@@ -54,6 +48,21 @@ def network_hints(scope: Scope) -> Iterator[Violation]:
     for ensemble in _inhibited(scope):
         kind = type(ensemble.neuron_type).__name__
         yield rules.get("SP418").broken(names[ensemble], f"negative weights into {kind}")
+
+
+def _removed(network: nengo.Network) -> Iterator[nengo.Node]:
+    """Yield the passthrough nodes that lead nowhere: the connections into them are removed, too.
+
+    An array has an output for every function, used or not, so its nodes are left out.
+    """
+    read = {c.pre_obj for c in network.all_connections} | {p.obj for p in network.all_probes}
+    fed = {c.post_obj for c in network.all_connections}
+    unread = fed - read - set(_nodes_of_arrays(network))
+    for cluster, connections in clusters(network):
+        into = [c for c in connections if c.pre_obj not in cluster]
+        out_of = [c for c in connections if c.post_obj not in cluster]
+        if not stays(into, out_of):
+            yield from (node for node in cluster if node in unread)
 
 
 def _in_cycles(scope: Scope) -> Iterator[nengo.Connection]:

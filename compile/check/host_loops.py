@@ -63,13 +63,18 @@ def _fastest(connections: Sequence[nengo.Connection], scope: Scope) -> tuple[flo
     if not chip or not host:
         return 0.0, []
     graph = _lengths(connections, {part: i for i, part in enumerate(parts)})
-    there, after = sparse.csgraph.dijkstra(graph, indices=host, return_predecessors=True)
-    back, before = sparse.csgraph.dijkstra(graph.T, indices=host, return_predecessors=True)
-    whole = there[:, chip] + back[:, chip]
-    start, turn = np.unravel_index(np.argmin(whole), whole.shape)
-    out = _path(after[start], chip[turn], host[start])
-    home = _path(before[start], chip[turn], host[start])
-    return float(whole[start, turn]), [parts[i] for i in (*out[::-1], *home[1:])]
+    backwards = sparse.csr_array(graph.T)
+    fastest_s, around = np.inf, list[int]()
+    # From one start at a time: all of them would take (hosts, parts) numbers.
+    for start in host:
+        there, after = sparse.csgraph.dijkstra(graph, indices=start, return_predecessors=True)
+        back, before = sparse.csgraph.dijkstra(backwards, indices=start, return_predecessors=True)
+        whole = (there + back)[chip]
+        turn = chip[int(np.argmin(whole))]
+        if whole.min() < fastest_s:
+            fastest_s = float(whole.min())
+            around = [*_path(after, turn, start)[::-1], *_path(before, turn, start)[1:]]
+    return fastest_s, [parts[i] for i in around]
 
 
 def _lengths(connections: Sequence[nengo.Connection], at: dict[Part, int]) -> sparse.csr_array:

@@ -27,6 +27,7 @@ from spikeport.compile.ground.scope import (
     Scope,
     full_weights,
     in_full,
+    is_link,
     is_passthrough,
     is_plain,
     probeable,
@@ -96,9 +97,8 @@ def synapse(scope: Scope) -> Iterator[Violation]:
         if filtered_on_chip and kind not in (nengo.Lowpass, type(None)):
             rule, tau_s = rules.get("SP005"), _tau_s(connection.synapse)
             broken = rule.broken(scope.names[connection], kind.__name__, tau_s=tau_s)
-            ends = (connection.pre_obj, connection.post_obj)
-            decoded = all(isinstance(end, nengo.Ensemble) for end in ends)
-            yield broken.or_else(rule.in_case["decoded"]) if decoded else broken
+            by_host = is_link(connection, scope)
+            yield broken.or_else(rule.in_case["decoded"]) if by_host else broken
 
 
 def _tau_s(synapse: nengo.synapses.Synapse) -> str:

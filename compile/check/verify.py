@@ -14,6 +14,7 @@ from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.limits import CoreUse, Usage, usages
 
 CHECKED = ("clipping", "noise")
+"""The settings in `SHARED` that no other rule checks."""
 LONGEST_DELAY = (1 << DELAY_BITS) - 1
 """The largest refractory delay, in steps, that of the spike included."""
 

@@ -1,11 +1,13 @@
 """Clusters of passthrough nodes that are connected to each other."""
 
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import nengo
 import numpy as np
 import scipy.sparse as sparse
+from nengo.connection import LearningRule
+from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.scope import Scope, is_passthrough
 
@@ -37,6 +39,23 @@ def clusters(network: nengo.Network) -> list[tuple[Nodes, Connections]]:
     return list(found.values())
 
 
+def stays(into: Iterable[nengo.Connection], out_of: Iterable[nengo.Connection]) -> bool:
+    """Return whether a cluster with these connections stays on the host.
+
+    nengo-loihi replaces clusters by connections that do not learn, and then fails on the error's
+    connection to a learning rule that is gone. It also fails if an error passes a node that feeds
+    the chip, too. It would send the rates of neurons on the host as spikes.
+    """
+    entered = any(c.learning_rule_type is not None or _sends_rates(c) for c in into)
+    return entered or any(isinstance(c.post_obj, LearningRule) for c in out_of)
+
+
+def _sends_rates(connection: nengo.Connection) -> bool:
+    """Return whether a connection starts at neurons that do not spike; those are on the host."""
+    pre = connection.pre_obj
+    return isinstance(pre, Neurons) and not pre.ensemble.neuron_type.spiking
+
+
 def replaced_clusters(scope: Scope) -> Iterator[tuple[Nodes, Connections, Connections]]:
     """Yield each cluster that nengo-loihi replaces, the connections into it, and those out of it.
 
@@ -46,5 +65,7 @@ def replaced_clusters(scope: Scope) -> Iterator[tuple[Nodes, Connections, Connec
         into = [c for c in connections if c.pre_obj not in cluster]
         out_of = [c for c in connections if c.post_obj not in cluster]
         before, behind = (c.pre_obj for c in into), (c.post_obj for c in out_of)
+        if stays(into, out_of):
+            continue
         if any(map(scope.on_chip, before)) and any(map(scope.on_chip, behind)):
             yield cluster, into, out_of

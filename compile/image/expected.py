@@ -8,8 +8,8 @@ Per step of length dt, a source (a neuron, or a spiking input) that fires at f H
 Weights that learn are all updated in the last step of an epoch, whether or not anything spikes. As
 the last step takes longer than the others, the steps of an epoch are counted one by one.
 
-A compartment's update is active if it has a bias, spikes, or lies in a block that any spike
-reaches: an upper bound, as the current of a reached block may have decayed to zero.
+A compartment's update is active if it has a bias, spikes, or is the target of any source that
+spikes: an upper bound, as the current of a target may have decayed to zero.
 """
 
 import math
@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.deliveries import deliveries
+from spikeport.compile.image.deliveries import sums_by_target
 from spikeport.compile.image.fanout import reach
 from spikeport.compile.image.host_traffic import mean_rate_hz
 from spikeport.compile.image.manifest import Encoding
@@ -166,10 +166,8 @@ def _sums(image: ChipImage, core: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 def _active(image: ChipImage, spikes: np.ndarray) -> np.ndarray:
     """Return the compartments whose update is active, (n_compartments,)."""
-    paths = deliveries(image)
-    reached = np.zeros(image.n_blocks, dtype=bool)
-    # A block counts as a whole: rates do not tell which synapses a spike reads.
-    reached[image.groups.block[paths.group[spikes[paths.source] > 0]]] = True
-    spiking = spikes[: image.n_compartments] > 0
-    result: np.ndarray = reached[image.compartment_block] | (image.compartments.bias != 0) | spiking
+    spiking = spikes > 0
+    synapses = np.ones(len(image.synapses), dtype=np.int64)
+    reached = sums_by_target(image, synapses, spiking[np.newaxis].astype(np.int64))[0] > 0
+    result: np.ndarray = reached | (image.compartments.bias != 0) | spiking[: image.n_compartments]
     return result

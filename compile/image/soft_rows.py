@@ -8,6 +8,7 @@ left out, and weights that need more than 8 bits are split over several rows.
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
+from spikeport.compile.image.deliveries import row_lengths
 
 WORD_BITS, HEADER_WORDS = 16, 2
 DENSE_MOST = 1.3
@@ -35,7 +36,7 @@ def soft_row_bits(image: ChipImage) -> np.ndarray:
 def _row_words(image: ChipImage) -> np.ndarray:
     """Return the words of each row, all its atoms together, (n_rows,)."""
     atoms = image.rows.atoms
-    sizes = np.repeat(np.diff(image.rows.start) // atoms, atoms)
+    sizes = np.repeat(row_lengths(image), atoms)
     part = np.repeat(np.arange(len(sizes)), sizes)  # of each weight: its row and atom
     index = image.synapses.index.astype(np.int64)
     words = row_words(part, index, image.synapses.weight, len(sizes))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.deliveries import deliveries
+from spikeport.compile.image.deliveries import deliveries, row_lengths
 from spikeport.compile.image.manifest import Manifest
 from spikeport.compile.image.soft_rows import soft_row_bits
 from spikeport.compile.image.tables import positions
@@ -159,7 +159,7 @@ def _list_format(manifest: Manifest, form: dict[str, int], consecutive: bool) ->
 
 def is_consecutive(image: ChipImage) -> np.ndarray:
     """Return the groups whose rows reach targets 0, 1, 2 ... for each atom, (n_synapse_groups,)."""
-    first = np.zeros(len(image.synapses.index), dtype=bool)
+    first = np.zeros(len(image.synapses), dtype=bool)
     # Atoms of a row are stored one after the other, and each counts its targets from 0 anew.
     first[_atom_starts(image)] = True
     expected = np.where(first, 0, np.roll(image.synapses.index, 1) + np.int16(1))
@@ -167,15 +167,15 @@ def is_consecutive(image: ChipImage) -> np.ndarray:
         image.rows.start, np.flatnonzero(image.synapses.index != expected), side="right"
     )
     group = np.searchsorted(image.groups.row_start, row - 1, side="right") - 1
-    result: np.ndarray = np.bincount(group, minlength=len(image.groups.block)) == 0
+    result: np.ndarray = np.bincount(group, minlength=len(image.groups)) == 0
     return result
 
 
 def _atom_starts(image: ChipImage) -> np.ndarray:
     """Return the place of the first weight of each atom of all rows, except atoms without any."""
-    sizes, atoms = np.diff(image.rows.start), image.rows.atoms
+    atoms = image.rows.atoms
     number = np.arange(atoms.sum()) - np.repeat(np.cumsum(atoms) - atoms, atoms)
-    length = np.repeat(sizes // np.maximum(atoms, 1), atoms)
+    length = np.repeat(row_lengths(image), atoms)
     result: np.ndarray = (np.repeat(image.rows.start[:-1], atoms) + number * length)[length > 0]
     return result
 

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from spikeport.compile.image.tables import Column, Table
+from spikeport.compile.image.deliveries import row_lengths
+from spikeport.compile.image.tables import Column, Table, part
 from spikeport.errors import ImageError
 
 if TYPE_CHECKING:
@@ -266,12 +267,25 @@ def _check_learning(image: "ChipImage") -> None:
         inside, "the learning groups' weight_exp", shift, f"not from {-MOST_SHIFT} to {MOST_SHIFT}"
     )
     _check_learned_rows(image)
+    for group in np.flatnonzero(image.learns):
+        _check_own_rows(image, int(group))
+
+
+def _check_own_rows(image: "ChipImage", group: int) -> None:
+    """Refuse axons that share rows: a trace belongs to an axon, so its weights must do so, too."""
+    axons, rows = part(image.groups.axon_start, group), part(image.groups.row_start, group)
+    own = np.array_equal(image.in_axons.row[axons], np.arange(rows.stop - rows.start))
+    if not own or (image.rows.atoms[rows] != 1).any() or (image.in_axons.base[axons] < 0).any():
+        raise ImageError(
+            f"synapse group '{image.manifest.groups[group].label}' learns: each of its "
+            "axons needs a row of its own, of one atom, and a base; compile the image again"
+        )
 
 
 def _check_learned_rows(image: "ChipImage") -> None:
     """Refuse rows that learn without a weight for each neuron of the on/off pairs of errors."""
     learns = np.repeat(image.learns, np.diff(image.groups.row_start))
-    weights = np.diff(image.rows.start)[learns] // image.rows.atoms[learns]
+    weights = row_lengths(image)[learns]
     block = np.repeat(image.groups.block, np.diff(image.groups.row_start))[learns]
     pairs = np.diff(image.blocks.start)[block] // 2
     _require(weights == 2 * pairs, "the size of rows that learn", weights, "not", 2 * pairs)

@@ -8,8 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from spikeport.compile.ground import quantisation
-from spikeport.compile.ground.quantisation import BlockNeurons, BlockValues, block_values
+from spikeport.compile.ground.quantisation import (
+    BlockNeurons,
+    BlockValues,
+    block_values,
+    restored_block,
+)
 from spikeport.compile.image.tables import flat
 from spikeport.compile.loihi.blocks import IntegerBlocks
 
@@ -48,7 +52,7 @@ def wanted(blocks: IntegerBlocks) -> Numbers:
 def restored(blocks: IntegerBlocks) -> Numbers:
     """Return the integers in floating point: divided by the scales they were made with."""
     pairs = zip(blocks.floats.blocks, blocks.blocks, strict=True)
-    found = [quantisation.restored_block(block_values(before), after) for before, after in pairs]
+    found = [restored_block(block_values(before), after) for before, after in pairs]
     return _numbers(blocks, found)
 
 

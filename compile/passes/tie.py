@@ -1,9 +1,11 @@
 """`Tie`: neurons that encode alike share a decoder, where that takes fewer cores."""
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, NamedTuple, TypeAlias
 
+import numpy as np
 from pydantic import Field
 
 from spikeport.compile.ground.names import Names, span
@@ -192,14 +194,14 @@ def _relay_rates_hz(image: ChipImage) -> dict[str, float]:
     with bias b and threshold :math:`\theta`: they integrate without leak. In a pair, one neuron
     gets faster as the other gets slower.
     """
-    state, rates = image.compartments, {}
+    state = image.compartments
+    spikes: dict[str, list[float]] = defaultdict(list)
     for number, block in enumerate(image.manifest.blocks):
         if block.kind == "relay":
             mine = part(image.blocks.start, number)
             # A compartment fires once a step at most.
-            spikes = (state.bias[mine] / state.vth[mine]).clip(0, 1)
-            rates[block.owner] = float(spikes.mean() / image.manifest.dt_s)
-    return rates
+            spikes[block.owner] += (state.bias[mine] / state.vth[mine]).clip(0, 1).tolist()
+    return {owner: float(np.mean(each) / image.manifest.dt_s) for owner, each in spikes.items()}
 
 
 def _compare(before: _Outcome, after: _Outcome, context: Context) -> None:

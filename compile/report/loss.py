@@ -9,11 +9,12 @@ and relays is measured against the network as it was written, in float Nengo, by
 `spikeport.backends.against_float`.
 """
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.lost_values import input_hints, readout_hints
 from spikeport.compile.check.violation import Violation
+from spikeport.hardware_models.estimate import plain
 
 ALIASED = 0.25
 """Relative error of rates above which a hint is due."""
@@ -88,4 +89,4 @@ class Loss:
 
     def to_dict(self) -> dict[str, object]:
         """Return plain data, ready for JSON."""
-        return asdict(self) | {"parts": [asdict(part) for part in self.parts]}
+        return plain(self)

@@ -67,23 +67,28 @@ def regroup(
     constants = _summed_constants(rewrite.scope)
     assembly = Assembly(rewrite, solver, partition, edges, filtered_constants, constants)
     gone = {*folded, *partition.places, *matrices.replaced, *probes.replaced}.difference(probed)
-    sums = [read.post_obj for read in reads]
-    nodes, ensembles = [*network.all_nodes, *sums], network.all_ensembles
-    for obj in (*ensembles, *nodes, *construction_order(network), *network.all_probes):
+    for obj in _in_order(network, [read.post_obj for read in reads]):
         if obj not in gone:
             assembly.flat.keep(obj)
     assembly.connect()
-    built = _built(matrices, partition, solver)
-    stand_ins = probes.replacements(assembly)
     return rewrite.then(
         assembly.flat.network,
         assembly.flat.seeds,
-        built=built,
-        stand_ins=stand_ins,
+        built=_built(matrices, partition, solver),
+        stand_ins=probes.replacements(assembly),
         pieces=_pieces(rewrite, partition, assembly.ensembles),
         members=_members(rewrite, partition, assembly.ensembles),
         encoded=assembly.encoded,
     )
+
+
+def _in_order(network: nengo.Network, sums: Sequence[nengo.Node]) -> Iterator[NengoObject]:
+    """Yield a network's objects and the nodes that sum its probes, in the order they are kept."""
+    yield from network.all_ensembles
+    yield from network.all_nodes
+    yield from sums
+    yield from construction_order(network)
+    yield from network.all_probes
 
 
 def _summed_on_host(scope: Scope, partition: Partition) -> Iterator[nengo.Node]:

@@ -6,6 +6,7 @@ import nengo
 import numpy as np
 import pytest
 
+from spikeport import add_params
 from spikeport.backends.against_float import error_against_float
 from spikeport.backends.host_loop import HostLoop
 from spikeport.backends.native.chip import NativeChip
@@ -66,6 +67,16 @@ def test_a_transform_changed_after_compiling_shows_as_an_error() -> None:
 def test_random_input_is_compared_only_with_a_seed() -> None:
     assert found(channel(nengo.processes.WhiteSignal(1.0, high=5))) is None
     assert found(channel(nengo.processes.WhiteSignal(1.0, high=5, seed=3))) < 0.5
+
+
+def test_noise_of_ensembles_on_the_host_is_compared_only_with_a_seed() -> None:
+    for noise in (nengo.processes.WhiteNoise(), nengo.processes.WhiteNoise(seed=3)):
+        network = channel(0.5)
+        add_params(network)
+        first = network.ensembles[0]
+        first.noise = noise
+        network.config[first].on_chip = False
+        assert (found(network) is None) == (noise.seed is None)
 
 
 def test_probes_of_spikes_are_not_compared() -> None:

@@ -163,6 +163,12 @@ def filtered_twice(function: Callable[..., object] | None) -> None:
     nengo.Connection(node, nengo.Ensemble(10, 1), synapse=0.01)
 
 
+def filtered_before_node(synapse: nengo.synapses.Synapse) -> None:
+    a, node = nengo.Ensemble(10, 1), nengo.Node(size_in=1)
+    nengo.Connection(a, node, synapse=synapse)
+    nengo.Connection(node, nengo.Ensemble(10, 1), synapse=None)
+
+
 def probed_from_host(end: bool) -> None:
     a = nengo.Ensemble(10, 1)
     connection = nengo.Connection(nengo.Node(0.5), a)
@@ -178,6 +184,11 @@ CASES = [
     Case("cannot convert float infinity", partial(wired, ZEROS), partial(nengo.Ensemble, 10, 1)),
     Case("Learning rule presynaptic object must be", partial(learned, from_neurons=True), learned),
     Case("Loihi only supports `Lowpass`", partial(learned, synapse=nengo.Alpha(0.01)), learned),
+    Case(
+        "Cannot handle non-Lowpass",
+        partial(filtered_before_node, nengo.Alpha(0.01)),
+        partial(filtered_before_node, nengo.Lowpass(0.02)),
+    ),
     Case("tracing_mag", partial(learned, synapse=0), partial(learned, synapse=0.001)),
     Case(
         "of learned connection", partial(ends_of_learning, "target"), partial(ends_of_learning, "")

@@ -149,6 +149,21 @@ def test_a_passthrough_node_that_leads_nowhere_gets_a_hint() -> None:
     ]
 
 
+def test_a_node_that_stays_on_the_host_to_be_learned_is_no_dead_end() -> None:
+    with nengo.Network(seed=1) as network:
+        a, out, error = nengo.Ensemble(4, 1), nengo.Node(size_in=1), nengo.Node(size_in=1)
+        learned = nengo.Connection(a, out, learning_rule_type=nengo.PES())
+        nengo.Connection(error, learned.learning_rule)
+        nengo.Connection(nengo.Node(0.5), error)
+    assert list(network_hints(scope_of(network))) == []
+
+
+def test_no_node_is_a_dead_end_if_all_passthrough_nodes_stay() -> None:
+    with nengo.Network(seed=1) as network:
+        nengo.Connection(nengo.Ensemble(4, 1), nengo.Node(size_in=1))
+    assert list(network_hints(scope_of(network), remove_passthrough=False)) == []
+
+
 def passage(source: str, target: str, own_ms: float, *filters_ms: float) -> Passage:
     """Return a passage with the filters of its relay, if it has one, and of its target."""
     *relay_s, target_s = (ms / 1000 for ms in filters_ms)

@@ -333,6 +333,16 @@ def test_the_cure_for_a_synapse_is_a_lowpass_of_the_same_group_delay(
     assert violation.cure == f"use nengo.Lowpass({tau_s}) with the same group delay, {OVER_HOST}"
 
 
+def test_the_cure_for_a_synapse_of_full_weights_does_not_suggest_the_host() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(4, 1), nengo.Ensemble(4, 1)
+        solver = nengo.solvers.LstsqL2(weights=True)
+        nengo.Connection(a, b, synapse=nengo.Alpha(0.01), solver=solver)
+    (found,) = lint(scope_of(network))
+    assert found.id == "SP005"
+    assert OVER_HOST not in str(found)
+
+
 def test_the_cure_for_a_synapse_between_neurons_does_not_suggest_the_host() -> None:
     def make() -> None:
         ends = (nengo.Ensemble(5, 1).neurons, nengo.Ensemble(5, 1).neurons)

@@ -48,6 +48,17 @@ def test_neurons_without_bias_that_no_spike_reaches_are_inactive(wired: ChipImag
     assert activity.totals()["synaptic_operations"] == 0
 
 
+def test_only_the_targets_of_spikes_are_active() -> None:
+    with nengo.Network(seed=5) as network:
+        one, none = nengo.dists.Choice([1.0]), nengo.dists.Choice([0.0])
+        pre = nengo.Ensemble(2, 1, label="pre", gain=one, bias=one)
+        post = nengo.Ensemble(6, 1, label="post", gain=one, bias=none)
+        nengo.Connection(pre.neurons[:1], post.neurons[2:4], transform=np.ones((2, 1)))
+    wired = compile_network(network).image
+    activity = expected_activity(wired, Rates(0, {"pre": 100}))
+    assert activity.updates_active.sum() == 2 + 2
+
+
 def test_spikes_of_the_host_count_as_messages_from_the_host(image: ChipImage) -> None:
     activity = expected_activity(image, Rates(0, {HOST: 200}))
     per_spike = fanout(image)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from spikeport.compile.loihi.aliasing import rate_aliasing
+from spikeport.compile.pipeline import compile_network
 from tests.helpers.chip_networks import integer_blocks
 
 
@@ -21,6 +22,19 @@ def test_an_interval_is_rounded_up_to_whole_steps() -> None:
         neuron("silent", 0.0)
     found = rate_aliasing(integer_blocks(network).floats)
     assert found == pytest.approx({"fast": 50 / 300, "slow": 10 / 260, "silent": 0}, rel=1e-6)
+
+
+def test_an_ensemble_that_is_cut_has_the_error_of_all_its_neurons() -> None:
+    with nengo.Network(seed=1) as network:
+        rates = np.repeat([450.0, 60.0], 100)
+        relu = nengo.SpikingRectifiedLinear()
+        nengo.Ensemble(200, 1, neuron_type=relu, gain=np.full(200, 1e-9), bias=rates, label="a")
+    whole = rate_aliasing(compile_network(network, pipeline="").blocks.floats)
+    cut = rate_aliasing(
+        compile_network(network, pipeline="split_ensembles{max_neurons=100}").blocks.floats
+    )
+    assert cut == pytest.approx(whole)
+    assert whole["a"] > 0.1
 
 
 def test_faster_neurons_have_larger_errors_of_rate() -> None:
