@@ -58,12 +58,17 @@ def _has_plain_neurons(ensemble: nengo.Ensemble) -> bool:
 
 
 def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[NengoObject]:
-    """Yield the ends of special connections, and the objects of special probes."""
-    matrices = set(folded)
+    """Yield the ends of special connections, and the objects of special probes.
+
+    nengo-loihi replaces a passthrough node that stays, so objects around it stay as written, and so
+    do those behind folded nodes, which become its targets.
+    """
+    nodes = (node for node in scope.network.all_nodes if is_passthrough(node))
+    staying = set(nodes).difference(folded)
+    feeding = _fed_by(staying, folded, scope)
     for connection in scope.network.all_connections:
         ends = (connection.pre_obj, connection.post_obj)
-        # nengo-loihi replaces a passthrough node that stays, so objects around it stay as written.
-        stays = any(is_passthrough(end) and end not in matrices for end in ends)
+        stays = not staying.isdisjoint(ends) or connection.pre_obj in feeding
         if stays or not _is_ordinary(scope, connection):
             yield from map(base, ends)
     for probe in scope.network.all_probes:
@@ -71,6 +76,20 @@ def _special(scope: Scope, folded: Sequence[nengo.Node]) -> Iterator[NengoObject
             obj = probe.obj
             of_connection = isinstance(obj, nengo.Connection)
             yield from map(base, (obj.pre_obj, obj.post_obj) if of_connection else (obj,))
+
+
+def _fed_by(
+    staying: set[nengo.Node], folded: Sequence[nengo.Node], scope: Scope
+) -> set[nengo.Node]:
+    """Return the folded nodes that nodes which stay feed, directly or through each other."""
+    sources = defaultdict(list)
+    for connection in scope.network.all_connections:
+        sources[connection.post_obj].append(connection.pre_obj)
+    fed: set[nengo.Node] = set()
+    for node in folded:  # sources first
+        if any(source in staying or source in fed for source in sources[node]):
+            fed.add(node)
+    return fed
 
 
 def _is_ordinary(scope: Scope, connection: nengo.Connection) -> bool:

@@ -11,6 +11,7 @@ import pytest
 from nengo.solvers import Lstsq
 
 import spikeport
+from spikeport.compile.ground.quantisation import relative_rms
 from spikeport.compile.rewriting import colouring
 from spikeport.compile.rewriting.colouring import alike, neuron_key, regroupable
 from spikeport.compile.rewriting.passthrough import foldable
@@ -338,3 +339,34 @@ def test_ensembles_at_passthrough_nodes_that_stay_cannot_be_regrouped() -> None:
     with network:
         nengo.Connection(network.nodes[0], network.nodes[0], synapse=SLOW)
     assert regroupable_labels(network) == ["other"]
+
+
+def behind_two_filters() -> nengo.Network:
+    """Return a network whose values pass a node that stays, and then one that is folded."""
+    with nengo.Network(seed=3) as network:
+        a, b = nengo.Ensemble(80, 1, label="a"), nengo.Ensemble(80, 1, label="b")
+        stays, folded = nengo.Node(size_in=1, label="stays"), nengo.Node(size_in=1, label="folded")
+        nengo.Connection(nengo.Node(0.5), a)
+        nengo.Connection(a, stays, synapse=0.05)
+        nengo.Connection(nengo.Node(lambda t: -0.5 * (t > 0.1)), stays, synapse=None)
+        nengo.Connection(stays, folded, synapse=0.05)
+        nengo.Connection(folded, b, synapse=None)
+        network.probe = nengo.Probe(b, synapse=0.005)
+    return network
+
+
+def test_targets_of_nodes_that_stay_are_not_regrouped_even_behind_folded_ones() -> None:
+    network = behind_two_filters()
+    assert [node.label for node in foldable(scope_of(network))] == ["folded"]
+    assert regroupable_labels(network) == []
+
+
+def test_inputs_behind_nodes_that_stay_keep_their_filters() -> None:
+    """The host's step arrives long before the values of a: one filter for both would delay it."""
+    network = behind_two_filters()
+    found = {}
+    for passes in ("as_written", "compact"):
+        with spikeport.Simulator(network, pipeline=passes) as sim:
+            sim.run(0.25)
+        found[passes] = sim.data[network.probe]
+    assert relative_rms(found["compact"], found["as_written"]) < 0.2
