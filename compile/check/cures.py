@@ -16,10 +16,6 @@ EVEN = (
     "give all neurons that a convolution ends at the same gain and bias: "
     "gain=nengo.dists.Choice([gain]), bias=nengo.dists.Choice([bias])"
 )
-CONVOLVE = (
-    "convolve from the ensemble's neurons, as in nengo.Connection(ensemble.neurons, target, "
-    "transform=nengo.Convolution(...))"
-)
 CURES = {
     "Learning rule presynaptic object must be an Ensemble": (
         "learn from the ensemble in place of its neurons, as in nengo.Connection(ensemble, target, "
@@ -42,8 +38,6 @@ CURES = {
         "read the neurons into a node, as in nengo.Node(lambda t, x: x, size_in=...), and convolve "
         "from that"
     ),
-    "assert isinstance(conn.pre_obj, (Neurons": CONVOLVE,
-    "Applying a convolution transform to a decoded connection": CONVOLVE,
     "assert isinstance(conn.post_obj, Ensemble)": (
         "leave weights=True out of its solver, or connect to the ensemble in place of its neurons"
     ),

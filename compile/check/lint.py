@@ -36,6 +36,7 @@ from spikeport.compile.ground.scope import (
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.neurons import OWN_TYPES
 
+CONVOLUTIONS = (nengo.Convolution, nengo.transforms.ConvolutionTranspose)
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
 """Parameters of ensembles and connections that can be arrays, besides transforms."""
 
@@ -138,6 +139,16 @@ def convolved_twice(scope: Scope) -> Iterator[Violation]:
             rows = source_rows(connection)
             read = f"{len(rows)} of {len(np.unique(rows))} neurons"
             yield rules.get("SP014").broken(scope.names[connection], read)
+
+
+def convolved_values(scope: Scope) -> Iterator[Violation]:
+    """Refuse convolutions of decoded values, on the chip and on the host, as Nengo does."""
+    for connection in scope.network.all_connections:
+        pre = connection.pre_obj
+        decoded = isinstance(pre, nengo.Ensemble) and not isinstance(pre.neuron_type, nengo.Direct)
+        if decoded and isinstance(connection.transform, CONVOLUTIONS):
+            kind = f"{type(connection.transform).__name__} of decoded values"
+            yield rules.get("SP020").broken(scope.names[connection], kind)
 
 
 def learning_rule(scope: Scope) -> Iterator[Violation]:
@@ -316,6 +327,7 @@ RULES: tuple[Callable[[Scope], Iterator[Violation]], ...] = (
     synapse,
     post_slice,
     convolved_twice,
+    convolved_values,
     learning_rule,
     learned_neurons,
     weights_to_host,

@@ -17,8 +17,8 @@ OF_THE_CHIP = ("SP2", "SP5")
 """The prefixes of the ids of rules on whole chips and networks, which name no ensemble."""
 OF_THE_NETWORK = "SP0"
 """The prefix of the ids of rules that an ensemble breaks by itself, whatever other ensembles do."""
-ALSO_ON_THE_HOST = ("SP004", "SP011", "SP013")
-"""The rules that hold on the host too: on gain and bias, NaN, and the user's decoders."""
+ALSO_ON_THE_HOST = ("SP004", "SP011", "SP013", "SP020")
+"""The rules that hold on the host too: on gain and bias, NaN, decoders, and convolutions."""
 
 
 class Problem(NamedTuple):

@@ -85,6 +85,21 @@ def convolved(n: int, sparse: bool = False, twice: bool = False) -> None:
     nengo.Connection(pre.neurons[pixels], target, transform=transform)
 
 
+def convolved_values(by: str) -> None:
+    """Convolve the values of an ensemble as decoded ones, as spikes, or from a node on the host."""
+    plane = nengo.Convolution(1, (4, 4, 1), kernel_size=(3, 3))
+    alike = {"gain": nengo.dists.Choice([1.0]), "bias": nengo.dists.Choice([1.0])}
+    a, target = nengo.Ensemble(16, 16), nengo.Ensemble(plane.output_shape.size, 1, **alike)
+    source: object = a
+    if by == "neurons":
+        source = a.neurons
+    if by == "node":
+        on_host(target)
+        source = nengo.Node(size_in=16)
+        nengo.Connection(a, source)
+    nengo.Connection(source, target.neurons, transform=plane)
+
+
 def learned(
     rule: nengo.learning_rules.LearningRuleType, host: bool = False, n: int = 20, values: int = 1
 ) -> None:
@@ -350,6 +365,18 @@ CASES = [
         "give nengo.solvers.NoSolver a row for each neuron",
         compiled(partial(users_decoders, 19)),
         (compiled(partial(users_decoders, 20)),),
+    ),
+    Case(
+        "SP020",
+        "convolve from the ensemble's neurons",
+        linted(partial(convolved_values, "values")),
+        (linted(partial(convolved_values, "neurons")),),
+    ),
+    Case(
+        "SP020",
+        "decode into a node, and convolve from the node",
+        linted(partial(convolved_values, "values")),
+        (linted(partial(convolved_values, "node")),),
     ),
     Case(
         "SP015",

@@ -141,16 +141,6 @@ def sparse_behind_node(transform: object) -> None:
     nengo.Connection(node, nengo.Ensemble(10, 2), transform=transform)
 
 
-def convolved_values(neurons: bool, on_chip: bool = True) -> None:
-    a = nengo.Ensemble(16, 16)
-    target = nengo.Ensemble(PLANE.output_shape.size, 1, **EVEN)
-    if not on_chip:
-        on_host(a)
-        on_host(target)
-        nengo.Ensemble(10, 1)
-    nengo.Connection(a.neurons if neurons else a, target.neurons, transform=PLANE)
-
-
 def full_weights(solver: bool) -> None:
     a, b = nengo.Ensemble(10, 1), nengo.Ensemble(10, 1)
     options = {"solver": nengo.solvers.LstsqL2(weights=True)} if solver else {}
@@ -249,16 +239,6 @@ CASES = [
         "Mergeable transforms must be Dense",
         partial(sparse_behind_node, SPARSE),
         partial(sparse_behind_node, DENSE),
-    ),
-    Case(
-        "assert isinstance(conn.pre_obj",
-        partial(convolved_values, neurons=False),
-        partial(convolved_values, neurons=True),
-    ),
-    Case(
-        "Applying a convolution",
-        partial(convolved_values, neurons=False, on_chip=False),
-        partial(convolved_values, neurons=True, on_chip=False),
     ),
     Case(
         "assert isinstance(conn.post_obj",

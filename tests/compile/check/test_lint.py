@@ -145,6 +145,12 @@ def dict_of_rules() -> None:
     foreign_learning_rule({"a": nengo.PES(), "b": nengo.RLS()})
 
 
+def convolution_of_decoded_values() -> None:
+    plane = nengo.transforms.ConvolutionTranspose(1, (2, 2, 1), kernel_size=(2, 2))
+    a = nengo.Ensemble(20, 4, label="a")
+    nengo.Connection(a, nengo.Node(size_in=plane.size_out, label="b"), transform=plane)
+
+
 def decoders_of_another_shape() -> None:
     a, b = nengo.Ensemble(4, 1, label="a"), nengo.Ensemble(8, 1, label="b")
     nengo.Connection(a, b, solver=nengo.solvers.NoSolver(np.zeros((4, 8)), weights=True))
@@ -242,6 +248,12 @@ CASES: list[tuple[Callable[[], None], str]] = [
         convolution_of_one_neuron_twice,
         "a -> b: SP014 values that a convolution reads: 16 of 15 neurons, limit each neuron once; "
         "cure: multiply the convolution out, and connect with nengo.Sparse",
+    ),
+    (
+        convolution_of_decoded_values,
+        "a -> b: SP020 source of a convolution: ConvolutionTranspose of decoded values, limit "
+        "neurons or a node; cure: convolve from the ensemble's neurons, as in "
+        "nengo.Connection(ensemble.neurons, target, transform=nengo.Convolution(...))",
     ),
     (
         decoders_of_another_shape,
@@ -371,6 +383,18 @@ def test_every_rule_is_broken_by_a_case() -> None:
         scope = Scope(network, Names(network))
         broken |= {rule for rule in RULES if list(rule(scope))}
     assert broken == set(RULES)
+
+
+def test_values_that_an_ensemble_computes_without_neurons_may_be_convolved() -> None:
+    plane = nengo.Convolution(1, (2, 2, 1), kernel_size=(2, 2))
+    with nengo.Network(seed=1) as network:
+        nengo_loihi.add_params(network)
+        direct = nengo.Ensemble(1, 4, neuron_type=nengo.Direct())
+        network.config[direct].on_chip = False
+        nengo.Connection(direct, nengo.Node(size_in=plane.size_out), transform=plane)
+        nengo.Ensemble(5, 1)
+    assert lint(scope_of(network)) == []
+    compile_network(network)
 
 
 def test_all_violations_are_reported_at_once() -> None:
