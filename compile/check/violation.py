@@ -79,9 +79,9 @@ class NothingOnChipError(DoesNotFitError):
     @property
     def verdict(self) -> str:
         """The place where the network runs instead, in words."""
-        used = self.violations[0].used
+        why = f"{len(self.offloaded)} moved" if self.offloaded else self.violations[0].used
         return (
-            f"no ensemble of the network is on the chip ({used}): all of it runs on the host, in "
+            f"no ensemble of the network is on the chip ({why}): all of it runs on the host, in "
             "float Nengo"
         )
 

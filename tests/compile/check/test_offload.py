@@ -178,7 +178,7 @@ def test_the_error_for_an_empty_chip_lists_the_moved_ensembles() -> None:
     with pytest.raises(NothingOnChipError) as raised:
         compile_network(network, offload=True)
     assert str(raised.value) == (
-        "no ensemble of the network is on the chip (0 of 1: 1 with on_chip = False): all of it "
+        "no ensemble of the network is on the chip (1 moved): all of it "
         "runs on the host, in float Nengo; there is no image\n"
         "a (5 neurons) to the host: SP002 neuron type of a; adds at most 0 host spikes a step"
     )
