@@ -61,7 +61,7 @@ class RobotSettings:
         if not LOWEST_HZ <= self.rate_hz <= HIGHEST_HZ or abs(ticks - round(ticks)) > 1e-9:
             raise UsageError(
                 f"{self.rate_hz:g} physics steps a second: must be from {LOWEST_HZ:g} to "
-                f"{HIGHEST_HZ:g}, and each a whole number of ms, as at 200, 500 or 1000"
+                f"{HIGHEST_HZ:g}, with a period of whole ms: 200, 250, 500 or 1000"
             )
         if self.let_down_s is not None and not self.hoist:
             raise UsageError("--let-down is for a robot on its --hoist")

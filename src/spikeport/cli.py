@@ -1,6 +1,7 @@
 """The command line.
 
-Exit codes: 0 done, 1 the network does not fit or a run failed, 2 wrong use, 130 interrupted. The
+Exit codes: 0 done, 1 the network does not fit, a run failed or a user's function raised, 2 wrong
+use or a file that is refused or cannot be imported, 130 interrupted, 128 + n ended by signal n. The
 class of an error decides between 1 and 2: `SpikeportError.exit_code`.
 """
 
@@ -212,7 +213,10 @@ def simulate_command(
     model: Annotated[str, typer.Argument(metavar="MODEL", help=MODEL)],
     backend: Annotated[
         str,
-        typer.Option(help="native, nengo-loihi, reference or another; see `spikeport backends`."),
+        typer.Option(
+            help="native, native-threads, nengo-loihi, reference, board or replay; see "
+            "`spikeport backends`."
+        ),
     ] = "native",
     chip: ChipOption = "loihi",
     passes: PassesOption = None,
@@ -638,7 +642,7 @@ def passes() -> None:
 
 @app.command()
 def backends() -> None:
-    """List the backends, and what each needs."""
+    """List the backends, what each is, and which experiments can use it."""
     from spikeport.commands.lists import print_backends
 
     print_backends()

@@ -43,8 +43,17 @@ This page is made from `compile/check/rules.toml` by `python -m spikeport.docume
 COMMANDS_HEAD = """# Command line
 
 This page lists all commands with their arguments and options, as `--help` does; `spikeport
---version` prints the version. Exit codes: 0 done, 1 the network does not fit, something failed, or
-a check or comparison found a difference, 2 the command was used wrongly, 130 interrupted by Ctrl-C.
+--version` prints the version.
+
+| exit code | meaning |
+|---|---|
+| 0 | done; also a server that Ctrl-C or a signal ended |
+| 1 | the network does not fit, something failed, a function of yours raised an error (one that \
+makes the network, a node's or a connection's), or a check or comparison found a difference |
+| 2 | the command was used wrongly, an extra is missing, or a file is absent, cannot be imported \
+or is refused |
+| 130 | interrupted by Ctrl-C; `sweep`, `evaluate` and `train` also by SIGTERM |
+| 128 + n | ended by signal n |
 
 This page is made from the commands by `python -m spikeport.documents docs`."""
 

@@ -196,8 +196,8 @@ class RobotService:
     rate_hz: Annotated[
         float | None,
         typer.Option(
-            help="Physics steps and states per second, from 200 to 1000, each of whole ms; by "
-            "default 500, with --lock-step 200."
+            help="Physics steps and states per second, from 200 to 1000, with a period of whole "
+            "ms: 200, 250, 500 or 1000. By default 500; with --lock-step always 200."
         ),
     ] = None
     priority: Annotated[
