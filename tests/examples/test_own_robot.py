@@ -124,11 +124,14 @@ def test_the_pages_network_balances_the_pole_in_a_command(programs):
     assert state.error() < 0.3
 
 
-def test_the_pages_control_law_balances_the_pole_without_neurons(programs):
+def test_the_pages_control_law_balances_the_pole_without_neurons(programs, capsys):
     (by_hand,) = (one for one in programs if "GAINS @ state" in one)
     names = names_of(*programs[:3], by_hand)
     assert names["plant"].time_s == pytest.approx(10.0)
     assert abs(names["state"][2]) < 0.001
+    page = (ROOT / "docs" / "own-robot.md").read_text(encoding="utf-8")
+    shown = page.partition(by_hand)[2].removeprefix("```\n\n").splitlines()[0]
+    assert shown == f"    {capsys.readouterr().out.strip()}"
 
 
 def test_the_pages_policy_balances_the_pole(programs, own_robot, monkeypatch, tmp_path):
