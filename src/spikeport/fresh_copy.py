@@ -19,6 +19,7 @@ from typing import Any
 import cloudpickle
 import nengo
 
+from spikeport import user_code
 from spikeport.errors import UsageError
 from spikeport.node_functions import Skippable
 from spikeport.parts import OWNERS, STRUCTS, Parts
@@ -162,11 +163,20 @@ def _own_modules() -> set[ModuleType]:
     """Return the modules of the user, whose functions may change variables."""
     found = set()
     for name, module in list(sys.modules.items()):
-        file = getattr(module, "__file__", None)
-        library = file is None or any(Path(file).is_relative_to(one) for one in LIBRARIES)
-        if not library and name.partition(".")[0] not in ("__main__", "spikeport"):
+        # A notebook's module has no file, as in Jupyter.
+        if name in user_code.RAN or (_is_file_of_user(module) and not _is_known(name)):
             found.add(module)
     return found
+
+
+def _is_file_of_user(module: ModuleType) -> bool:
+    file = getattr(module, "__file__", None)
+    return file is not None and not any(Path(file).is_relative_to(one) for one in LIBRARIES)
+
+
+def _is_known(name: str) -> bool:
+    """Return whether a module is spikeport's, or the main one, which is copied in any case."""
+    return name.partition(".")[0] in ("__main__", "spikeport")
 
 
 @contextlib.contextmanager

@@ -21,6 +21,8 @@ from spikeport.reading.notebook import Cell, read_notebook
 
 FILES = (".py", ".ipynb")
 """The endings of files that hold code."""
+RAN: set[str] = set()
+"""The names, in `sys.modules`, of the modules that files and notebooks of users made."""
 CURE = (
     "; cure: fix the {what}, or put code that only {who} should run under "
     '`if __name__ == "__main__":`'
@@ -104,6 +106,7 @@ def _neighbour(module: ModuleType, path: Path) -> ModuleType:
     """Register a module, so that it and the files beside it can be imported."""
     sys.path.insert(0, str(path.parent.resolve()))  # as python looks for a script's neighbours
     sys.modules[module.__name__] = module  # where dataclasses look for names in annotations
+    RAN.add(module.__name__)
     return module
 
 

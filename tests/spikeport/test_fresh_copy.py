@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import json
 import threading
 import warnings
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from spikeport.compiled import compiled, make_ready
 from spikeport.errors import UsageError
 from spikeport.fresh_copy import fresh_copy
 from spikeport.node_functions import Skippable
+from spikeport.user_code import imported
 
 CALLS = [0]
 
@@ -85,6 +87,15 @@ def neighbour(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return importlib.import_module("counting_neighbour")
 
 
+@pytest.fixture
+def notebook(tmp_path: Path, neighbour: ModuleType) -> ModuleType:
+    """Return the module of a notebook, with the code of the script's neighbour in a cell."""
+    cell = {"cell_type": "code", "source": inspect.getsource(neighbour)}
+    path = tmp_path / "counting_notebook.ipynb"
+    path.write_text(json.dumps({"nbformat": 4, "cells": [cell]}))
+    return imported(str(path))
+
+
 @pytest.mark.parametrize("function", [counts, Counter().step, closing_over(), Clock()])
 def test_copies_record_the_same_as_the_network_and_share_no_state(
     function: Callable[[float], float],
@@ -96,6 +107,11 @@ def test_copies_record_the_same_as_the_network_and_share_no_state(
 def test_copies_share_no_state_of_functions_in_a_neighbouring_module(neighbour: ModuleType) -> None:
     begins_anew(neighbour.counts)
     begins_anew(lambda t: neighbour.counts(t))
+
+
+def test_copies_share_no_state_of_functions_in_a_notebook(notebook: ModuleType) -> None:
+    begins_anew(notebook.counts)
+    begins_anew(lambda t: notebook.counts(t))
 
 
 def begins_anew(function: Callable[[float], float]) -> None:
