@@ -29,9 +29,15 @@ def probes_by_name(network: nengo.Network) -> dict[str, nengo.Probe]:
     found: dict[str, nengo.Probe] = {}
     for probe in network.all_probes:
         name = _labelled(probe, names) if probe.label else _described(probe, names)
-        taken[name] += 1
-        found[name if taken[name] == 1 else f"{name}#{taken[name]}"] = probe
+        found[_unique(name, taken)] = probe
     return found
+
+
+def _unique(name: str, taken: Counter[str]) -> str:
+    """Return a name, with a number if it is taken, and count it as taken."""
+    taken[name] += 1
+    # A label may itself look like a numbered name.
+    return name if taken[name] == 1 else _unique(f"{name}#{taken[name]}", taken)
 
 
 def _labelled(probe: nengo.Probe, names: Names) -> str:

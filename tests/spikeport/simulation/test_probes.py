@@ -115,3 +115,12 @@ def test_an_output_behind_a_node_that_nengo_loihi_removes_is_probed(network, cap
     probing_outputs(network, lambda: compile_network(network))
     assert capsys.readouterr().err.count("note: ") == 1
     assert end in {probe.obj for probe in network.all_probes}
+
+
+def test_no_probe_gets_the_label_of_another(network):
+    labels = ["x", "x#2", "x", "x#2"]
+    with network:
+        probes = [nengo.Probe(network.a, label=label) for label in labels]
+    found = probes_by_name(network)
+    assert list(found.values()) == probes
+    assert list(found)[:2] == ["x", "x#2"]
