@@ -33,7 +33,7 @@ NO_DECAY = DECAY_UNITS**2
 """Steps of the time constant that stands for no decay: in 12 bits, its decay is zero."""
 
 ENTRIES = 2**27
-"""Most weights in all matrices, 1 GiB: NIR stores zeros, too."""
+"""Most entries of all matrices, 1 GiB of weights or 2 GiB of decoders: NIR stores zeros, too."""
 
 
 def export(image: ChipImage, path: str | Path) -> None:
@@ -82,6 +82,12 @@ def _check(image: ChipImage) -> None:
             )
 
 
+def _readouts(image: ChipImage) -> set[int]:
+    """Return the blocks whose voltage is read, and which send no spikes."""
+    read = set(image.compartment_block[image.readouts].tolist())
+    return read - set(image.routes.source[image.routes.from_input == 0].tolist())
+
+
 class _Exporter:
     """The nodes and edges of an image."""
 
@@ -90,6 +96,9 @@ class _Exporter:
         self._dt_s = image.manifest.dt_s
         self._nodes: dict[str, Any] = {}
         self._edges: list[tuple[str, str]] = []
+        self._left = ENTRIES
+        self._sizes = np.diff(image.blocks.start).tolist()
+        self._readouts = _readouts(image)
 
     def graph(self) -> Any:
         """Return the graph."""
@@ -118,7 +127,7 @@ class _Exporter:
             "v_leak": of.bias[mine] / voltage,
             "metadata": self._of_block(block, mine),
         }
-        if block in self._readouts():
+        if block in self._readouts:
             return self._nir.CubaLI(**values)
         threshold = of.vth[mine].astype(float)
         reset = np.zeros_like(threshold)
@@ -134,27 +143,14 @@ class _Exporter:
             "rest_steps": np.maximum(self._image.compartments.refract_delay[mine] - 1, 0),
         }
 
-    def _readouts(self) -> set[int]:
-        """Return the blocks whose voltage is read, and which send no spikes."""
-        image = self._image
-        read = set(image.compartment_block[image.readouts].tolist())
-        return read - set(image.routes.source[image.routes.from_input == 0].tolist())
-
     def _add_weights(self) -> None:
         """Add a matrix for each pair of a source and a block."""
         matrices: dict[tuple[str, int], np.ndarray] = {}
-        left = ENTRIES
         for source, block, rows, columns, weights in self._synapses():
             key = source, block
             if key not in matrices:
-                size = (self._size(block), self._source_size(source))
-                left -= size[0] * size[1]
-                if left < 0:
-                    raise UsageError(
-                        f"image {self._image.digest[:12]}: its matrices have more than {ENTRIES:,} "
-                        "entries, zeros among them; cure: compile it without the pass fuse"
-                    )
-                matrices[key] = np.zeros(size, dtype=np.float32)
+                size = self._sizes[block], self._source_size(source)
+                matrices[key] = self._zeros(size, np.float32)
             np.add.at(matrices[key], (rows, columns), weights)
         for (source, block), matrix in matrices.items():
             self._link(source, f"{source}_block{block}", f"block{block}", matrix)
@@ -173,13 +169,22 @@ class _Exporter:
                 image.synapses.weight[synapses.number],
             )
 
-    def _size(self, block: int) -> int:
-        return int(np.diff(self._image.blocks.start)[block])
+    def _zeros(self, size: tuple[int, int], kind: type[np.floating]) -> np.ndarray:
+        """Return a matrix of zeros; UsageError if all matrices take too many entries."""
+        self._left -= size[0] * size[1]
+        if self._left < 0:
+            raise UsageError(
+                f"image {self._image.digest[:12]}: its matrices have more than {ENTRIES:,} "
+                "entries, zeros among them; cure: compile it without the pass fuse, or probe fewer "
+                "neurons"
+            )
+        return np.zeros(size, dtype=kind)
 
     def _source_size(self, source: str) -> int:
         if source.startswith("input"):
             return int(self._image.inputs.size[int(source.removeprefix("input"))])
-        return self._size(int(source.removeprefix("block")))
+        size: int = self._sizes[int(source.removeprefix("block"))]
+        return size
 
     def _add_outputs(self) -> None:
         """Add a node for each output, with a matrix of its decoders for each block it reads."""
@@ -190,25 +195,31 @@ class _Exporter:
                 output_type={"output": np.array([entry.size])}, metadata={"label": entry.name}
             )
             read = image.read_by(number)
-            weights = self._decoders(number, len(read))
             for block in np.unique(image.compartment_block[read]).tolist():
                 here = image.compartment_block[read] == block
-                matrix = np.zeros((entry.size, self._size(block)))
+                matrix = self._zeros((entry.size, self._sizes[block]), np.float64)
                 local = read[here] - image.blocks.start[block]
-                np.add.at(matrix.T, local, weights[:, here].T)
+                self._add_decoders(matrix, number, local, here)
                 self._link(f"block{block}", f"{name}_block{block}", name, matrix)
 
-    def _decoders(self, number: int, n_read: int) -> np.ndarray:
-        """Return an output's weights, (n_values, n_read)."""
+    def _add_decoders(
+        self, matrix: np.ndarray, number: int, local: np.ndarray, here: np.ndarray
+    ) -> None:
+        """Add an output's weights for one block to a matrix, (n_values, n_compartments).
+
+        ``local`` are the compartments that the output reads ``here``, counted within the block.
+        """
         image, entry = self._image, self._image.manifest.outputs[number]
         values = image.decoders.weight[part(image.outputs.weight_start, number)]
+        order = np.arange(entry.size) if entry.order is None else np.array(entry.order)
         if entry.weights == "matrix":
-            matrix = values.reshape(entry.shape).T
-        else:
-            matrix = np.eye(n_read) * (values[0] if entry.weights == "scale" else 1.0)
-        order = range(len(matrix)) if entry.order is None else entry.order
-        result: np.ndarray = matrix[list(order)]
-        return result
+            np.add.at(matrix.T, local, values.reshape(entry.shape)[here][:, order])
+            return
+        # Each value is the one compartment that it reads, scaled.
+        rows = np.flatnonzero(here[order])
+        positions = np.cumsum(here)[order[rows]] - 1
+        weight = values[0] if entry.weights == "scale" else 1.0
+        np.add.at(matrix, (rows, local[positions]), weight)
 
     def _link(self, source: str, name: str, target: str, weight: np.ndarray) -> None:
         self._nodes[name] = self._nir.Linear(weight=weight)

@@ -194,6 +194,32 @@ def test_an_image_of_too_large_matrices_is_refused(tmp_path, monkeypatch):
         export(image, tmp_path / "image.nir")
     assert str(caught.value) == (
         f"image {image.digest[:12]}: its matrices have more than 10 entries, zeros among them; "
-        "cure: compile it without the pass fuse"
+        "cure: compile it without the pass fuse, or probe fewer neurons"
     )
     assert not (tmp_path / "image.nir").exists()
+
+
+def spikes_of(order: list[int]) -> ChipImage:
+    with nengo.Network(seed=1) as net:
+        ensemble = nengo.Ensemble(40, 1, max_rates=RATES)
+        nengo.Probe(ensemble.neurons[order])
+    return spikeport.compile_network(net).image
+
+
+def test_matrices_of_outputs_count_as_well(tmp_path, monkeypatch):
+    monkeypatch.setattr(nir_export, "ENTRIES", 79)
+    with pytest.raises(UsageError, match="its matrices have more than 79 entries"):
+        export(spikes_of([5, 3]), tmp_path / "image.nir")
+    monkeypatch.setattr(nir_export, "ENTRIES", 80)
+    export(spikes_of([5, 3]), tmp_path / "image.nir")
+
+
+def test_the_values_of_an_output_of_spikes_are_those_of_its_neurons(tmp_path):
+    image = spikes_of([5, 3])
+    export(image, tmp_path / "image.nir")
+    (entry,) = image.manifest.outputs
+    scale = image.decoders.weight[0] if entry.weights == "scale" else 1
+    wanted = np.zeros((2, 40))
+    wanted[[0, 1], [5, 3]] = scale
+    graph = nir.read(tmp_path / "image.nir", type_check=False)
+    np.testing.assert_array_equal(graph.nodes["output0_block0"].weight, wanted)
