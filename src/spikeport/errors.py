@@ -24,7 +24,8 @@ A message names the object, the rule, the amount used and the limit, and the cur
 line exits with the ``exit_code`` of an error's class: 1 where a network or a run failed, 2 where
 the request itself cannot be met.
 
-Every error can be imported from here. `RefusedError` and the errors below it are Nengo's errors,
+`UnreadableError` of `spikeport.reading.archive` is a `UsageError`; every other error can be
+imported from here. `RefusedError` and the errors below it are Nengo's errors,
 too, and are imported when they are first used: importing Nengo takes a second.
 """
 

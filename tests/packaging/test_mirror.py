@@ -45,7 +45,6 @@ ELSEWHERE = {
     "backends/board/link.py": "backends/board/test_opening.py",
     "backends/softcore/simulation.py": "backends/softcore/test_chip.py",
     "spikeport/commands/options_of_links.py": "spikeport/commands/test_links.py",
-    "spikeport/reading/archive.py": "networks/loading/test_archives.py",
     "networks/spa_selection.py": "networks/test_action_selection.py",
     "training/export.py": "training/test_networks.py",
 }

@@ -172,9 +172,20 @@ def _check_directory(content: bytes) -> None:
     if end < 0:
         raise MismatchError("a whole zip archive", "one without a list of members")
     size = int.from_bytes(content[end + 12 : end + 16], "little")
-    # ZIP64: the record with sizes of 64 bits, and its locator.
-    long = content[max(0, end - 76) : end]
-    if len(long) == 76 and long.startswith(b"PK\6\6") and long[56:60] == b"PK\6\7":
-        size = int.from_bytes(long[40:48], "little")
+    if end >= 20 and content[end - 20 : end - 16] == b"PK\6\7":
+        size = _long_size(content, end)
     if size > DIRECTORY_BYTES:
         raise MismatchError(f"a list of members of at most {DIRECTORY_BYTES:,} bytes", f"{size:,}")
+
+
+def _long_size(content: bytes, end: int) -> int:
+    """Return the size of a list of members from ZIP64's record, which the locator at ``end`` names.
+
+    Some versions of Python read the record before the locator, others the one at its offset: an
+    archive has to mean the same one.
+    """
+    start = end - 76
+    offset = int.from_bytes(content[end - 12 : end - 4], "little")
+    if offset != start or content[start : start + 4] != b"PK\6\6":
+        raise MismatchError("ZIP64's record directly before its locator", "it elsewhere")
+    return int.from_bytes(content[start + 40 : start + 48], "little")

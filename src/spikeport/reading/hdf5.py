@@ -72,7 +72,7 @@ def read(path: Path) -> dict[str, Value]:
     MissingExtraError
         If h5py is absent.
     """
-    _h5py()
+    _h5py("reading a NIR graph", "nir")
     return _in_a_child(_values, read_bytes(path))
 
 
@@ -83,7 +83,10 @@ def read_dataset(path: Path) -> "xr.Dataset":
     ------
     MismatchError
         If it is not netCDF, damaged, too large, or has data in other files.
+    MissingExtraError
+        If h5py is absent.
     """
+    _h5py("reading time series", "runs")
     import xarray  # noqa: F401, imported once, for all children
 
     return _in_a_child(_dataset, read_bytes(path))
@@ -141,7 +144,8 @@ def _values(content: bytes) -> dict[str, Value]:
 
 def _walked(content: bytes, left_out: str | None = None) -> dict[str, Value]:
     """Return the whole content of a file, except for members called ``left_out``."""
-    h5py = _h5py()
+    import h5py
+
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
             return _Reader(h5py, left_out).group(file, depth=0)
@@ -165,11 +169,12 @@ def _dataset(content: bytes) -> "xr.Dataset":
         raise MismatchError("time series in netCDF", first_line(error)) from error
 
 
-def _h5py() -> ModuleType:
+def _h5py(use: str, extra: str) -> None:
+    """Import h5py once, for all children; MissingExtraError if it is absent."""
     try:
-        return import_module("h5py")
+        import_module("h5py")
     except ModuleNotFoundError as error:
-        raise missing("reading an HDF5 file", "h5py", "nir") from error
+        raise missing(use, "h5py", extra) from error
 
 
 class _Reader:

@@ -77,10 +77,12 @@ def read_notebook(path: Path) -> list[Cell]:
 
 def _cell(path: Path, number: int, source: str, magics: int) -> Cell:
     lines, skipped = LINE_END.split(source), list[str]()
-    if lines[0].lstrip().startswith("%%"):
-        inside = lines[0].strip("% \t").partition(" ")[0] in PYTHON_INSIDE
-        skipped.append(lines[0].strip() + (" and its cell" * (not inside)))
-        lines = ["", *lines[1:]] if inside else []
+    # IPython takes no notice of empty lines at the beginning.
+    first = next((row for row, line in enumerate(lines) if line.strip()), 0)
+    if (magic := lines[first].strip()).startswith("%%"):
+        inside = magic.strip("% \t").partition(" ")[0] in PYTHON_INSIDE
+        skipped.append(magic + (" and its cell" * (not inside)))
+        lines = [*[""] * (first + 1), *lines[first + 1 :]] if inside else []
     # A line is taken for a magic only where Python cannot parse it: a line that begins with % may
     # continue the line before, or be part of a string.
     while (fault := _fault(lines)) is not None:

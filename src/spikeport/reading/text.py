@@ -67,7 +67,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     """Return the content of a TOML text; raises as `parse_json`."""
     if len(text) > TOML_BYTES:
         raise MismatchError(f"TOML of at most {TOML_BYTES:,} characters", f"{len(text):,}")
-    most = max((line.count(".") for line in text.splitlines()), default=0)
+    # Not `splitlines`: letters that end a line elsewhere may lie within a line of TOML.
+    most = max(line.count(".") for line in text.split("\n"))
     if most > MOST_DOTS:
         raise MismatchError(f"at most {MOST_DOTS} dots in a line", f"{most:,}")
     return tomllib.loads(text)

@@ -107,7 +107,8 @@ def test_an_oversized_list_of_members_is_refused(path, refused, long):
     end = struct.pack("<4s4H2LH", b"PK\5\6", 0, 0, 0, 0, len(content) * (not long), 0, 0)
     if long:
         record = (b"PK\6\6", 44, 45, 45, 0, 0, count, count, len(content), 0)
-        end = struct.pack("<4sQ2H2L4Q", *record) + struct.pack("<4sLQL", b"PK\6\7", 0, 0, 1) + end
+        locator = struct.pack("<4sLQL", b"PK\6\7", 0, len(content), 1)
+        end = struct.pack("<4sQ2H2L4Q", *record) + locator + end
     path.write_bytes(content + end)
     assert refused(path).startswith(
         "expected a list of members of at most 1,048,576 bytes, found 2,300,000"
@@ -116,7 +117,7 @@ def test_an_oversized_list_of_members_is_refused(path, refused, long):
 
 def test_an_archive_on_several_disks_is_refused(path, refused):
     locator = struct.pack("<4sLQL", b"PK\6\7", 0, 0, 2)
-    path.write_bytes(b"PK" + bytes(54) + locator + b"PK\5\6" + bytes(18))
+    path.write_bytes(b"PK\6\6" + bytes(52) + locator + b"PK\5\6" + bytes(18))
     assert "multiple disks" in refused(path)
 
 

@@ -2,11 +2,14 @@
 
 import os
 import resource
+import sys
 
 import h5py
 import numpy as np
 import pytest
 
+from spikeport.errors import MissingExtraError
+from spikeport.extras import install_command
 from spikeport.reading import hdf5
 from spikeport.reading.mismatch import MismatchError
 
@@ -164,3 +167,18 @@ def test_a_file_on_which_the_library_loops_or_aborts_is_refused(path, monkeypatc
 def _loop(_content):
     while True:
         pass
+
+
+@pytest.mark.parametrize(
+    ("read", "user", "extra"),
+    [(hdf5.read, "a NIR graph", "nir"), (hdf5.read_dataset, "time series", "runs")],
+)
+def test_the_error_without_h5py_names_the_extra_of_what_is_read(
+    path, monkeypatch, read, user, extra
+):
+    path.write_bytes(b"content")
+    monkeypatch.setitem(sys.modules, "h5py", None)
+    with pytest.raises(MissingExtraError) as caught:
+        read(path)
+    wanted = f"reading {user} needs the package h5py, which is absent; install it with: "
+    assert str(caught.value) == wanted + install_command(extra)

@@ -42,6 +42,8 @@ def test_code_cells_are_numbered_among_all_cells(tmp_path):
         ("!pip install \\\n    nengo\nx = 1", "pass\n\nx = 1\n", ["!pip install \\"]),
         ("%%time\nx = 1", "\nx = 1\n", ["%%time"]),
         ("%%bash\nls -l", "\n", ["%%bash and its cell"]),
+        ("\n \n%%bash\nls -l", "\n", ["%%bash and its cell"]),
+        ("\n%%time \nx = 1", "\n\nx = 1\n", ["%%time"]),
         ("x = (7\n% 4)", "x = (7\n% 4)\n", []),
         ("t = '''\n%d\n'''\n%magic", "t = '''\n%d\n'''\npass\n", ["%magic"]),
         ("t = 'a\u2028b'\r\n!x \\\r\ny", "t = 'a\u2028b'\npass\n\n", ["!x \\"]),

@@ -66,6 +66,7 @@ def test_json_and_toml_are_parsed():
         ),
         (parse_toml, "a" * 300_000, "TOML of at most 262,144 characters, found 300,000"),
         (parse_toml, "a = 1\n" + "a." * 60 + "a = 1", "at most 50 dots in a line, found 60"),
+        (parse_toml, "a.'\u2028'." * 30 + "a = 1", "at most 50 dots in a line, found 60"),
     ],
 )
 def test_texts_that_would_fill_the_memory_are_not_parsed(parse, text, complaint):
