@@ -2,6 +2,7 @@
 
 import functools
 import inspect
+import os
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any
@@ -98,6 +99,9 @@ def _users(spec: str, pairs: list[str]) -> nengo.Network:
     where, name = parts(spec)
     if not where or (where != spec and not name):
         raise unknown("network", spec, [*BUILT_IN, *FORMS])
+    # A module may be called nir, too.
+    if where.endswith(NIR) and os.path.exists(where):
+        raise UsageError(f"{spec}: a NIR graph is one network, without names; cure: give {where}")
     with user_code.without_arguments(where):
         module = user_code.imported(where)
         found = _named(module, where, name) if name else _only(module, where)

@@ -246,3 +246,17 @@ def test_spikeports_own_errors_are_passed_on_unchanged():
         refusal("arm", "box=huge")
         == "unknown box 'huge'; choose from: large, small, x0:x1,y0:y1,z0:z1 (m)"
     )
+
+
+def test_a_name_behind_a_nir_graph_is_refused_and_a_module_may_be_called_nir(tmp_path, monkeypatch):
+    (path := tmp_path / "graph.nir").write_bytes(b"")
+    with pytest.raises(UsageError) as caught:
+        find_network(f"{path}:one", [])
+    assert str(caught.value) == (
+        f"{path}:one: a NIR graph is one network, without names; cure: give {path}"
+    )
+    (tmp_path / "package_with").mkdir()
+    code = "import nengo\nmodel = nengo.Network()\n"
+    (tmp_path / "package_with" / "nir.py").write_text(code)
+    monkeypatch.syspath_prepend(tmp_path)
+    assert find_network("package_with.nir:model", []).all_objects == []
