@@ -5,7 +5,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -15,6 +14,7 @@ from spikeport.counted import counted
 from spikeport.errors import RenderError
 from spikeport.experiments.loop import Port
 from spikeport.experiments.run_folder import Result
+from spikeport.robot.engine import mujoco
 from spikeport.robot.plant import Plant
 from spikeport.robot.render import Mark, Renderer
 from spikeport.robot.video import VideoWriter

@@ -2,10 +2,10 @@
 
 from typing import NamedTuple
 
-import mujoco
 import numpy as np
 
 from spikeport.robot.description import load
+from spikeport.robot.engine import mujoco
 
 # As int, since numbers in an array do not equal members of the enumeration.
 SPHERE, CAPSULE, CYLINDER, ELLIPSOID, BOX = (

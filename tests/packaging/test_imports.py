@@ -141,3 +141,11 @@ def test_the_image_and_its_kernels_need_no_nengo(root: Path) -> None:
     assert names & {"nengo", "nengo_loihi", "nengo_spa"} == set()
     native = reached(files, "spikeport.compile")
     assert {folder for _, folder in native} == {"image"}
+
+
+def test_only_the_engine_imports_mujoco_itself(root: Path) -> None:
+    """The engine turns what goes wrong there into errors that say how to go on."""
+    folders = [*FOLDERS, "src"]
+    files = [path for folder in folders for path in (root / folder).rglob("*.py")]
+    found = {str(path.relative_to(root)) for path in files if "mujoco" in imported(path)}
+    assert found == {"robot/engine.py"}
