@@ -13,6 +13,10 @@ from spikeport.errors import UsageError
 LONGEST_NAME = 200
 """Bytes of the longest file name: file systems hold 255, and a half-written file's name is longer
 than its own."""
+LONGEST_FOLDER = 255
+"""Bytes of the longest name of a folder, by the limit of file systems."""
+RESULTS = ("result.json", "sweep.json")
+"""Files that only the folders of runs, evaluations and sweeps have."""
 PART = ".part"
 """The ending of a file that is not yet whole; only an interrupted program leaves one behind."""
 ELSEWHERE = (
@@ -86,6 +90,22 @@ def check_apart(outputs: Iterable[tuple[str, Path]]) -> None:
             raise UsageError(f"{option} {path}: would replace what {other} writes; choose another")
 
 
+def check_new_folder(option: str, path: Path) -> None:
+    """Refuse a folder for outputs that is a file or a run's, or that cannot be written into.
+
+    Raises
+    ------
+    UsageError
+        Naming option and path.
+    """
+    if os.path.exists(path) and not os.path.isdir(path):
+        raise UsageError(f"{option} {path}: is a file; choose a folder")
+    check_folder(option, path, path)
+    # Whatever else is written there seems to be of the run.
+    if held := [name for name in RESULTS if os.path.exists(path / name)]:
+        raise UsageError(f"{option} {path}: holds a run, {held[0]}; choose another folder")
+
+
 def check_folder(option: str, path: Path, folder: Path) -> None:
     """Refuse an output path whose folder cannot be written into, or made.
 
@@ -94,6 +114,10 @@ def check_folder(option: str, path: Path, folder: Path) -> None:
     UsageError
         Naming option, path, and the folder that is there.
     """
+    if any(len(os.fsencode(part)) > LONGEST_FOLDER for part in folder.parts):
+        raise UsageError(
+            f"{option} {path}: a folder's name of more than {LONGEST_FOLDER} bytes; choose another"
+        )
     # The nearest one that exists: `os.path.exists` is false, too, for one that cannot be accessed.
     there = next((one for one in (folder, *folder.parents) if os.path.exists(one)), folder)
     if os.path.exists(there) and not os.path.isdir(there):

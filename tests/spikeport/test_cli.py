@@ -116,3 +116,21 @@ def test_an_interrupt_gives_an_error_of_one_line(where, error, said):
     )
     done = subprocess.run([sys.executable, "-c", code, "chips"], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (130, f"error: interrupted; {said}\n")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("compile", "NET:make", "--out", "LONG"),
+        ("train", "walk", "--out", "LONG"),
+        ("calibrate", "reach", "--out", "LONG/file.npz"),
+        ("view", "LONG"),
+        ("show", "LONG"),
+    ],
+)
+def test_names_that_are_too_long_are_wrong_use(spikeport, net_py, tmp_path, command):
+    long = str(tmp_path / ("n" * 300))
+    words = [one.replace("NET", str(net_py)).replace("LONG", long) for one in command]
+    done = spikeport(*words)
+    assert (done.code, done.out) == (2, "")
+    assert long in done.err

@@ -5,18 +5,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from spikeport.atomic import check_apart, check_folder, check_output, locked
+from spikeport.atomic import check_apart, check_new_folder, check_output, locked
 from spikeport.commands.image_file import IMAGE
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.report.report import Json
-from spikeport.errors import UsageError
 from spikeport.files import write_json
 
 REPORT = "report.json"
 """The file of the report in the folder."""
-
-RESULTS = ("result.json", "sweep.json")
-"""Files that only the folders of runs, evaluations and sweeps have."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,13 +36,8 @@ class Destinations:
 
         Also for the folder of a run, and for one that another process writes into at the moment.
         """
-        if self.out is not None and self.out.exists() and not self.out.is_dir():
-            raise UsageError(f"--out {self.out}: is a file; choose a folder")
         if self.out is not None:
-            check_folder("--out", self.out, self.out)
-            # Whatever else is written there seems to be of the run.
-            if held := [name for name in RESULTS if (self.out / name).exists()]:
-                raise UsageError(f"--out {self.out}: holds a run, {held[0]}; choose another folder")
+            check_new_folder("--out", self.out)
             if self.out.exists():
                 with self.alone():
                     pass
@@ -101,7 +92,10 @@ class Destinations:
 
     def write_refusal(self, report: Json, title: str) -> None:
         """Write the report on a refused network: not to the folder, where an image may lie."""
-        replace(self, out=None).write_report(report, title)
+        in_folder = self.json is not None and self._holds_report(self.json)
+        outside = replace(self, out=None, json=None if in_folder else self.json)
+        outside.write_report(report, title)
+        outside.note()
 
     def remove_image(self) -> None:
         """Remove the image of an earlier compile from the folder: the report is of another one."""

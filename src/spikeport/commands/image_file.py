@@ -1,5 +1,6 @@
 """The image that a command reads, by its file or by the folder of its compile."""
 
+import os
 from pathlib import Path
 
 from spikeport.errors import UsageError
@@ -16,7 +17,7 @@ def image_file(path: Path) -> Path:
     UsageError
         If the folder has no image.
     """
-    if not path.is_dir():
+    if not os.path.isdir(path):
         return path
     if not (path / IMAGE).is_file():
         raise UsageError(f"{path}: has no {IMAGE}; give an image, or a folder of `compile --out`")

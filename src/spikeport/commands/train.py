@@ -3,12 +3,12 @@
 from dataclasses import asdict
 from pathlib import Path
 
-from spikeport.atomic import check_folder, locked
+from spikeport.atomic import check_new_folder, locked
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Workers
 from spikeport.commands.progress import progress_bar
-from spikeport.errors import UsageError, unknown
+from spikeport.errors import unknown
 from spikeport.extras import missing
 
 POLICIES = ("walk",)
@@ -20,10 +20,7 @@ def run(
     """Train a policy, or resume its training, and print how it walks."""
     if policy not in POLICIES:
         raise unknown("policy", policy, POLICIES)
-    if out.is_file():
-        raise UsageError(f"--out {out}: this is a file; give the folder of the training run")
-    if (out / "result.json").is_file() or (out / "sweep.json").is_file():
-        raise UsageError(f"--out {out}: holds a run or a sweep; choose another --out")
+    check_new_folder("--out", out)
     try:
         from spikeport.training.curriculum import STAGES, without_hidden_noise
         from spikeport.training.train import TrainOptions
@@ -34,7 +31,6 @@ def run(
     options = TrainOptions(out, seed, steps, stages=stages, workers=Workers(n=threads).n_processes)
     command = f"spikeport train {policy} --seed {seed} --steps {steps} --threads {options.workers}"
     command += "" if hidden_noise else " --no-hidden-noise"
-    check_folder("--out", out, out)
     out.mkdir(parents=True, exist_ok=True)
     with locked(out), resumable(out, "segments"), progress_bar() as progress:
         evaluations = train_walk(options, command, progress)

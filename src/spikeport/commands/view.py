@@ -1,5 +1,6 @@
 """``spikeport view RUN``: a page that plays a run in a browser, also while the run goes on."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,7 +29,7 @@ def run(folder: Path, out: Path | None, live: bool = False) -> None:
     MissingExtraError
         If xarray or MuJoCo is absent.
     """
-    if folder.exists() and not folder.is_dir():
+    if os.path.exists(folder) and not os.path.isdir(folder):
         raise UsageError(f"{folder}: is a file; name the folder of a run")
     page = out or folder / PAGE
     check_output("--out", page, suffix=".html")

@@ -130,6 +130,18 @@ def test_a_network_that_does_not_fit_has_a_report_and_a_page(spikeport, net_py, 
     assert not out.exists()
 
 
+def test_the_report_on_a_refused_network_does_not_replace_the_one_beside_another_image(
+    spikeport, net_py, tmp_path
+):
+    assert spikeport("compile", f"{net_py}:make", "--out", tmp_path / "out").code == 0
+    before = {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()}
+    page, report = tmp_path / "page.html", tmp_path / "out" / "report.json"
+    options = ("--out", tmp_path / "out", "--json", report, "--html", page)
+    done = spikeport("compile", f"{net_py}:does_not_fit", *options)
+    assert (done.code, done.out) == (1, f"written: {page}\n")
+    assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+
+
 def test_diff_writes_a_page_of_two_reports(spikeport, net_py, tmp_path):
     for n in ("20", "30"):
         options = ("--set", f"n_neurons={n}", "--out", tmp_path / n)

@@ -23,7 +23,7 @@ def test_an_unknown_policy_lists_the_known_ones(spikeport):
 def test_a_file_in_place_of_the_folder_of_a_run_is_refused(spikeport, tmp_path):
     path = tmp_path / "file"
     path.touch()
-    message = f"error: --out {path}: this is a file; give the folder of the training run\n"
+    message = f"error: --out {path}: is a file; choose a folder\n"
     assert spikeport("train", "walk", "--out", str(path)) == (2, "", message)
 
 
@@ -34,7 +34,7 @@ def test_a_folder_of_a_sweep_or_in_use_is_refused(spikeport, tmp_path):
     assert (done.code, done.out) == (2, "")
     assert done.err.startswith(f"error: {tmp_path}: another process writes into it")
     (tmp_path / "sweep.json").touch()
-    message = f"error: --out {tmp_path}: holds a run or a sweep; choose another --out\n"
+    message = f"error: --out {tmp_path}: holds a run, sweep.json; choose another folder\n"
     assert spikeport("train", "walk", "--out", str(tmp_path)) == (2, "", message)
 
 
