@@ -1,11 +1,12 @@
 """``spikeport calibrate``."""
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 
 from spikeport.atomic import check_output
-from spikeport.commands.checks import check_target, seconds_of
+from spikeport.commands.checks import check_needed, check_target, seconds_of
 from spikeport.commands.console import Console
 from spikeport.commands.options import Target
 from spikeport.commands.progress import progress_bar
@@ -40,6 +41,7 @@ def run(request: CalibrateRequest) -> None:
             "calibration of its own; leave it out"
         )
     _refuse_perturbations(settings)
+    _refuse_settings_of_runs(settings, experiment)
     chosen = experiment.settings(**settings)
     with progress_bar() as progress, cut_off_by_design():
         options = Options(
@@ -50,6 +52,7 @@ def run(request: CalibrateRequest) -> None:
             progress=progress,
         )
         trial = experiment.trial(chosen, options)
+        check_needed(settings, [trial])
         trial.check()
         calibration = trial.calibrate()
     calibration.save(request.out)
@@ -72,12 +75,20 @@ def _refuse_perturbations(settings: Mapping[str, object]) -> None:
         )
 
 
+def _refuse_settings_of_runs(settings: Iterable[str], experiment: Experiment) -> None:
+    for name in sorted(set(experiment.of_run) & set(settings)):
+        raise UsageError(
+            f"--set {name}: changes a run, and not the decoders that are calibrated; cure: leave "
+            "it out here, and give it to `run`"
+        )
+
+
 def _check(request: CalibrateRequest, experiment: Experiment) -> None:
     backends = [name for name in experiment.backends if name not in (WITHOUT_NEURONS, REPLAY)]
     backend = request.target.backend
     if backend not in backends:
         raise unknown(f"backend with neurons of {experiment.name}", backend, backends)
     check_output("--out", request.out)
-    if request.out.exists() and not is_calibration(request.out):
+    if os.path.exists(request.out) and not is_calibration(request.out):
         raise UsageError(f"--out {request.out}: exists, and is not a calibration; choose another")
     check_target(request.target)

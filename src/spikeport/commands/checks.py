@@ -41,6 +41,20 @@ def check_counts(asked: bool, target: Target) -> None:
         )
 
 
+def refuse_compile_options(target: Target, offload: bool = False) -> None:
+    """Raise UsageError for options of a compile, on a backend for which nothing is compiled."""
+    asked = {
+        "--passes": target.passes is not None,
+        "--offload": offload,
+        "--chip": target.chip != Target.chip,
+    }
+    for option in (option for option, is_asked in asked.items() if is_asked):
+        raise UsageError(
+            f"{option}: for backend '{target.backend}' nothing is compiled; leave it out, or "
+            "choose --backend native"
+        )
+
+
 def seconds_of(asked: float | None, experiment: Experiment) -> float:
     """Return the time to simulate; UsageError if it is too short, too long or no whole steps."""
     seconds = experiment.seconds if asked is None else asked

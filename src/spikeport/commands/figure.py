@@ -4,11 +4,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from spikeport.commands import run, sweep
-from spikeport.commands.checks import seeds_from
+from spikeport.commands.checks import check_target, seeds_from
 from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
-from spikeport.experiments.options import WITHOUT_NEURONS
+from spikeport.experiments.options import REPLAY, WITHOUT_NEURONS
 from spikeport.experiments.sweep.plan import BACKEND
 from spikeport.find_network import built_in
 from spikeport.plots import rendered
@@ -39,6 +39,7 @@ class PaperFigure:
                 f"figure '{request.figure}' is a single run; leave out --workers and --scheduler"
             )
         _check_neurons(request)
+        _refuse_replay(request)
         settings = _replaced(self.settings, request.options.settings)
         options = replace(request.options, settings=settings)
         run.run(run.RunRequest(experiment=self.experiment, target=request.target, options=options))
@@ -115,6 +116,7 @@ class PaperOverview:
                 "figure 'overview' is drawn without a run: it takes --set, --chip, --out and "
                 "--overwrite; cure: leave the others out"
             )
+        check_target(request.target)
         drawing = registry.imported("figure 'overview'", self.module)
         with run_folder.opened(asked.out, "overview", asked.overwrite) as folder:
             # A calibration takes a run, and does not change the drawing.
@@ -134,6 +136,15 @@ def _check_neurons(request: FigureRequest) -> None:
         raise UsageError(
             f"--backend {WITHOUT_NEURONS}: has no neurons, which figure '{request.figure}' shows; "
             "cure: leave it out"
+        )
+
+
+def _refuse_replay(request: FigureRequest) -> None:
+    """Refuse the backend that plays back a record: figures have no option that names one."""
+    if request.target.backend == REPLAY:
+        raise UsageError(
+            f"--backend {REPLAY}: figures take no record of a run; cure: leave it out, or "
+            f"spikeport run with --backend {REPLAY} --replay FILE"
         )
 
 

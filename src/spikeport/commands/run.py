@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from spikeport import cache
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
-from spikeport.commands.checks import check_counts, check_needed, check_target, seconds_of
+from spikeport.commands.checks import (
+    check_counts,
+    check_needed,
+    check_target,
+    refuse_compile_options,
+    seconds_of,
+)
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RunOptions, Target
@@ -18,7 +24,7 @@ from spikeport.commands.tables import resource_table
 from spikeport.compile.report.drawing import estimate
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.link_lines import link_line, robot_line
-from spikeport.experiments.options import Options, Outcome, keeps_to_a_clock
+from spikeport.experiments.options import WITHOUT_NEURONS, Options, Outcome, keeps_to_a_clock
 
 if TYPE_CHECKING:
     from spikeport.robot.link.connection import RobotOptions
@@ -45,6 +51,8 @@ def run(request: RunRequest) -> None:
     check_needed(given, [experiment.trial(chosen, Options(seconds, target.backend))])
     check_target(target)
     check_counts(asked.counts, target)
+    if target.backend == WITHOUT_NEURONS:  # in float Nengo, passes may fuse the policy's ensembles
+        refuse_compile_options(target)
     with (
         ended_in_order(),
         run_folder.opened(asked.out, experiment.name, asked.overwrite) as folder,

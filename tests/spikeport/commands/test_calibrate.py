@@ -112,11 +112,29 @@ def test_a_missing_calibration_is_named(spikeport, tmp_path):
 
 
 def test_settings_that_a_run_would_refuse_are_refused_before_the_work(spikeport, tmp_path):
-    done = spikeport("calibrate", "walk", "--set", "path=nosuch", "--out", tmp_path / "f.npz")
-    message = (
-        "error: unknown path 'nosuch'; choose from: FILE.csv, figure-eight, line, loop, s-curve\n"
-    )
-    assert done == (2, "", message)
+    done = spikeport("calibrate", "switch", "--set", "selection=spa", "--out", tmp_path / "f.npz")
+    assert (done.code, done.out) == (2, "")
+    assert done.err.startswith("error: selection=spa: neurons have one filter on backend 'native'")
+
+
+@pytest.mark.parametrize(
+    ("setting", "message"),
+    [
+        (
+            "path=loop",
+            "--set path: changes a run, and not the decoders that are calibrated; cure: leave it "
+            "out here, and give it to `run`",
+        ),
+        (
+            "silence_at=3",
+            "silence_at: does nothing without silence, which is 0; cure: a value of silence beside "
+            "it, or leave it out",
+        ),
+    ],
+)
+def test_settings_that_do_nothing_are_refused(spikeport, tmp_path, setting, message):
+    done = spikeport("calibrate", "walk", "--set", setting, "--out", tmp_path / "f.npz")
+    assert done == (2, "", f"error: {message}\n")
 
 
 def test_perturbations_which_no_calibration_depends_on_are_refused(spikeport, tmp_path):

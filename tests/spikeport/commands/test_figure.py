@@ -172,6 +172,23 @@ def test_a_figure_without_a_run_takes_no_options_of_runs(spikeport, asked, optio
     assert not (tmp_path / "out").exists()
 
 
+def test_an_unknown_chip_of_a_figure_without_a_run_is_refused(spikeport, tmp_path):
+    done = spikeport("figure", "overview", "--chip", "nonsense", "--out", tmp_path / "out")
+    assert done.code == 2
+    assert done.err.startswith("error: unknown chip 'nonsense'; choose from: ")
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_backend_of_a_record_is_refused_for_a_figure(spikeport, asked):
+    assert spikeport("figure", "reach", "--backend", "replay") == (
+        2,
+        "",
+        "error: --backend replay: figures take no record of a run; cure: leave it out, or "
+        "spikeport run with --backend replay --replay FILE\n",
+    )
+    assert asked == []
+
+
 @pytest.mark.slow
 def test_drawing_the_overview_gives_no_notice_of_the_build_timeout(
     spikeport, monkeypatch, tmp_path

@@ -34,6 +34,16 @@ def test_run_writes_its_folder_and_prints_the_metrics(spikeport, tmp_path):
     assert result["command"] == ["spikeport", *ANALYTIC, "--out", str(out)]
 
 
+@pytest.mark.parametrize("options", [("--passes", "compact"), ("--chip", "loihi2")])
+def test_options_of_a_compile_are_refused_without_neurons(spikeport, tmp_path, options):
+    assert spikeport(*ANALYTIC, *options, "--out", tmp_path / "run") == (
+        2,
+        "",
+        f"error: {options[0]}: for backend 'analytic' nothing is compiled; leave it out, or choose "
+        "--backend native\n",
+    )
+
+
 @pytest.mark.slow
 def test_a_run_without_out_goes_into_a_folder_of_its_own(spikeport, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
