@@ -442,10 +442,14 @@ class _Data(Mapping[NengoObject, Any]):
         try:
             return self._execution.built(key)
         except KeyError:
+            on_host = (
+                ". A connection from an ensemble on the host to a part of one on the chip has no "
+                "values either"
+            )
             raise KeyError(
                 f"{without_addresses(str(key))}: no probe, ensemble or connection of the network, "
-                "or one that passes replaced; for those, use pipeline='as_written'. A connection "
-                "from an ensemble on the host to a part of one on the chip has no values either"
+                "or one that passes replaced; for those, use pipeline='as_written'"
+                f"{on_host if isinstance(key, nengo.Connection) else ''}"
             ) from None
 
     def __iter__(self) -> Iterator[nengo.Probe]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import nengo
 
+from spikeport.backends.attempt import attempt
 from spikeport.backends.loss import measure, network_error
 from spikeport.commands import nir, rates
 from spikeport.commands.against_written import as_written, is_rewritten, more_cores, more_loss
@@ -32,6 +33,7 @@ from spikeport.hardware_models import chip as chips
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.progress import Progress
 from spikeport.simulation.probes import outputs, probing_outputs
+from spikeport.simulator import Simulator
 from spikeport.user_code import contained
 
 SEED = 0
@@ -76,6 +78,8 @@ def run(request: CompileRequest) -> None:
         try:
             compilation = _compilation(network, request, passes, observer, progress)
         except NothingOnChipError as nothing:
+            progress("building on the host", None)
+            _check_host(network, request.chip, passes)
             _write_nothing(chip, nothing, request)
             return
         except RefusedError as error:
@@ -123,6 +127,15 @@ def _compilation(
     if request.loss_s is not None and not network.all_probes and any(outputs(network)):
         return probing_outputs(network, work)
     return work()
+
+
+def _check_host(network: nengo.Network, chip: str, passes: str) -> None:
+    """Build a network without a chip, as a run would; raises BackendError if Nengo refuses it."""
+
+    def build() -> None:
+        Simulator(network, chip, "reference", pipeline=passes).close()
+
+    attempt("before step 1 on reference", build)
 
 
 def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: CompileRequest) -> None:

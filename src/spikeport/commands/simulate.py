@@ -12,7 +12,12 @@ import nengo
 from spikeport.backends import registry as backends
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.commands import nir
-from spikeport.commands.checks import check_counts, check_seconds, check_target
+from spikeport.commands.checks import (
+    check_counts,
+    check_seconds,
+    check_target,
+    refuse_compile_options,
+)
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import Target
@@ -32,7 +37,7 @@ from spikeport.find_network import BUILT_IN, NIR, find_network, parts
 from spikeport.hardware_models import chip as chips
 from spikeport.plots import rendered
 from spikeport.simulation.probes import probing_outputs
-from spikeport.simulation.run import Ran, SimulationOptions, Watch, run, unwatched
+from spikeport.simulation.run import FLOAT, Ran, SimulationOptions, Watch, run, unwatched
 from spikeport.user_code import FILES, contained
 
 FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
@@ -103,8 +108,10 @@ def _check(request: SimulateRequest) -> None:
             f"spikeport run {BUILT_IN[request.network]}"
         )
     check_seconds("--seconds", request.seconds)
-    backends.get(request.target.backend)
+    backend = backends.get(request.target.backend)
     check_target(request.target)
+    if backend.name == FLOAT:
+        refuse_compile_options(request.target, request.offload)
     check_counts(request.counts, request.target)
 
 
@@ -201,6 +208,8 @@ def _result(
 
 def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) -> None:
     console = Console(highlight=False)
+    for one in ran.offloaded:
+        console.print(f"offloaded: {one}")
     if ran.report is not None:
         console.print(resource_table(ran.report))
         print_costs(console, ran.report, ran.activity)

@@ -487,3 +487,22 @@ def test_ensembles_that_stay_on_the_host_are_named(spikeport, tmp_path):
     assert f"<li>post (20 neurons): {reason}</li>" in page.read_text()
     written = json.loads((tmp_path / "report.json").read_text())["on_host"]
     assert [(one["object"], one["n_neurons"]) for one in written] == [("post", 20), ("err", 20)]
+
+
+REFUSED_BY_NENGO = """
+import nengo
+with nengo.Network(seed=1) as model:
+    a = nengo.Ensemble(16, 16, neuron_type=nengo.RectifiedLinear())
+    transform = nengo.Convolution(1, (4, 4, 1))
+    nengo.Connection(a, nengo.Node(size_in=4), transform=transform)
+"""
+
+
+def test_a_network_that_nengo_refuses_on_the_host_is_refused(spikeport, tmp_path):
+    (path := tmp_path / "refused.py").write_text(REFUSED_BY_NENGO)
+    done = spikeport("compile", path, "--offload", "--out", tmp_path / "out")
+    assert done.code == 1
+    simulated = spikeport("simulate", path, "--offload", "--out", tmp_path / "run")
+    assert simulated.code == 1
+    assert done.err.partition(": ")[2].partition(": ")[2] in simulated.err
+    assert not (tmp_path / "out").exists()

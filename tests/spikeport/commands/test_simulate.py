@@ -127,6 +127,32 @@ def test_counts_are_refused_for_a_backend_without_cores(spikeport, net_py, tmp_p
     )
 
 
+@pytest.mark.parametrize("options", [("--passes", "compact"), ("--offload",), ("--chip", "loihi2")])
+def test_options_of_a_compile_are_refused_where_nothing_is_compiled(
+    spikeport, net_py, tmp_path, options
+):
+    done = spikeport(
+        *("simulate", f"{net_py}:make", *options),
+        *("--backend", "reference", "--out", tmp_path / "run"),
+    )
+    assert done == (
+        2,
+        "",
+        f"error: {options[0]}: for backend 'reference' nothing is compiled; leave it out, or "
+        "choose --backend native\n",
+    )
+
+
+def test_ensembles_are_printed_if_all_of_them_are_moved_to_the_host(spikeport, tmp_path):
+    spec = f"{refused_networks.__name__}:only_foreign_neurons"
+    options = ("--seconds", "0.01", "--out", tmp_path / "run", "--offload")
+    done = spikeport("simulate", spec, *options)
+    assert done.code == 0
+    text = " ".join(done.out.split())
+    assert "offloaded: ensembles[0] (10 neurons) to the host: SP002 neuron type of " in text
+    assert "probes on reference" in text
+
+
 @pytest.mark.slow
 def test_offload_moves_refused_ensembles_to_the_host_and_prints_them(spikeport, tmp_path):
     spec = f"{refused_networks.__name__}:with_foreign_neurons"

@@ -126,3 +126,13 @@ def test_progress_names_compile_and_both_runs(network):
         ("simulating in float Nengo", 0.0),
         ("simulating in float Nengo", 50 / 60),
     ]
+
+
+@pytest.mark.filterwarnings("ignore:no ensemble of the network")
+def test_progress_names_the_backend_that_runs():
+    with nengo.Network(seed=0) as net:
+        nengo.Probe(nengo.Node(np.sin))
+    stages = []
+    run(net, SimulationOptions(steps=2), lambda what, _share: stages.append(what))
+    assert "simulating on reference" in stages
+    assert "simulating on native" not in stages
