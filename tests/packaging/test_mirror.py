@@ -44,6 +44,10 @@ IN_RUNS = {
 ELSEWHERE = {
     "backends/board/link.py": "backends/board/test_opening.py",
     "backends/softcore/simulation.py": "backends/softcore/test_chip.py",
+    "spikeport/cli_experiments.py": "spikeport/test_cli.py",
+    "spikeport/cli_networks.py": "spikeport/test_cli.py",
+    "spikeport/commands/conversion_table.py": "experiments/policy/test_conversion.py",
+    "spikeport/commands/options_of_experiments.py": "spikeport/commands/test_figure.py",
     "spikeport/commands/options_of_links.py": "spikeport/commands/test_links.py",
     "networks/spa_selection.py": "networks/test_action_selection.py",
     "training/export.py": "training/test_networks.py",

@@ -5,8 +5,12 @@ import subprocess
 import sys
 
 import pytest
+from typer.main import get_command
 
 from spikeport import __version__
+from spikeport.cli import app
+from spikeport.cli_experiments import experiments_app
+from spikeport.cli_networks import networks_app
 
 COMPILE_OPTIONS = ["--chip", "--set", "--out", "--json", "--rate-hz", "--loss", "--max-cores"]
 COMPILE_OPTIONS += ["--max-power", "--max-step-us", "--cores", "--explain"]
@@ -134,3 +138,14 @@ def test_names_that_are_too_long_are_wrong_use(spikeport, net_py, tmp_path, comm
     done = spikeport(*words)
     assert (done.code, done.out) == (2, "")
     assert long in done.err
+
+
+def test_help_lists_the_commands_on_networks_first_and_those_on_experiments_next():
+    networks, experiments = (
+        [command.name for command in one.registered_commands]
+        for one in (networks_app, experiments_app)
+    )
+    assert {"compile", "convert"} <= set(networks)
+    assert {"run", "sweep"} <= set(experiments)
+    listed = list(get_command(app).commands)
+    assert listed[: len(networks + experiments)] == networks + experiments

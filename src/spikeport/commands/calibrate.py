@@ -2,13 +2,12 @@
 
 import os
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import fields
 
 from spikeport.atomic import check_output
 from spikeport.commands.checks import check_needed, check_target, seconds_of
 from spikeport.commands.console import Console
-from spikeport.commands.options import Target
+from spikeport.commands.options_of_experiments import CalibrateRequest
 from spikeport.commands.progress import progress_bar
 from spikeport.compile.check.lost_values import cut_off_by_design
 from spikeport.errors import UsageError, unknown
@@ -17,17 +16,6 @@ from spikeport.experiments.calibration import is_calibration
 from spikeport.experiments.options import REPLAY, WITHOUT_NEURONS, Experiment, Options
 
 CALIBRATED = "calibrated"
-
-
-@dataclass(frozen=True, kw_only=True)
-class CalibrateRequest:
-    """A calibration of an experiment's decoders, as the user asked for it."""
-
-    experiment: str
-    target: Target
-    seconds: float | None
-    settings: list[str]
-    out: Path
 
 
 def run(request: CalibrateRequest) -> None:

@@ -1,6 +1,6 @@
 """``spikeport compile``."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import nengo
@@ -11,7 +11,7 @@ from spikeport.commands import nir, rates
 from spikeport.commands.against_written import as_written, is_rewritten, more_cores, more_loss
 from spikeport.commands.checks import check_seconds
 from spikeport.commands.console import Console
-from spikeport.commands.destinations import Destinations
+from spikeport.commands.options_of_networks import CompileRequest
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings, show_nothing
@@ -40,29 +40,10 @@ SEED = 0
 """Seed of processes on the host while a loss is measured."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class CompileRequest:
-    """A compile of a network, as the user asked for it."""
-
-    network: str
-    chip: str
-    settings: list[str]
-    to: Destinations
-    rates: list[str]
-    loss_s: float | None
-    budget: Budget
-    cores: bool
-    passes: str | None = None
-    print_after: str | None = None
-    build_timeout_s: float | None = None
-    offload: bool = False
-    dt_s: float | None = None
-    spikes: str | None = None
-
-
 def run(request: CompileRequest) -> None:
     """Compile, write the requested files, print the report, and check it against the budget."""
-    stated = _checked_rates(request)
+    budget = request.limits.budget()
+    stated = _checked_rates(request, budget)
     where, _ = parts(request.network)
     request.to.check(Path(where))
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
@@ -87,7 +68,7 @@ def run(request: CompileRequest) -> None:
             raise
         findings = _findings(network, compilation, request, passes, stated, progress)
     # An error comes last: the compile is shown and written all the same.
-    exceeded, unknown = request.budget.exceeded(findings.report, findings.activity)
+    exceeded, unknown = budget.exceeded(findings.report, findings.activity)
     findings = replace(findings, report=replace(findings.report, over_budget=tuple(exceeded)))
     with request.to.alone():
         request.to.write_image(compilation.image)
@@ -148,7 +129,7 @@ def _write_nothing(chip: ChipModel, nothing: NothingOnChipError, request: Compil
     request.to.note()
 
 
-def _checked_rates(request: CompileRequest) -> Rates | None:
+def _checked_rates(request: CompileRequest, budget: Budget) -> Rates | None:
     """Return the rates that costs are estimated at; UsageError for options that contradict them."""
     stated = rates.parse(request.rates)
     if stated is not None and request.loss_s is not None:
@@ -156,7 +137,7 @@ def _checked_rates(request: CompileRequest) -> Rates | None:
     if request.loss_s is not None:
         check_seconds("--loss", request.loss_s)
     nir.check_loss(request.network, request.loss_s, request.spikes)
-    request.budget.check_basis(stated is not None or request.loss_s is not None)
+    budget.check_basis(stated is not None or request.loss_s is not None)
     return stated
 
 

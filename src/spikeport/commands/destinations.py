@@ -1,15 +1,21 @@
-"""The places that a compile writes image and report to."""
+"""The places that a compile writes image and report to, by options of its command.
+
+This module imports no Nengo: help does not wait for it.
+"""
 
 import contextlib
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
 
 from spikeport.atomic import check_apart, check_new_folder, check_output, locked
 from spikeport.commands.image_file import IMAGE
-from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.report.report import Json
-from spikeport.files import write_json
+from spikeport.commands.options import written
+
+if TYPE_CHECKING:
+    from spikeport.compile.image.chip_image import ChipImage
+    from spikeport.compile.report.report import Json
 
 REPORT = "report.json"
 """The file of the report in the folder."""
@@ -27,9 +33,9 @@ class Destinations:
         The files of the report as data, and as a page.
     """
 
-    out: Path | None
-    json: Path | None
-    html: Path | None = None
+    out: Annotated[Path | None, written("Write image and report to this folder.")] = None
+    json: Annotated[Path | None, written("Write the report to this file, as JSON.")] = None
+    html: Annotated[Path | None, written("Write the report to this file, as a web page.")] = None
 
     def check(self, *reads: Path) -> None:
         """Raise UsageError, before the work, for an output that is not writable, or an input.
@@ -75,13 +81,15 @@ class Destinations:
         with locked(self.out):
             yield
 
-    def write_image(self, image: ChipImage) -> None:
+    def write_image(self, image: "ChipImage") -> None:
         """Write an image to the folder, if there is one."""
         if self.out is not None:
             image.save(self.out / IMAGE)
 
-    def write_report(self, report: Json, title: str) -> None:
+    def write_report(self, report: "Json", title: str) -> None:
         """Write a report to the folder, the file and the page that the user asked for."""
+        from spikeport.files import write_json  # imports pydantic
+
         for path in (self.out and self.out / REPORT, self.json):
             if path is not None:
                 write_json(path, report)
@@ -90,7 +98,7 @@ class Destinations:
 
             write_page(self.html, report, title)
 
-    def write_refusal(self, report: Json, title: str) -> None:
+    def write_refusal(self, report: "Json", title: str) -> None:
         """Write the report on a refused network: not to the folder, where an image may lie."""
         in_folder = self.json is not None and self._holds_report(self.json)
         outside = replace(self, out=None, json=None if in_folder else self.json)

@@ -1,7 +1,7 @@
 """``spikeport evaluate``: a robustness table of a policy."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,7 @@ from spikeport.commands.checks import (
     seeds_from,
 )
 from spikeport.commands.console import Console, Table
-from spikeport.commands.options import Target, Workers
+from spikeport.commands.options_of_experiments import EvaluateRequest
 from spikeport.commands.screen import print_written
 from spikeport.commands.sweep import check_workers, print_failures, run_points
 from spikeport.constants import MOST_POINTS
@@ -37,21 +37,6 @@ EXPERIMENT = "walk"
 EPISODE_S = 20.0
 SHOWN = ("speed_error_m_s", "yaw_rate_error_rad_s", "speed_use", "impact_bw")
 """Figures on the screen, as many as fit into 80 columns; the files in the folder have all."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class EvaluateRequest:
-    """An evaluation, as the user asked for it."""
-
-    experiment: str
-    target: Target
-    rows: list[str]
-    episodes: int
-    seed: int
-    seconds: float | None
-    settings: list[str]
-    out: Path | None
-    workers: Workers
 
 
 def run(request: EvaluateRequest) -> int:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from spikeport.commands import run, sweep
 from spikeport.commands.checks import check_target, seeds_from
 from spikeport.commands.options import RunOptions, Target, Workers
+from spikeport.commands.options_of_experiments import SweepRequest
 from spikeport.errors import UsageError, unknown
 from spikeport.experiments import registry, run_folder
 from spikeport.experiments.options import REPLAY, WITHOUT_NEURONS
@@ -73,12 +74,14 @@ class PaperSweep:
             )
         self._check_varied(request)
         _check_neurons(request)
+        seeds_from(asked.seed, self.n_seeds, "runs")
         return sweep.run(
-            sweep.SweepRequest(
+            SweepRequest(
                 experiment=self.experiment,
                 target=request.target,
                 vary=list(self.vary),
-                seeds=seeds_from(asked.seed, self.n_seeds, "runs"),
+                first_seed=asked.seed,
+                n_seeds=self.n_seeds,
                 seconds=self.seconds if asked.seconds is None else asked.seconds,
                 settings=_replaced(self.settings, asked.settings),
                 out=asked.out,

@@ -1,15 +1,16 @@
 """Groups of options that become options of a command.
 
-A group of options is a frozen dataclass whose fields are annotated for typer. `with_options` makes
-an option of each field, so that a group is declared once, reaches its command as one value, and
-names every value it holds.
+A group of options is a frozen dataclass whose fields are annotated for typer, as arguments or
+options, or are groups themselves. `with_options` makes an argument or option of each, so that a
+group is declared once, reaches its command as one value, and names every value it holds. Fields
+that are not annotated keep their defaults.
 """
 
 import functools
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import MISSING, fields, is_dataclass
-from typing import Any, TypeVar, get_type_hints
+from typing import Annotated, Any, TypeVar, get_origin, get_type_hints
 
 Result = TypeVar("Result")
 
@@ -21,10 +22,7 @@ def with_options(command: Callable[..., Result]) -> Callable[..., Result]:
 
     @functools.wraps(command)
     def flattened(**values: Any) -> Result:
-        made = {
-            name: group(**{one.name: values.pop(one.name) for one in fields(group)})
-            for name, group in groups.items()
-        }
+        made = {name: _made(group, values) for name, group in groups.items()}
         return command(**values, **made)
 
     parameters = [
@@ -38,18 +36,35 @@ def with_options(command: Callable[..., Result]) -> Callable[..., Result]:
     return flattened
 
 
-def _options(group: Any) -> list[inspect.Parameter]:
-    """Return a parameter for each field of a group, with its annotation and default."""
+def _made(group: Any, values: dict[str, Any]) -> Any:
+    """Return a group, and the groups within it, of values that are taken out of those of a call."""
     hints = get_type_hints(group, include_extras=True)
-    return [
-        inspect.Parameter(
-            one.name,
-            inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if one.default is MISSING else one.default,
-            annotation=hints[one.name],
-        )
-        for one in fields(group)
-    ]
+    return group(
+        **{
+            one.name: _made(hints[one.name], values)
+            if is_dataclass(hints[one.name])
+            else values.pop(one.name)
+            for one in fields(group)
+            if _is_asked(hints[one.name])
+        }
+    )
+
+
+def _options(group: Any) -> Iterator[inspect.Parameter]:
+    """Yield a parameter for each field of a group, with its annotation and default."""
+    hints = get_type_hints(group, include_extras=True)
+    for one in fields(group):
+        hint = hints[one.name]
+        if is_dataclass(hint):
+            yield from _options(hint)
+        elif _is_asked(hint):
+            default = inspect.Parameter.empty if one.default is MISSING else one.default
+            kind = inspect.Parameter.KEYWORD_ONLY
+            yield inspect.Parameter(one.name, kind, default=default, annotation=hint)
+
+
+def _is_asked(hint: Any) -> bool:
+    return is_dataclass(hint) or get_origin(hint) is Annotated
 
 
 def given(*groups: Any) -> str:

@@ -2,7 +2,6 @@
 
 import sys
 import warnings
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import nengo
 
 from spikeport.backends import registry as backends
-from spikeport.backends.board.link import OWN_STUB, LinkOptions
+from spikeport.backends.board.link import LinkOptions
 from spikeport.commands import nir
 from spikeport.commands.checks import (
     check_counts,
@@ -20,7 +19,7 @@ from spikeport.commands.checks import (
 )
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import ended_in_order
-from spikeport.commands.options import Target
+from spikeport.commands.options_of_networks import SimulateRequest
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_costs, print_hints, print_on_host, print_written
 from spikeport.commands.tables import resource_table
@@ -44,27 +43,7 @@ FIGURE, DATASET = "spikeport.simulation.figure", "spikeport.simulation.dataset"
 """The modules that need the extra `runs`."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class SimulateRequest:
-    """A run of a network, as the user asked for it."""
-
-    network: str
-    target: Target
-    seconds: float
-    seed: int
-    settings: list[str]
-    beside_float: bool
-    out: Path | None
-    overwrite: bool
-    offload: bool = False
-    counts: bool = False
-    build_timeout_s: float | None = None
-    dt_s: float | None = None
-    spikes: str | None = None
-    link: LinkOptions = OWN_STUB
-
-
-def simulate(request: SimulateRequest) -> None:
+def simulate(request: SimulateRequest, link: LinkOptions) -> None:
     """Run the network, write its folder, and print its errors relative to float Nengo."""
     _check(request)
     what = "spikeport simulate"
@@ -75,14 +54,14 @@ def simulate(request: SimulateRequest) -> None:
         run_folder.opened(request.out, _stem(request.network), request.overwrite) as folder,
         run_folder.counting(request.counts) as counts,
     ):
-        run_folder.check_outside(folder, "--record", request.link.record)
+        run_folder.check_outside(folder, "--record", link.record)
         with contained(request.network), progress_bar() as progress:
             progress("building the network", None)
             files = digests_of_present(_files(request))
             network = _network(request)
             check_unchanged(files)
             played = nir.play(network, request.spikes)
-            options = _options(request, counts)
+            options = _options(request, link, counts)
             watch = _viewers(folder, options, series)
 
             def work() -> Ran:
@@ -108,7 +87,7 @@ def _check(request: SimulateRequest) -> None:
             f"spikeport run {BUILT_IN[request.network]}"
         )
     check_seconds("--seconds", request.seconds)
-    backend = backends.get(request.target.backend)
+    backend = backends.get(request.backend)
     check_target(request.target)
     if backend.name == FLOAT:
         refuse_compile_options(request.target, request.offload)
@@ -130,26 +109,24 @@ def _files(request: SimulateRequest) -> list[Path]:
     """
     where, _ = parts(request.network)
     spikes = [] if request.spikes is None else [Path(request.spikes)]
-    return [Path(where), *chips.files_of(request.target.chip), *spikes]
+    return [Path(where), *chips.files_of(request.chip), *spikes]
 
 
 def _network(request: SimulateRequest) -> nengo.Network:
     settings = nir.with_dt(request.network, request.settings, request.dt_s, request.spikes)
-    return find_network(
-        request.network, settings, request.target.chip, None, request.build_timeout_s
-    )
+    return find_network(request.network, settings, request.chip, None, request.build_timeout_s)
 
 
-def _options(request: SimulateRequest, counts: Path | None) -> SimulationOptions:
+def _options(request: SimulateRequest, link: LinkOptions, counts: Path | None) -> SimulationOptions:
     return SimulationOptions(
         steps=round(request.seconds / DT_S),
-        backend=request.target.backend,
-        chip=request.target.chip,
-        pipeline=request.target.passes,
+        backend=request.backend,
+        chip=request.chip,
+        pipeline=request.passes,
         offload=request.offload,
         seed=request.seed,
         beside_float=request.beside_float,
-        link=request.link,
+        link=link,
         counts=counts,
     )
 

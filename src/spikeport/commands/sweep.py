@@ -2,13 +2,13 @@
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
-from spikeport.commands.checks import check_needed, check_target, seconds_of
+from spikeport.commands.checks import check_needed, check_target, seconds_of, seeds_from
 from spikeport.commands.console import Console
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Target, Workers
+from spikeport.commands.options_of_experiments import SweepRequest
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import print_written
 from spikeport.constants import MOST_POINTS
@@ -26,24 +26,7 @@ from spikeport.key_values import SettingValue
 from spikeport.plots import rendered
 
 POINT, TABLE = "spikeport.experiments.sweep.point", "spikeport.experiments.sweep.table"
-ALL_METRICS = "spikeport.experiments.sweep.figure"
 """The modules that need the extra `robot`; they are imported only for a sweep."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class SweepRequest:
-    """A sweep, as the user asked for it; ``figure`` is the module that draws the result."""
-
-    experiment: str
-    target: Target
-    vary: list[str]
-    seeds: tuple[int, ...]
-    seconds: float | None
-    settings: list[str]
-    out: Path | None
-    workers: Workers
-    probes: bool = False
-    figure: str = ALL_METRICS
 
 
 def run(request: SweepRequest) -> int:
@@ -124,7 +107,7 @@ def planned(request: SweepRequest) -> Sweep:
         seconds=seconds_of(request.seconds, experiment),
         settings=experiment.parse_settings(request.settings),
         varied=_varied(request.vary, experiment),
-        seeds=request.seeds,
+        seeds=seeds_from(request.first_seed, request.n_seeds, "runs"),
         probes=request.probes,
     )
     _check(sweep, experiment)

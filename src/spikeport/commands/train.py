@@ -1,12 +1,12 @@
 """``spikeport train``."""
 
 from dataclasses import asdict
-from pathlib import Path
 
 from spikeport.atomic import check_new_folder, locked
 from spikeport.commands.console import Console, Table
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Workers
+from spikeport.commands.options_of_experiments import TrainRequest
 from spikeport.commands.progress import progress_bar
 from spikeport.errors import unknown
 from spikeport.extras import missing
@@ -14,10 +14,9 @@ from spikeport.extras import missing
 POLICIES = ("walk",)
 
 
-def run(
-    policy: str, *, out: Path, seed: int, steps: int, threads: int | None, hidden_noise: bool
-) -> None:
+def run(request: TrainRequest) -> None:
     """Train a policy, or resume its training, and print how it walks."""
+    policy, out, seed, steps = request.policy, request.out, request.seed, request.steps
     if policy not in POLICIES:
         raise unknown("policy", policy, POLICIES)
     check_new_folder("--out", out)
@@ -27,10 +26,11 @@ def run(
         from spikeport.training.walk import train_walk
     except ModuleNotFoundError as error:
         raise missing("training", error.name, "train") from error
-    stages = STAGES if hidden_noise else without_hidden_noise()
-    options = TrainOptions(out, seed, steps, stages=stages, workers=Workers(n=threads).n_processes)
-    command = f"spikeport train {policy} --seed {seed} --steps {steps} --threads {options.workers}"
-    command += "" if hidden_noise else " --no-hidden-noise"
+    stages = without_hidden_noise() if request.no_hidden_noise else STAGES
+    workers = Workers(n=request.threads).n_processes
+    options = TrainOptions(out, seed, steps, stages=stages, workers=workers)
+    command = f"spikeport train {policy} --seed {seed} --steps {steps} --threads {workers}"
+    command += " --no-hidden-noise" if request.no_hidden_noise else ""
     out.mkdir(parents=True, exist_ok=True)
     with locked(out), resumable(out, "segments"), progress_bar() as progress:
         evaluations = train_walk(options, command, progress)

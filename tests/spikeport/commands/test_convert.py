@@ -9,15 +9,12 @@ import torch
 import yaml
 from torch import nn
 
-from spikeport.commands.convert import POLICY, _write
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.passes.decode_path import DecodePath
 from spikeport.compile.passes.parse import parse
 from spikeport.compile.passes.registry import PASSES, PIPELINES
 from spikeport.compile.report.schema import ReportData
 from spikeport.experiments.policy import conversion
-from spikeport.experiments.policy.lint import ConversionLint
-from spikeport.experiments.policy.settings import load_policy
 from spikeport.hardware_models import chip as chips
 from spikeport.networks import walking_policy
 from spikeport.networks.walking_policy import WalkingPolicy
@@ -78,18 +75,6 @@ def test_the_default_passes_have_more_room_for_wiring_from_neuron_to_neuron():
     passes, usual = parse(conversion.PASSES).passes, parse("compact").passes
     assert [type(one) for one in passes] == [type(one) for one in usual]
     assert [one for one in passes if one not in usual] == [DecodePath(slack_cores=16.0)]
-
-
-def test_an_earlier_conversion_in_the_folder_is_replaced(tmp_path):
-    lint = ConversionLint((), 0.1, 0.2, 0.004)
-    (tmp_path / POLICY).write_bytes(b"the user's own")
-    for _ in range(2):
-        _write(tmp_path, lint, None)
-        assert (tmp_path / POLICY).read_bytes() == b"the user's own"
-    _write(tmp_path, lint, load_policy())
-    assert load_policy(tmp_path / POLICY) is not None
-    _write(tmp_path, lint, None)
-    assert [path.name for path in tmp_path.iterdir()] == ["conversion.json"]
 
 
 def test_a_policy_that_does_not_fit_has_a_report(spikeport, tiny, tmp_path):

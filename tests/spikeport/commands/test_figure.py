@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 
 from spikeport.commands import figure, sweep
 from spikeport.commands.options import RunOptions, Target, Workers
+from spikeport.commands.options_of_experiments import SweepRequest
 from spikeport.commands.run import RunRequest
 
 
@@ -88,11 +89,12 @@ def test_a_figure_leaves_the_folder_of_its_run(spikeport, tmp_path):
 def test_the_figure_of_walks_is_a_sweep(spikeport, asked, tmp_path):
     assert spikeport("figure", "walk", "--seed", "3", "--out", tmp_path).code == 0
     (request,) = asked
-    assert request == sweep.SweepRequest(
+    assert request == SweepRequest(
         experiment="walk",
         target=Target(),
         vary=["policy=mlp,spiking"],
-        seeds=(3, 4, 5, 6, 7),
+        first_seed=3,
+        n_seeds=5,
         seconds=None,
         settings=["path=loop", "n_neurons=20"],
         out=Path(tmp_path),

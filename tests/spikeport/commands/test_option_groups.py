@@ -16,6 +16,15 @@ class Size:
     height: Annotated[int, typer.Option("--height", "-h")] = 2
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wall:
+    """A group with an argument, a group of its own, and a value that is no option."""
+
+    name: Annotated[str, typer.Argument()]
+    size: Size
+    bare: bool = True
+
+
 @pytest.fixture
 def asked():
     """Return the values of a command's call, and the command line that calls it."""
@@ -46,6 +55,19 @@ def test_a_field_without_a_default_must_be_given(asked):
     assert done.exit_code == 2
     assert "Missing option '--width'" in done.output
     assert values == []
+
+
+def test_a_group_may_hold_arguments_another_group_and_values_that_are_no_options():
+    walls, app = [], typer.Typer()
+
+    @app.command()
+    @with_options
+    def build(wall: Wall) -> None:
+        walls.append(wall)
+
+    assert CliRunner().invoke(app, ["north", "--width", "3"]).exit_code == 0
+    assert walls == [Wall(name="north", size=Size(width=3))]
+    assert "bare" not in CliRunner().invoke(app, ["--help"]).output
 
 
 def test_the_options_that_differ_from_their_defaults_are_named():
