@@ -20,8 +20,16 @@ def in_kib(n_bits: int) -> str:
     return "<1" if rounded == "0" and n_bits else rounded
 
 
-def percent(share: float) -> str:
-    """Return a share or a relative error in percent, with two digits: "0.53 %", "12 %", "246 %"."""
+def percent(share: float | None) -> str:
+    """Return a share or a relative error in percent, with two digits, and "-" for None.
+
+    Examples
+    --------
+    >>> percent(0.0053), percent(0.12), percent(2.46), percent(None)
+    ('0.53 %', '12 %', '246 %', '-')
+    """
+    if share is None:
+        return "-"
     value = 100 * share
     # From 100 on, two digits would have an exponent.
     return f"{value:,.0f} %" if value >= 99.5 else f"{value:.2g} %"

@@ -32,7 +32,8 @@ def test_a_memory_that_is_used_is_not_zero(n_bits: int, expected: str) -> None:
         (2.456, "246 %"),
         (12.5, "1,250 %"),
         (float("inf"), "inf %"),
+        (None, "-"),
     ],
 )
-def test_a_share_has_two_digits_and_no_exponent(share: float, expected: str) -> None:
+def test_a_share_has_two_digits_and_no_exponent(share: float | None, expected: str) -> None:
     assert percent(share) == expected

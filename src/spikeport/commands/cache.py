@@ -3,7 +3,7 @@
 import time
 
 from spikeport import cache
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import ScreenTable, lines
 
 BYTES_PER_MIB = 2**20
 S_PER_DAY = 24 * 3600
@@ -11,7 +11,7 @@ S_PER_DAY = 24 * 3600
 
 def run(clear: bool) -> None:
     """Print the content of the user's cache, or remove it."""
-    console, kept = Console(soft_wrap=True, highlight=False), cache.of_user()
+    console, kept = lines(), cache.of_user()
     if kept is cache.NOTHING:
         console.print(f"the cache is off: {cache.FOLDER}={cache.OFF}")
     elif clear:
@@ -20,8 +20,8 @@ def run(clear: bool) -> None:
         console.print(_table(kept))
 
 
-def _table(kept: cache.Cache) -> Table:
-    table = Table("kind", title=str(kept.folder))
+def _table(kept: cache.Cache) -> ScreenTable:
+    table = ScreenTable("kind", title=str(kept.folder))
     table.add_numbers("entries", "MiB", "newest, days")
     entries = kept.entries()
     for kind in sorted({entry.kind for entry in entries}):

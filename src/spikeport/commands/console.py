@@ -14,7 +14,12 @@ class Console(rich.console.Console):
         super().__init__(markup=False, emoji=False, **options)
 
 
-class Table(rich.table.Table):
+def lines(**options: Any) -> Console:
+    """Return a console for whole lines: a terminal breaks them, and a file has them unbroken."""
+    return Console(soft_wrap=True, highlight=False, **options)
+
+
+class ScreenTable(rich.table.Table):
     """A table that breaks texts into lines where it is too wide for the screen, and cuts none off.
 
     A file and a pipe are as wide as the variable ``COLUMNS`` says, or 80 letters.

@@ -2,13 +2,13 @@
 
 from collections.abc import Iterator
 
-from spikeport.commands.console import Table
+from spikeport.commands.console import ScreenTable
 from spikeport.experiments.policy.lint import ConversionLint
 
 
-def lint_table(lint: ConversionLint) -> Table:
+def lint_table(lint: ConversionLint) -> ScreenTable:
     """Return the table of the conversion's errors, layer by layer."""
-    table = Table("layer", title="conversion, in float spikes")
+    table = ScreenTable("layer", title="conversion, in float spikes")
     table.add_numbers("units", "range", "/ rms", "rate Hz", "tau ms", "spikes", "error")
     for one in lint.layers:
         table.add_row(

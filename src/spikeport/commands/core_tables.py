@@ -1,6 +1,6 @@
 """Tables of the resources and energy of every core, and the energy of every module."""
 
-from spikeport.commands.console import Table
+from spikeport.commands.console import ScreenTable
 from spikeport.commands.tables import NO_FIGURE
 from spikeport.compile.report.report import Modules, Report
 from spikeport.counted import in_kib
@@ -10,9 +10,9 @@ from spikeport.hardware_models.energy import energy
 from spikeport.hardware_models.estimate import Estimate
 
 
-def core_table(report: Report, activity: Activity | None) -> Table:
+def core_table(report: Report, activity: Activity | None) -> ScreenTable:
     """Return the table of cores: their content, and the energy of a step on each."""
-    table = Table(title="cores")
+    table = ScreenTable(title="cores")
     table.add_numbers("core")
     table.add_column("holds")
     table.add_numbers("neurons", "axons in", "out", "KiB")
@@ -34,9 +34,9 @@ def _core_costs(chip: ChipModel, activity: Activity) -> dict[str, list[str]]:
     }
 
 
-def module_table(chip: ChipModel, modules: Modules) -> Table:
+def module_table(chip: ChipModel, modules: Modules) -> ScreenTable:
     """Return the table of the energy of a step of every module, without messages."""
-    table = Table("module", title="modules, without messages")
+    table = ScreenTable("module", title="modules, without messages")
     spent = modules.energies(chip)
     table.add_numbers(*(f"energy / step, {name}" for name in spent))
     for name, *found in zip(modules.names, *spent.values(), strict=True):

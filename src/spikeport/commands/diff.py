@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from spikeport.atomic import check_output
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.commands.report_file import check_whole, read, report_file, run_of
 from spikeport.compile.report.report import Json
 from spikeport.counted import counted
@@ -61,7 +61,7 @@ def run(a: Path, b: Path, html: Path | None = None) -> int:
         rows, note = _compare_reports(a, b, html)
     console = Console(highlight=False)
     if rows:
-        table = Table("figure")
+        table = ScreenTable("figure")
         table.add_numbers(str(a), str(b), "change")
         for row in rows:
             table.add_row(*row)

@@ -3,7 +3,7 @@
 import re
 from importlib import metadata
 
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.extras import install_command, version_of
 
 DEVELOPMENT = ("test", "check", "referee")
@@ -29,7 +29,7 @@ def packages() -> dict[str, str]:
 
 def run() -> int:
     """Print installed and missing packages; return 1 if a required one is missing, else 0."""
-    table = Table("part", "found", "if missing")
+    table = ScreenTable("part", "found", "if missing")
     wanted = packages()
     missing = [name for name in wanted if not version_of(name)]
     for name, extra in wanted.items():

@@ -13,10 +13,10 @@ from spikeport.commands.checks import (
     seconds_of,
     seeds_from,
 )
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import ScreenTable, lines
 from spikeport.commands.options_of_experiments import EvaluateRequest
+from spikeport.commands.points import check_workers, print_failures, run_points
 from spikeport.commands.screen import print_written
-from spikeport.commands.sweep import check_workers, print_failures, run_points
 from spikeport.constants import MOST_POINTS
 from spikeport.counted import counted
 from spikeport.errors import UsageError, unknown
@@ -51,7 +51,7 @@ def run(request: EvaluateRequest) -> int:
         try:
             _write(evaluation, folder)
         finally:  # also if the table is refused, for an episode's file
-            print_failures(Console(soft_wrap=True, highlight=False), failures)
+            print_failures(failures)
     return int(bool(failures))
 
 
@@ -173,18 +173,18 @@ def _title(evaluation: "EvaluationSweep") -> str:
 
 
 def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
-    console = Console(soft_wrap=True, highlight=False)
+    console = lines()
     console.print(title)
     console.print(screen_table(rows))
     console.print("intervals of 95 %, and all figures: table.md")
     print_written(console, folder)
 
 
-def screen_table(rows: "list[TableRow]") -> Table:
+def screen_table(rows: "list[TableRow]") -> ScreenTable:
     """Return the table of falls and of the means in `SHOWN`, for a screen of 80 columns."""
     from spikeport.experiments.evaluate.measures import MEASURES
 
-    shown = Table("perturbation", "falls")
+    shown = ScreenTable("perturbation", "falls")
     # A word per line: headings are wider than their numbers.
     shown.add_numbers(*(MEASURES[name].heading.replace(" ", "\n") for name in SHOWN))
     for one in rows:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.compile.check import rules
 from spikeport.compile.check.rules import GROUPS, Rule
 
@@ -10,7 +10,7 @@ from spikeport.compile.check.rules import GROUPS, Rule
 def explain(rule_id: str) -> None:
     """Print a rule with its meaning, limit, reason, source and cures."""
     rule = rules.get(rule_id)
-    entries = Table.grid("", "", padding=(0, 1))
+    entries = ScreenTable.grid("", "", padding=(0, 1))
     for name, text in named(rule):
         entries.add_row(f"  {name}:", text)
     console = Console(highlight=False)

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pydantic import BaseModel
 
 from spikeport.backends.registry import BACKENDS
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.counted import counted
 from spikeport.errors import MissingExtraError
 from spikeport.experiments import registry
@@ -23,9 +23,9 @@ def print_chips() -> None:
     console.print("any other chip: --chip path/to/chip.toml")
 
 
-def _chip_table(chip: ChipModel) -> Table:
+def _chip_table(chip: ChipModel) -> ScreenTable:
     title = f"{chip.name}: {chip.title}"
-    table = Table("figure", "value", "evidence", "source", title=title, caption=chip.caveat)
+    table = ScreenTable("figure", "value", "evidence", "source", title=title, caption=chip.caveat)
     for what, figure in _figures(chip):
         value = f"{figure.count:,}" if figure.unit in ("1", "bit") else figure.estimate.format()
         source = figure.source + f"; {figure.note}" * bool(figure.note)
@@ -79,7 +79,7 @@ def print_backends() -> None:
     experiments, absent = _experiments()
     summaries = {name: backend.summary for name, backend in BACKENDS.items()}
     summaries[WITHOUT_NEURONS] = "no neurons: the exact control law"
-    table = Table("backend", "what it is", "experiments")
+    table = ScreenTable("backend", "what it is", "experiments")
     for name, summary in summaries.items():
         table.add_row(name, summary, ", ".join(e.name for e in experiments if name in e.backends))
     console.print(table)

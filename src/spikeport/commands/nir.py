@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterator
 import nengo
 
 from spikeport.commands.agreement import Agreement, Played, measured, moved, spikes_of
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.compile.pipeline import Compilation
 from spikeport.compile.report.report import Report
 from spikeport.constants import DT_S
@@ -87,8 +87,8 @@ def _lines(network: NirNetwork, on_host: Collection[str]) -> Iterator[str]:
         last = name
 
 
-def _table(found: list[Agreement]) -> Table:
-    table = Table("population", title="equal neuron-steps, chip and NIR's equations")
+def _table(found: list[Agreement]) -> ScreenTable:
+    table = ScreenTable("population", title="equal neuron-steps, chip and NIR's equations")
     table.add_numbers("silent", "chip", "spikes in NIR", "on the chip")
     for one in found:
         shares = map(_percent, (one.silent, one.equal))

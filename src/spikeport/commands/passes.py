@@ -4,7 +4,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from typing import Literal, get_args, get_origin
 
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.compile.passes import registry
 from spikeport.compile.passes.base import AnyPass
 from spikeport.compile.passes.dump import dump
@@ -20,7 +20,7 @@ ALL = "all"
 def print_passes() -> None:
     """Print all passes, in the order a pipeline may have them, and the pipelines of the chips."""
     console = Console()
-    table = Table("pass", "works on", "options", "what it does")
+    table = ScreenTable("pass", "works on", "options", "what it does")
     for name in registry.PASSES:
         cls = registry.get(name)
         summary = (cls.__doc__ or "").split("\n\n")[0]

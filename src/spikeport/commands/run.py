@@ -15,7 +15,7 @@ from spikeport.commands.checks import (
     refuse_compile_options,
     seconds_of,
 )
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options import RunOptions, Target
 from spikeport.commands.progress import progress_bar
@@ -88,7 +88,7 @@ def show_outcome(outcome: Outcome, folder: Path) -> None:
         print_costs(console, outcome.report, outcome.activity)
     if result["energy_by_unit"]:
         console.print(unit_table(result["energy_by_unit"]))
-    table = Table("metric", "value", title=f"{result['experiment']} on {result['backend']}")
+    table = ScreenTable("metric", "value", title=f"{result['experiment']} on {result['backend']}")
     for name, value in result["metrics"].items():
         table.add_row(name, _text(value))
     console.print(table)
@@ -103,9 +103,9 @@ def _link_lines(result: Mapping[str, Any]) -> list[str]:
     return lines + ([robot_line(result["robot"])] if result["robot"] is not None else [])
 
 
-def unit_table(found: Mapping[str, Mapping[str, Any]]) -> Table:
+def unit_table(found: Mapping[str, Mapping[str, Any]]) -> ScreenTable:
     """Return the table of the energy per unit of a robot's work, in every calibration."""
-    table = Table("energy", caption="without host processors and host I/O")
+    table = ScreenTable("energy", caption="without host processors and host I/O")
     for name in next(iter(found.values())):
         table.add_column(name)
     for unit, by_calibration in found.items():

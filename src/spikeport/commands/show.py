@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.manifest import Encoding, Filter
 from spikeport.counted import counted
@@ -35,15 +35,15 @@ def head(image: ChipImage) -> Iterator[str]:
     )
 
 
-def _table(title: str, *columns: str) -> Table:
+def _table(title: str, *columns: str) -> ScreenTable:
     left = ("block", "name", "kind", "encoding", "filter", "read")
-    table = Table(title=title, title_justify="left", pad_edge=False)
+    table = ScreenTable(title=title, title_justify="left", pad_edge=False)
     for name in columns:
         table.add_column(name, justify="left" if name in left else "right")
     return table
 
 
-def _blocks(image: ChipImage) -> Table:
+def _blocks(image: ChipImage) -> ScreenTable:
     table = _table("blocks", "", "core", "block", "kind", "first", "compartments")
     sizes = np.diff(image.blocks.start)
     for number, entry in enumerate(image.manifest.blocks):
@@ -53,7 +53,7 @@ def _blocks(image: ChipImage) -> Table:
     return table
 
 
-def _inputs(image: ChipImage) -> Table:
+def _inputs(image: ChipImage) -> ScreenTable:
     table = _table("inputs", "", "name", "first", "sources", "encoding", "filter")
     first = 0
     for number, entry in enumerate(image.manifest.inputs):
@@ -64,7 +64,7 @@ def _inputs(image: ChipImage) -> Table:
     return table
 
 
-def _outputs(image: ChipImage) -> Table:
+def _outputs(image: ChipImage) -> ScreenTable:
     table = _table("outputs", "", "name", "read", "compartments", "values", "filter")
     for number, entry in enumerate(image.manifest.outputs):
         row = (str(number), printable(entry.name), entry.key, f"{sum(entry.segments):,}")

@@ -17,7 +17,7 @@ from spikeport.commands.checks import (
     check_target,
     refuse_compile_options,
 )
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.commands.ending import ended_in_order
 from spikeport.commands.options_of_networks import SimulateRequest
 from spikeport.commands.progress import progress_bar
@@ -203,22 +203,18 @@ def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) ->
     print_written(console, folder)
 
 
-def _probe_table(ran: Ran) -> Table:
+def _probe_table(ran: Ran) -> ScreenTable:
     """Return the table of probes, with the rms of their float values, and their relative errors."""
     beside = any(one.values_float is not None for one in ran.recorded.values())
     title = f"probes on {ran.backend}" + ", beside float Nengo" * beside
-    table = Table("probe", title=title)
+    table = ScreenTable("probe", title=title)
     table.add_numbers("values", "samples", "rms", "error", "delay", "error, delay removed")
     for name, one in ran.recorded.items():
         n_samples, size = one.values.shape
         late = one.best_delay()
-        texts = ("", "") if late is None else (f"{1000 * late[0]:.0f} ms", _percent(late[1]))
+        texts = ("", "") if late is None else (f"{1000 * late[0]:.0f} ms", percent(late[1]))
         rms = one.rms_float()
         scale = "-" if rms is None else f"{rms:.2g}"
-        columns = (f"{size:,}", f"{n_samples:,}", scale, _percent(one.error()), *texts)
+        columns = (f"{size:,}", f"{n_samples:,}", scale, percent(one.error()), *texts)
         table.add_row(name, *columns)
     return table
-
-
-def _percent(error: float | None) -> str:
-    return "-" if error is None else percent(error)

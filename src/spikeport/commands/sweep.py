@@ -5,23 +5,19 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from spikeport.commands.checks import check_needed, check_target, seconds_of, seeds_from
-from spikeport.commands.console import Console
-from spikeport.commands.ending import resumable
-from spikeport.commands.options import Target, Workers
+from spikeport.commands.console import lines
+from spikeport.commands.options import Target
 from spikeport.commands.options_of_experiments import SweepRequest
-from spikeport.commands.progress import progress_bar
+from spikeport.commands.points import check_workers, print_failures, run_points
 from spikeport.commands.screen import print_written
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError
 from spikeport.experiments import registry
 from spikeport.experiments.options import Experiment
 from spikeport.experiments.run_folder import write_figure
-from spikeport.experiments.sweep import run as execution
-from spikeport.experiments.sweep.folder import SweepFolder, opened
+from spikeport.experiments.sweep.folder import opened
 from spikeport.experiments.sweep.inputs import with_inputs
 from spikeport.experiments.sweep.plan import BACKEND, Sweep
-from spikeport.experiments.sweep.run import Failure
-from spikeport.experiments.sweep.workers import Run
 from spikeport.key_values import SettingValue
 from spikeport.plots import rendered
 
@@ -44,49 +40,9 @@ def run(request: SweepRequest) -> int:
                 tables.write_table(folder, table)
                 write_figure(folder.path, rendered(drawing.figure(sweep, folder, table)))
         finally:  # also if the table is refused, for a point's file
-            print_failures(Console(soft_wrap=True, highlight=False), failures)
+            print_failures(failures)
     _show(folder.path, len(sweep.points()), len(failures))
     return int(bool(failures))
-
-
-def check_workers(workers: Workers) -> None:
-    """Refuse processes beside a cluster, and print the risk of a cluster without certificates."""
-    scheduler = workers.scheduler
-    if scheduler is None:
-        return
-    if workers.n is not None:
-        raise UsageError(
-            f"--workers {workers.n}: a cluster has workers of its own; leave it out, or leave "
-            "--scheduler out"
-        )
-    if not scheduler.startswith("tls://"):
-        Console(stderr=True, soft_wrap=True, highlight=False).print(
-            f"note: --scheduler {scheduler}: anyone who can reach this cluster can run code on "
-            "it, and on this machine as you; only the cluster's own security protects it. "
-            "tls://... asks both sides for certificates.",
-        )
-
-
-def run_points(
-    sweep: Sweep, run_point: Run, folder: SweepFolder, workers: Workers, parts: str
-) -> list[Failure]:
-    """Run the points that a folder lacks, called ``parts`` in messages, and return the failed."""
-    with resumable(folder.path, parts), progress_bar() as progress:
-        return execution.run(
-            sweep.points(),
-            run_point,
-            folder,
-            workers.scheduler,
-            workers.n_processes,
-            progress,
-            parts,
-        )
-
-
-def print_failures(console: Console, failures: Iterable[Failure]) -> None:
-    """Print the points that failed, with the reasons."""
-    for point, reason in failures:
-        console.print(f"failed: {point.name}: {reason}")
 
 
 def planned(request: SweepRequest) -> Sweep:
@@ -166,6 +122,6 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
 
 
 def _show(folder: Path, n_points: int, n_failed: int) -> None:
-    console = Console(soft_wrap=True, highlight=False)
+    console = lines()
     console.print(f"{n_points - n_failed} of {n_points} points finished")
     print_written(console, folder)

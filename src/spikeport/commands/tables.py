@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from spikeport.commands.console import Table
+from spikeport.commands.console import ScreenTable
 from spikeport.compile.image.expected import AT_STATED_RATES, Rates
 from spikeport.compile.report.loss import Loss
 from spikeport.compile.report.report import Report
@@ -23,11 +23,11 @@ MOST_PARTS = 6
 MOST_EVENTS = 3
 
 
-def resource_table(report: Report) -> Table:
+def resource_table(report: Report) -> ScreenTable:
     """Return the table of resources: the chip's sum, and the core that uses most."""
     found = resources(report)
     first, *others = found.header
-    table = Table(first, title=found.title, pad_edge=False, collapse_padding=True)
+    table = ScreenTable(first, title=found.title, pad_edge=False, collapse_padding=True)
     table.add_numbers(*others)
     for row in found.rows:
         table.add_row(*row)
@@ -39,9 +39,9 @@ def cost_table(
     activity: Activity,
     rates: Rates | None = None,
     host_io: HostIoReport | None = None,
-) -> Table:
+) -> ScreenTable:
     """Return energy and time of a run, or at stated rates, by every calibration of the chip."""
-    table = Table("", title=f"energy and time, {_basis(activity, rates)}")
+    table = ScreenTable("", title=f"energy and time, {_basis(activity, rates)}")
     columns = []
     for calibration in chip.calibrations:
         table.add_column(calibration.name)
@@ -54,9 +54,9 @@ def cost_table(
     return table
 
 
-def host_io_table(host_io: HostIoReport) -> Table:
+def host_io_table(host_io: HostIoReport) -> ScreenTable:
     """Return the table of a step's host input and output, and whether dt is known to suffice."""
-    table = Table("", title="host I/O of a step", show_header=False)
+    table = ScreenTable("", title="host I/O of a step", show_header=False)
     for label, text in host_io.rows():
         table.add_row(label, text)
     return table
@@ -155,7 +155,7 @@ def against_float(loss: Loss) -> str:
     return f"probes against the network as written, in float Nengo: {error}"
 
 
-def loss_table(loss: Loss) -> Table:
+def loss_table(loss: Loss) -> ScreenTable:
     """Return the table of the output errors that rounding causes, largest share first."""
     steps = counted(loss.n_steps, "step")
     title = f"loss to rounding: outputs {percent(loss.output_error)} off, {steps}"
@@ -163,7 +163,7 @@ def loss_table(loss: Loss) -> Table:
     n_parts = len(loss.parts)
     largest = f"the {MOST_PARTS} largest of {n_parts:,} causes; " if n_parts > MOST_PARTS else ""
     caption = f"{largest}{floor}; {against_float(loss)}"
-    table = Table("cause", title=title, caption=caption)
+    table = ScreenTable("cause", title=title, caption=caption)
     table.add_numbers("rounding", "output error", "share")
     for part in loss.parts[:MOST_PARTS]:
         numbers = (part.rounding, part.output_error, part.share)

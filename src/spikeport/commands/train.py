@@ -3,7 +3,7 @@
 from dataclasses import asdict
 
 from spikeport.atomic import check_new_folder, locked
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Workers
 from spikeport.commands.options_of_experiments import TrainRequest
@@ -34,7 +34,7 @@ def run(request: TrainRequest) -> None:
     out.mkdir(parents=True, exist_ok=True)
     with locked(out), resumable(out, "segments"), progress_bar() as progress:
         evaluations = train_walk(options, command, progress)
-    table = Table("walking", *evaluations)
+    table = ScreenTable("walking", *evaluations)
     rows = zip(*(asdict(e).items() for e in evaluations.values()), strict=True)
     for row in rows:
         table.add_row(row[0][0], *(f"{value:.4g}" for _, value in row))

@@ -6,13 +6,13 @@ from pathlib import Path
 import pytest
 
 from spikeport.commands import console as module
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 
 NAME = "[red]x[/] :smile: [/bold]"
 
 
-def table(cell: str = 40 * "-", column: str = "", title: str = "") -> Table:
-    made = Table(column, title=title)
+def table(cell: str = 40 * "-", column: str = "", title: str = "") -> ScreenTable:
+    made = ScreenTable(column, title=title)
     made.add_row(cell)
     return made
 
@@ -24,7 +24,7 @@ def test_names_are_printed_as_they_are(printed, capsys):
 
 
 def test_tables_lose_no_letter_on_a_narrow_screen(capsys):
-    wide = Table("name", title="wide")
+    wide = ScreenTable("name", title="wide")
     wide.add_numbers("used / limit", "%")
     wide.add_row("l" * 50 + "end", "1,023 / 131,072", "99.9")
     Console(width=30).print(wide)
@@ -35,7 +35,7 @@ def test_tables_lose_no_letter_on_a_narrow_screen(capsys):
 
 
 def test_numbers_are_aligned_at_their_right_end(capsys):
-    made = Table("name")
+    made = ScreenTable("name")
     made.add_numbers("used", "%")
     made.add_row("core", "7", "1.5")
     Console(width=40).print(made)

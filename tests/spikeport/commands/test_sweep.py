@@ -165,18 +165,6 @@ def test_workers_are_refused_for_a_cluster(spikeport, counted, tmp_path):
     assert not out.exists()
 
 
-def test_a_note_warns_of_a_cluster_without_certificates(spikeport, counted, tmp_path):
-    where = ("--out", tmp_path, "--vary", "m1=10", "--scheduler")
-    done = spikeport(*REACH, *where, "tcp://10.0.0.1:8786")
-    assert (done.code, done.err) == (
-        0,
-        "note: --scheduler tcp://10.0.0.1:8786: anyone who can reach this cluster can run code "
-        "on it, and on this machine as you; only the cluster's own security protects it. "
-        "tls://... asks both sides for certificates.\n",
-    )
-    assert spikeport(*REACH, *where, "tls://10.0.0.1:8786").err == ""
-
-
 KEYS = "appearance, box, calibrated, cb, efference_copy, m1, network_seed, preset, s1"
 BACKENDS = "analytic, board, native, native-threads, nengo-loihi, reference"
 

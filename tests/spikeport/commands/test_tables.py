@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from spikeport.commands.console import Console, Table
+from spikeport.commands.console import Console, ScreenTable
 from spikeport.commands.tables import cost_table, host_io_table, loss_table, resource_table
 from spikeport.compile.report.loss import Loss, LossPart
 from spikeport.hardware_models.activity import Activity
@@ -37,7 +37,7 @@ def test_the_table_of_resources_of_a_full_chip_is_uncut_in_80_columns():
     assert "…" not in text
 
 
-def printed(table: Table) -> str:
+def printed(table: ScreenTable) -> str:
     console = Console(width=80)
     with console.capture() as captured:
         console.print(table)
