@@ -100,7 +100,8 @@ def _on(load: Callable[[ChipImage, int, LogOptions, LinkOptions], Chip]) -> Open
         try:
             found = (earlier and earlier.compilation) or source.compiled()
         except NothingOnChipError as nothing:
-            warnings.warn(nothing.verdict, stacklevel=4)  # the caller of Simulator or its reset
+            # for the caller of Simulator or its reset
+            warnings.warn("\n".join([nothing.verdict, *map(str, nothing.offloaded)]), stacklevel=4)
             return _without_chip(source, seed, None)
         log = LogOptions(found.report.chip, source.counts)
         source.progress(LOADING, None)

@@ -142,8 +142,9 @@ def warn(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    """Print a warning in one line, without the line of code that it comes from."""
-    typer.echo(f"warning: {printable(str(message))}", err=True)
+    """Print a warning without the line of code that it comes from."""
+    text = printable(str(message), kept="\n")
+    typer.echo(f"warning: {text}", err=True)
 
 
 def fail_interrupted(left: str = "") -> NoReturn:

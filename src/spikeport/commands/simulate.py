@@ -185,8 +185,6 @@ def _result(
 
 def _show(ran: Ran, network: nengo.Network, played: str | None, folder: Path) -> None:
     console = Console(highlight=False)
-    for one in ran.offloaded:
-        console.print(f"offloaded: {one}")
     if ran.report is not None:
         console.print(resource_table(ran.report))
         print_costs(console, ran.report, ran.activity)

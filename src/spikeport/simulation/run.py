@@ -14,13 +14,10 @@ import numpy as np
 from spikeport.backends import registry
 from spikeport.backends.attempt import attempt
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
-from spikeport.compile.check.violation import NothingOnChipError, Offloaded
 from spikeport.compile.ground.names import Names
 from spikeport.compile.ground.scope import Scope
 from spikeport.compile.passes.pipeline import Pipeline
-from spikeport.compile.pipeline import compile_network
 from spikeport.compile.report.report import Report
-from spikeport.constants import DT_S
 from spikeport.fresh_copy import fresh_copy
 from spikeport.hardware_models.activity import Activity
 from spikeport.progress import Progress, silent
@@ -71,8 +68,6 @@ class Ran(NamedTuple):
 
     ``report`` and ``report_json`` are None if nothing was compiled; ``wall_s`` is the wall-clock
     time that the run on the backend took; ``link`` has the figures of the link to a board.
-    ``offloaded`` are the ensembles that were moved to the host if nothing is left on the chip;
-    otherwise the report has them.
     """
 
     backend: str
@@ -82,7 +77,6 @@ class Ran(NamedTuple):
     report_json: dict[str, Any] | None
     wall_s: float
     link: dict[str, object] | None
-    offloaded: tuple[Offloaded, ...] = ()
 
 
 Watch = Callable[[Callable[[], dict[str, Recorded]]], None]
@@ -115,8 +109,7 @@ def run(
     probes = probes_by_name(network)
     beside = fresh_copy(network) if options.beside_float and backend != FLOAT else None
     with _opened(network, options, backend, progress) as sim:
-        emptied = sim.compilation is None and backend != FLOAT
-        if emptied:  # nothing is on the chip: float Nengo would be compared with itself
+        if sim.compilation is None:  # nothing is on the chip: float Nengo would run twice
             backend, beside = FLOAT, None
 
         def advanced(what: str, share: float | None) -> None:
@@ -134,17 +127,7 @@ def run(
         for name, values in _in_float(beside, options, progress).items():
             recorded[name] = replace(recorded[name], values_float=values)
     report = None if compilation is None else compilation.report
-    moved = _moved(network, options) if emptied and options.offload else ()
-    return Ran(backend, recorded, activity, report, report_json, wall_s, link, moved)
-
-
-def _moved(network: nengo.Network, options: SimulationOptions) -> tuple[Offloaded, ...]:
-    """Return the ensembles that a compile moved to the host, so that nothing is on the chip."""
-    try:
-        compile_network(network, options.chip, DT_S, options.pipeline, offload=True)
-    except NothingOnChipError as nothing:
-        return nothing.offloaded
-    return ()
+    return Ran(backend, recorded, activity, report, report_json, wall_s, link)
 
 
 def _in_float(

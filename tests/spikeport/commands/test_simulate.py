@@ -148,9 +148,8 @@ def test_ensembles_are_printed_if_all_of_them_are_moved_to_the_host(spikeport, t
     options = ("--seconds", "0.01", "--out", tmp_path / "run", "--offload")
     done = spikeport("simulate", spec, *options)
     assert done.code == 0
-    text = " ".join(done.out.split())
-    assert "offloaded: ensembles[0] (10 neurons) to the host: SP002 neuron type of " in text
-    assert "probes on reference" in text
+    assert "ensembles[0] (10 neurons) to the host: SP002 neuron type of ensembles[0]" in done.err
+    assert "probes on reference" in done.out
 
 
 @pytest.mark.slow
