@@ -8,6 +8,8 @@ from importlib import metadata
 from spikeport.training.curriculum import Stage
 from spikeport.training.evaluate import Evaluation
 
+LEFT = "left as it is: the policy hardly walks"
+LEFT_GAINS = "left as they are: the policy hardly walks"
 PACKAGES = ("mujoco", "numpy", "rsl-rl-lib", "spikeport", "torch")
 
 _TEXT = """\
@@ -17,10 +19,10 @@ A network 69 -> 128 -> 128 -> 128 -> 19 with ELU units, trained from scratch by 
 
     {command}
 
-{step:,} control steps of {robots} robots at 50 Hz; the checkpoint was chosen by evaluation, and its
-forward command scaled so that it walks as fast as it is asked to (`spikeport.training.pace`).
-Gains of its path follower: {kp_speed:.3g}/s for the speed, {kp_heading:.3g}/s for the heading
-(`spikeport.training.turn_lag`).
+{step:,} control steps of {robots} robots at 50 Hz; the checkpoint was chosen by evaluation.
+Its forward command was {paced} (`spikeport.training.pace`).
+Gains of its path follower: {kp_speed:.3g}/s for the speed, {kp_heading:.3g}/s for the heading,
+{lagging} (`spikeport.training.turn_lag`).
 Interface: `spikeport.robot.walk_interface`; joints in the order of
 `spikeport.robot.description.JOINTS`.
 
@@ -56,14 +58,18 @@ def card(
 ) -> str:
     """Return the card's text.
 
-    ``made`` has the command, seed, step, number of robots and gains, and the name of the stage that
-    the policy was evaluated in; ``stages`` are those that the training reached.
+    ``made`` has the command, seed, step, number of robots and gains, the factor of the forward
+    command and the turn lag, None for what was left as it was, and the name of the stage that the
+    policy was evaluated in; ``stages`` are those that the training reached.
     """
     reached = made["goal"] in [stage.name for stage in stages]
     versions = ", ".join(f"{package} {metadata.version(package)}" for package in PACKAGES)
     rows = "\n".join(_row(robots, e) for robots, e in evaluations.items())
+    factor, lag_s = made["factor"], made["turn_lag_s"]
     return _TEXT.format(
         name=name,
+        paced=LEFT if factor is None else f"scaled by {factor:.3g}, to walk as fast as asked to",
+        lagging=LEFT_GAINS if lag_s is None else f"for a turn lag of {lag_s:.3g} s",
         rows=rows,
         versions=versions,
         reached="" if reached else "; the\ntraining ended before this stage",

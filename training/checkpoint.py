@@ -40,7 +40,11 @@ class Checkpoint(NamedTuple):
 
 def path_of(folder: Path, segment: int) -> Path:
     """Return the path of the checkpoint of a segment."""
-    return folder / "checkpoints" / f"{segment:05d}.pt"
+    return folder / "checkpoints" / f"{_stem(segment)}.pt"
+
+
+def _stem(segment: int) -> str:
+    return f"{segment:05d}"
 
 
 def save(folder: Path, checkpoint: Checkpoint) -> None:
@@ -58,11 +62,13 @@ def load(path: Path) -> Checkpoint:
     Raises
     ------
     UsageError
-        The file is not a checkpoint, or is damaged.
+        The file is not a checkpoint, is damaged, or has the name of another segment.
     """
     with refusing(path):
         found = Checkpoint(**torch.load(io.BytesIO(_undamaged(path)), weights_only=True))
         _check(found)
+        if path.stem != _stem(found.segment):
+            raise MismatchError(f"segment {path.stem}, as the file is named", str(found.segment))
         return found
 
 
@@ -106,6 +112,6 @@ def _is_entry(entry: object) -> bool:
 
 
 def latest(folder: Path) -> Path | None:
-    """Return the last checkpoint of a run, if there is one."""
-    # By name: numbers of segments have five digits.
-    return max(folder.glob("checkpoints/*.pt"), default=None)
+    """Return the last checkpoint of a run, if there is one; other names are the user's copies."""
+    numbered = (path for path in folder.glob("checkpoints/*.pt") if path.stem.isdecimal())
+    return max(numbered, key=lambda path: int(path.stem), default=None)

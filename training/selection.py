@@ -9,7 +9,6 @@ exactly a policy walks.
 """
 
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from spikeport.errors import UsageError
 from spikeport.networks.walking_policy import WalkingPolicy
@@ -18,9 +17,10 @@ from spikeport.training import checkpoint
 from spikeport.training.checkpoint import Entry
 from spikeport.training.environment import TrainingTask
 from spikeport.training.evaluate import evaluate
-from spikeport.training.learner import Learner, LearnerOptions
+from spikeport.training.learner import Learner
 from spikeport.training.pace import at_asked_speeds
 from spikeport.training.randomisation import UNDISTURBED
+from spikeport.training.train import TrainOptions
 
 FALLS_GOAL, VX_GOAL_M_S, WZ_GOAL_RAD_S = 0.10, 0.05, 0.10
 SHORTLIST = 5
@@ -30,11 +30,15 @@ EPISODES, SEED = 200, 20_000
 
 @dataclass(frozen=True)
 class BestCheckpoint:
-    """The checkpoint that walks best: its step, its policy, and its cost."""
+    """The checkpoint that walks best: its step, its policy, its cost.
+
+    ``factor`` is that of the policy's forward command, None if it was left as it is.
+    """
 
     step: int
     policy: WalkingPolicy
     cost: float
+    factor: float | None
 
 
 def undisturbed(task: TrainingTask) -> TrainingTask:
@@ -50,9 +54,7 @@ def cost(falls: float, vx_error_m_s: float, wz_error_rad_s: float) -> float:
     return falls / FALLS_GOAL + vx_error_m_s / VX_GOAL_M_S + wz_error_rad_s / WZ_GOAL_RAD_S
 
 
-def choose(
-    folder: Path, log: list[Entry], task: TrainingTask, learner: LearnerOptions, progress: Progress
-) -> BestCheckpoint:
+def choose(options: TrainOptions, log: list[Entry], progress: Progress) -> BestCheckpoint:
     """Return the checkpoint of the smallest cost, of those that walked best in training.
 
     Raises
@@ -61,28 +63,31 @@ def choose(
         No checkpoint was evaluated, or no evaluated checkpoint is left.
     """
     choices = []
-    for place, entry in enumerate(shortlist(folder, log)):
+    for place, entry in enumerate(shortlist(options, log)):
         progress(f"evaluating checkpoint {entry['segment']}", place / SHORTLIST)
-        policy = at_asked_speeds(_policy(folder, entry["segment"], learner))
+        policy, factor = at_asked_speeds(_policy(options, entry["segment"]))
         disturbed, free = (
-            evaluate(policy, one, episodes=EPISODES, seed=SEED) for one in (task, undisturbed(task))
+            evaluate(policy, task, episodes=EPISODES, seed=SEED, threads=options.workers)
+            for task in (options.goal, undisturbed(options.goal))
         )
         total = cost(disturbed.fallen / EPISODES, free.vx_error_m_s, free.wz_error_rad_s)
-        choices.append(BestCheckpoint(entry["step"], policy, total))
+        choices.append(BestCheckpoint(entry["step"], policy, total, factor))
     return min(choices, key=lambda choice: choice.cost)
 
 
-def shortlist(folder: Path, log: list[Entry]) -> list[Entry]:
+def shortlist(options: TrainOptions, log: list[Entry]) -> list[Entry]:
     """Return the entries of the smallest cost, of those evaluated in the last stage and kept."""
     # Earlier stages ask for less: their figures are no measure of the last one.
-    evaluated = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
+    last = [e for e in log if "vx_error_m_s" in e and e["stage"] == log[-1]["stage"]]
+    # A run that went on has more of them, as from its former end, than one without a break.
+    evaluated = [e for e in last if options.evaluates(e["segment"] - 1)]
     if not evaluated:
         raise UsageError("no checkpoint was evaluated; train longer with --steps")
     # Users may delete old ones while a run goes on.
-    left = [e for e in evaluated if checkpoint.path_of(folder, e["segment"]).is_file()]
+    left = [e for e in evaluated if checkpoint.path_of(options.folder, e["segment"]).is_file()]
     if not left:
         raise UsageError(
-            f"no evaluated checkpoint is left in {folder}/checkpoints; cure: another --out"
+            f"no evaluated checkpoint is left in {options.folder}/checkpoints; cure: another --out"
         )
     return sorted(left, key=_cost_of)[:SHORTLIST]
 
@@ -92,9 +97,9 @@ def _cost_of(entry: Entry) -> float:
     return cost(falls, entry["vx_error_m_s"], entry["wz_error_rad_s"])
 
 
-def _policy(folder: Path, segment: int, options: LearnerOptions) -> WalkingPolicy:
-    learner = Learner(options)
-    path = checkpoint.path_of(folder, segment)
+def _policy(options: TrainOptions, segment: int) -> WalkingPolicy:
+    learner = Learner(options.learner)
+    path = checkpoint.path_of(options.folder, segment)
     found = checkpoint.load(path)
     with checkpoint.refusing(path):
         learner.load(found.learner)

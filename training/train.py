@@ -6,6 +6,7 @@ had not been killed.
 """
 
 import json
+import math
 import time
 from contextlib import closing
 from dataclasses import asdict, dataclass, field
@@ -95,10 +96,16 @@ def train(options: TrainOptions, progress: Progress) -> list[Entry]:
     Raises
     ------
     UsageError
-        The folder holds a run with other options, or a longer one.
+        The folder holds a run with other options, or a longer one; or there are more processes than
+        robots.
     WorkerLostError
         Another process of the training has ended.
     """
+    if options.workers > options.learner.robots:
+        raise UsageError(
+            f"--threads {options.workers}: each of these processes needs one of the "
+            f"{options.learner.robots} robots; cure: --threads {options.learner.robots} or less"
+        )
     first = Worker(0, options.workers)
     learner, done, log = _start(options, first)
     if done > options.segments:
@@ -118,7 +125,16 @@ def train(options: TrainOptions, progress: Progress) -> list[Entry]:
 
 
 def _write_log(folder: Path, log: list[Entry]) -> None:
-    write_text(folder / "log.jsonl", "".join(json.dumps(entry) + "\n" for entry in log))
+    write_text(folder / "log.jsonl", "".join(_line(entry) + "\n" for entry in log))
+
+
+def _line(entry: Entry) -> str:
+    """Return an entry in JSON, which has no infinities: null where nothing was counted."""
+    finite = (
+        (name, None if isinstance(value, float) and not math.isfinite(value) else value)
+        for name, value in entry.items()
+    )
+    return json.dumps(dict(finite), allow_nan=False)
 
 
 def _help(worker: Worker, options: TrainOptions) -> None:
@@ -165,7 +181,11 @@ def _segment(learner: Learner, options: TrainOptions, segment: int, progress: Pr
         progress(f"{step / 1e6:.1f} M steps: evaluating", step / options.steps)
         entry |= asdict(
             evaluate(
-                learner.policy(), options.goal, episodes=options.episodes, seed=EVALUATION_SEED
+                learner.policy(),
+                options.goal,
+                episodes=options.episodes,
+                seed=EVALUATION_SEED,
+                threads=options.workers,
             )
         )
     return entry

@@ -11,22 +11,18 @@ added: the gains with which either policy stayed closest to the built-in paths a
 0.06 s more than its lag on them, 0.02 and 0.15 s (docs/lab/walk.md).
 """
 
-from contextlib import closing
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from spikeport.networks.path_following import gains_for
 from spikeport.networks.walking_policy import WalkingPolicy
-from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.training.commands import CommandRange
-from spikeport.training.environment import TrainingTask, WalkEnvironment
-from spikeport.training.randomisation import UNDISTURBED
+from spikeport.training.settled import SECONDS, settled
 
 ROBOTS, SEED = 16, 50_000
 SPEED_M_S, FASTEST_RAD_S = 0.5, 1.0
-SECONDS, SETTLED_S = 10.0, 3.0
-"""Duration of a turn, and the time from which the course counts."""
 SLOWEST_M_S = 0.25
 """The least mean speed of robots that walk."""
 LATE_S = 0.04
@@ -37,15 +33,23 @@ MOST_S = 0.25
 """Largest turn lag that is allowed for: the heading gain is 4.9/s then."""
 
 
-def with_gains(policy: WalkingPolicy) -> WalkingPolicy:
+class Fitted(NamedTuple):
+    """A policy, and the turn lag that its gains allow for, in s; None if they were left."""
+
+    policy: WalkingPolicy
+    turn_lag_s: float | None
+
+
+def with_gains(policy: WalkingPolicy) -> Fitted:
     """Return a policy with gains for its turn lag, or the same one if it hardly walks."""
     course, yaw_rate = turning(policy)
     if course[:, 0].mean() < SLOWEST_M_S:
-        return policy
+        return Fitted(policy, None)
     # In the frame of the heading, the heading's angle is zero.
     behind = -np.arctan2(course[:, 1], course[:, 0])
     lag_s = float(behind @ yaw_rate / (yaw_rate @ yaw_rate)) + LATE_S
-    return replace(policy, gains=gains_for(min(max(lag_s, 0.0), MOST_S), KP_SPEED))
+    allowed_s = min(max(lag_s, 0.0), MOST_S)
+    return Fitted(replace(policy, gains=gains_for(allowed_s, KP_SPEED)), allowed_s)
 
 
 def turning(policy: WalkingPolicy) -> tuple[np.ndarray, np.ndarray]:
@@ -60,10 +64,7 @@ def turning(policy: WalkingPolicy) -> tuple[np.ndarray, np.ndarray]:
         seconds=(SECONDS, SECONDS),
     )
     velocities, rates = [], []
-    with closing(WalkEnvironment(ROBOTS, TrainingTask(turns, UNDISTURBED), SEED)) as env:
-        for _ in range(round(SECONDS / CONTROL_DT_S)):
-            env.step(policy(env.observe()))
-            velocities.append(env.motion.level_velocity[:, :2].copy())
-            rates.append(env.motion.yaw_rate.copy())
-    settled = slice(round(SETTLED_S / CONTROL_DT_S), None)
-    return np.mean(velocities[settled], axis=0), np.mean(rates[settled], axis=0)
+    for motion in settled(policy, turns, ROBOTS, SEED):
+        velocities.append(motion.level_velocity[:, :2].copy())
+        rates.append(motion.yaw_rate.copy())
+    return np.mean(velocities, axis=0), np.mean(rates, axis=0)

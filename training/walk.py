@@ -27,18 +27,21 @@ def train_walk(options: TrainOptions, command: str, progress: Progress) -> dict[
     # A stage begins with a segment: the last one may have passed the first step of the next stage.
     begun = {entry["stage"] for entry in log}
     trained = tuple(stage for stage in options.stages if stage.name in begun)
-    task = options.goal
-    choice = choose(options.folder, log, task, options.learner, progress)
-    policy, evaluations = with_gains(choice.policy), {}
-    for name, other in _variants(task).items():
+    choice = choose(options, log, progress)
+    (policy, turn_lag_s), evaluations = with_gains(choice.policy), {}
+    for name, other in _variants(options.goal).items():
         progress(f"evaluating: {name}", None)
-        evaluations[name] = evaluate(policy, other, episodes=EPISODES, seed=SEED)
+        evaluations[name] = evaluate(
+            policy, other, episodes=EPISODES, seed=SEED, threads=options.workers
+        )
     made = {
         "command": command,
         "seed": options.seed,
         "goal": options.stages[-1].name,
         "step": choice.step,
         "robots": options.learner.robots,
+        "factor": choice.factor,
+        "turn_lag_s": turn_lag_s,
         "kp_speed": policy.gains.kp_speed,
         "kp_heading": policy.gains.kp_heading,
     }

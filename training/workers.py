@@ -66,27 +66,44 @@ def others(
     spawn = multiprocessing.get_context("spawn")
     with tempfile.TemporaryDirectory() as folder:
         meeting = str(Path(folder) / "meeting")
-        workers = [Worker(rank, number + 1) for rank in range(number + 1)]
+        first, *helpers = (Worker(rank, number + 1) for rank in range(number + 1))
         processes = [
             spawn.Process(target=_help, args=(worker, meeting, work, args), daemon=True)
-            for worker in workers[1:]
+            for worker in helpers
         ]
+        with _running(processes), _group(first, meeting, processes):
+            yield
+
+
+@contextmanager
+def _running(processes: Sequence[BaseProcess]) -> Iterator[None]:
+    """Start processes, and end them; if one cannot be started, also the ones before it."""
+    begun = []
+    try:
         # If they were interrupted, too, each would print an error of its own.
         with uninterruptible():
             for process in processes:
                 process.start()
-        try:
-            workers[0].join(meeting)
-            yield
-        except RuntimeError as error:  # torch's, if a process is gone
-            _refuse_dead(processes, error)
-            raise
-        finally:
-            if distributed.is_initialized():
-                distributed.destroy_process_group()
-            for process in processes:
-                process.terminate()
-                process.join()
+                begun.append(process)
+        yield
+    finally:
+        for process in begun:
+            process.terminate()
+            process.join()
+
+
+@contextmanager
+def _group(first: Worker, meeting: str, processes: Sequence[BaseProcess]) -> Iterator[None]:
+    """Join the other processes; raise a WorkerLostError if one of them ends before its work."""
+    try:
+        first.join(meeting)
+        yield
+    except RuntimeError as error:  # torch's, if a process is gone
+        _refuse_dead(processes, error)
+        raise
+    finally:
+        if distributed.is_initialized():
+            distributed.destroy_process_group()
 
 
 def _refuse_dead(processes: Sequence[BaseProcess], error: RuntimeError) -> None:

@@ -82,5 +82,12 @@ def test_the_same_seed_gives_the_same_figures(monkeypatch):
     assert first == again != other
 
 
+def test_figures_do_not_depend_on_the_number_of_threads(monkeypatch):
+    monkeypatch.setattr(module, "EPISODE_STEPS", 60)
+    policy = lambda x: 0.1 * x[:, :19]  # noqa: E731
+    one, three = (evaluate(policy, TrainingTask(), episodes=4, threads=n) for n in (1, 3))
+    assert one == three
+
+
 def test_errors_without_a_counted_step_are_infinite():
     assert tallied(robots(0.5, 0.2, 0.5)).vx_error_m_s == np.inf

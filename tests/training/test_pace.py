@@ -20,7 +20,9 @@ def test_a_scaled_policy_acts_as_on_a_larger_command():
 
 def test_forward_commands_are_scaled_up_by_the_speed_that_robots_lack(monkeypatch):
     monkeypatch.setattr(pace, "mean_speed_m_s", lambda _policy, asked_m_s: 0.8 * asked_m_s)
-    found, before = (policy.weights[0] for policy in (at_asked_speeds(load()), load()))
+    paced = at_asked_speeds(load())
+    assert paced.factor == pytest.approx(1.25)
+    found, before = (policy.weights[0] for policy in (paced.policy, load()))
     np.testing.assert_allclose(found[:, FORWARD], 1.25 * before[:, FORWARD])
     found[:, FORWARD] = before[:, FORWARD]
     np.testing.assert_array_equal(found, before)
@@ -30,7 +32,7 @@ def test_forward_commands_are_scaled_up_by_the_speed_that_robots_lack(monkeypatc
 def test_a_policy_that_hardly_walks_is_left_as_it_is(monkeypatch, speed_m_s):
     monkeypatch.setattr(pace, "mean_speed_m_s", lambda _policy, _asked_m_s: speed_m_s)
     policy = load()
-    assert at_asked_speeds(policy) is policy
+    assert at_asked_speeds(policy) == (policy, None)
 
 
 @pytest.mark.slow

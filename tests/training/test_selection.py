@@ -5,7 +5,10 @@ pytest.importorskip("rsl_rl")
 
 from spikeport.errors import UsageError
 from spikeport.training import checkpoint
+from spikeport.training.curriculum import STAGES
+from spikeport.training.learner import LearnerOptions
 from spikeport.training.selection import SHORTLIST, shortlist
+from spikeport.training.train import TrainOptions
 
 
 def entry(segment, fallen=0, vx=0.05, wz=0.05, stage="last"):
@@ -17,14 +20,22 @@ def entry(segment, fallen=0, vx=0.05, wz=0.05, stage="last"):
 def chosen(tmp_path):
     """Return a function that gives the shortlist of a log; ``gone`` checkpoints are deleted."""
 
-    def find(*log, gone=()):
+    def find(*log, gone=(), every=1, segments=99):
         for each in log:
             path = checkpoint.path_of(tmp_path, each["segment"])
             path.parent.mkdir(exist_ok=True)
             path.touch()
         for segment in gone:
             checkpoint.path_of(tmp_path, segment).unlink()
-        return [each["segment"] for each in shortlist(tmp_path, list(log))]
+        options = TrainOptions(
+            tmp_path,
+            steps=segments * 32,
+            learner=LearnerOptions(robots=8, horizon=4),
+            updates_per_segment=1,
+            stages=STAGES[:1],
+            evaluate_every=every,
+        )
+        return [each["segment"] for each in shortlist(options, list(log))]
 
     return find
 
@@ -40,7 +51,9 @@ def test_falls_and_errors_count_against_their_goals(chosen):
 
 
 def test_the_shortlist_holds_no_more_checkpoints_than_its_size(chosen):
-    assert chosen(*(entry(n, fallen=n) for n in range(SHORTLIST + 1))) == list(range(SHORTLIST))
+    assert chosen(*(entry(n, fallen=n) for n in range(1, SHORTLIST + 2))) == list(
+        range(1, SHORTLIST + 1)
+    )
 
 
 def test_only_evaluated_checkpoints_are_candidates(chosen):
@@ -49,6 +62,12 @@ def test_only_evaluated_checkpoints_are_candidates(chosen):
 
 def test_only_checkpoints_of_the_last_stage_are_candidates(chosen):
     assert chosen(entry(1, stage="easy"), entry(2, fallen=3), entry(3, fallen=2)) == [3, 2]
+
+
+def test_the_evaluation_at_the_former_end_of_a_run_that_went_on_is_no_candidate(chosen):
+    log = [entry(4, fallen=2), entry(6), entry(8, fallen=1)]
+    assert chosen(*log, every=4, segments=8) == [8, 4]
+    assert chosen(*log[:2], every=4, segments=6) == [6, 4]
 
 
 def test_deleted_checkpoints_are_no_candidates(chosen):

@@ -1,3 +1,5 @@
+import contextlib
+import json
 from dataclasses import replace
 
 import pytest
@@ -9,6 +11,7 @@ import torch
 
 from spikeport.errors import UsageError
 from spikeport.training import checkpoint, evaluate
+from spikeport.training import train as train_module
 from spikeport.training.curriculum import STAGES, without_hidden_noise
 from spikeport.training.learner import LearnerOptions
 from spikeport.training.train import TrainOptions, train
@@ -89,6 +92,35 @@ def test_training_changes_the_weights_and_logs_every_segment(options):
 def test_a_finished_run_trains_no_more(options):
     log = train(options, silent)
     assert train(options, killed_after(-1)) == log
+
+
+def test_figures_that_nothing_was_counted_for_are_null_in_the_log(options):
+    train(options, silent)  # episodes of three steps, in which no speed has settled
+    last = (options.folder / "log.jsonl").read_text().splitlines()[-1]
+    assert json.loads(last, parse_constant=pytest.fail)["vx_error_m_s"] is None
+
+
+def test_more_processes_than_robots_are_refused(options):
+    with pytest.raises(UsageError) as error:
+        train(replace(options, workers=9), silent)
+    assert str(error.value) == (
+        "--threads 9: each of these processes needs one of the 8 robots; cure: --threads 8 or less"
+    )
+    assert not options.folder.exists()
+
+
+def test_evaluations_use_the_processors_of_the_run(options, monkeypatch):
+    asked = []
+
+    def evaluate_in(*_arguments, threads, **_options):
+        asked.append(threads)
+        return evaluate.Evaluation(2, 0, 0.1, 0.1, 0.0, 0.0, 0.0)
+
+    monkeypatch.setattr(train_module, "evaluate", evaluate_in)
+    monkeypatch.setattr(train_module, "others", lambda *_: contextlib.nullcontext())
+    monkeypatch.setattr(train_module, "_learn", lambda *_: {})
+    train(replace(options, workers=3), silent)
+    assert asked == [3]
 
 
 @pytest.mark.slow

@@ -19,23 +19,26 @@ def moving(monkeypatch, lag_s, speed_m_s=0.5):
 
 
 @pytest.mark.parametrize(
-    ("lag_s", "kp_heading"), [(0.06, 1 / (0.5 / KP_SPEED - 0.1)), (-0.1, 2 * KP_SPEED)]
+    ("lag_s", "allowed_s", "kp_heading"),
+    [(0.06, 0.1, 1 / (0.5 / KP_SPEED - 0.1)), (-0.1, 0.0, 2 * KP_SPEED)],
 )
-def test_gains_allow_for_the_lag(monkeypatch, lag_s, kp_heading):
+def test_gains_allow_for_the_lag(monkeypatch, lag_s, allowed_s, kp_heading):
     moving(monkeypatch, lag_s)
-    found = with_gains(load()).gains
+    policy, turn_lag_s = with_gains(load())
+    found = policy.gains
+    assert turn_lag_s == pytest.approx(allowed_s)
     assert (found.kp_speed, found.kp_heading) == (KP_SPEED, pytest.approx(kp_heading))
 
 
 def test_the_gain_for_a_very_long_lag_is_limited(monkeypatch):
     moving(monkeypatch, 0.6)
-    assert with_gains(load()).gains.kp_heading == pytest.approx(4.89, abs=0.01)
+    assert with_gains(load()).policy.gains.kp_heading == pytest.approx(4.89, abs=0.01)
 
 
 def test_a_policy_that_hardly_walks_keeps_its_gains(monkeypatch):
     moving(monkeypatch, 0.1, speed_m_s=0.1)
     policy = load()
-    assert with_gains(policy) is policy
+    assert with_gains(policy) == (policy, None)
 
 
 @pytest.mark.slow

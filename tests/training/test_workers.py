@@ -1,3 +1,4 @@
+import multiprocessing
 import os
 import signal
 import time
@@ -81,6 +82,20 @@ def test_an_answer_may_take_longer_than_the_meeting(monkeypatch):
             add(Worker(0, 2), [1.0, 10.0])
     with others(1, answer_late):
         assert add(Worker(0, 2), [1.0, 10.0]) == 11.0
+
+
+class Fails:
+    """A process that cannot be started."""
+
+    def start(self):
+        raise OSError("no more processes")
+
+
+def test_a_process_is_ended_if_the_next_one_cannot_be_started():
+    first = multiprocessing.get_context("spawn").Process(target=time.sleep, args=(60,))
+    with pytest.raises(OSError, match="no more"), workers._running([first, Fails()]):
+        pytest.fail("one is missing")
+    assert first.exitcode == -signal.SIGTERM
 
 
 def test_a_single_worker_starts_no_process_group():

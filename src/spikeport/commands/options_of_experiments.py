@@ -54,7 +54,11 @@ class TrainRequest:
     ] = 48_000_000
     threads: Annotated[
         int | None,
-        typer.Option(help="Number of threads; by default one for each processor core.", min=1),
+        typer.Option(
+            help="Number of processes that share the robots; by default one for each processor "
+            "core.",
+            min=1,
+        ),
     ] = None
     no_hidden_noise: Annotated[
         bool,
