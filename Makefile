@@ -160,7 +160,7 @@ $(PEERS)/%.txt: $$(call changed,$$(PEER_$$*))
 	@echo $(PEER_$*) > $@
 
 figures: $(STAMP)  ## the runs that stated figures rest on (hours; goes on where it was); writes benchmarks/figures
-	$(BIN)/python benchmarks/figures.py run
+	@$(BIN)/python benchmarks/figures.py run || [ $$? -eq 3 ]
 
 figures-check: $(STAMP)  ## the figures that README and docs state, against these runs (seconds)
 	$(BIN)/python benchmarks/figures.py check

@@ -3,11 +3,13 @@
     python benchmarks/figures.py run [NAME]...     # make figures: hours; goes on where it was
     python benchmarks/figures.py check             # make figures-check: seconds
 
+``run`` ends with 3 if nothing failed, but runs lacked a policy that is not in the repository.
 `figure_runs` has the runs, `stated` makes sentences from their results. Each run has a folder in
 ``build/figures``, and a finished run is not repeated: delete its folder to measure again, as a
 sweep of other code of spikeport asks for. The figures of results are kept in
-``benchmarks/figures``, in the repository, so that anyone can compare. Speeds are not kept. Pictures
-of the documents are replaced by those of their runs.
+``benchmarks/figures``, in the repository, so that anyone can compare; results of a finished run
+replace no others. Speeds are not kept. Pictures of the documents are replaced by those of their
+runs.
 """
 
 import argparse
@@ -19,11 +21,12 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from enum import Enum
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from figure_runs import PICTURES, QUIET_POLICY, RUNS, TRAINING
-from stated import STATED, Stated
+from stated import STATED, Results, Stated
 
 ROOT = Path(__file__).parents[1]
 FOLDERS, RESULTS = ROOT / "build" / "figures", ROOT / "benchmarks" / "figures"
@@ -35,9 +38,8 @@ KEPT = (
 DETAILS = ("terms", "cores")
 """Parts of an estimate that no document states; they would be nine tenths of the kept figures."""
 SPEED = "real_time_factor"
-
-Results = list[dict[str, Any]]
-"""The results of a run: one result, or one for each point of a sweep."""
+UNSTATED = (AssertionError, ArithmeticError, LookupError, TypeError, ValueError)
+"""Errors of a statement whose results are other ones than it is for."""
 
 
 class Differing(NamedTuple):
@@ -74,35 +76,69 @@ def _without(parts: dict[str, Any], names: Sequence[str]) -> dict[str, Any]:
     return {name: part for name, part in parts.items() if name not in names}
 
 
+class Outcome(Enum):
+    """The outcome of a run that was asked for."""
+
+    KEPT = 0
+    FAILED = 1
+    NOT_RUN = 3
+    """What it needs is missing; figures or pictures of it that were kept before stay."""
+
+
 def run(names: Iterable[str]) -> int:
-    """Carry out unfinished runs, and keep results and pictures; returns how many failed."""
-    failed = 0
-    for name in names:
-        folder, command = FOLDERS / name, RUNS[name]
-        # Sweeps and evaluations, which have a plan, try their missing and failed points again.
-        if (folder / "sweep.json").exists() or not results_in(folder):
-            if QUIET_POLICY in command and not (ROOT / QUIET_POLICY).exists():
-                print(f"{name}: {QUIET_POLICY} is missing; make it with: {TRAINING}")
-                failed += 1
-                continue
-            print(f"{name}: spikeport {command}", flush=True)
-            # The last bits of solved decoders depend on the number of threads.
-            alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
-            line = [sys.executable, "-m", "spikeport", *command.split(), "--out", str(folder)]
-            done = subprocess.run(line, cwd=ROOT, env=alone, check=False)
-            failed += done.returncode != 0
-            if done.returncode:
-                continue
-        elif not _is_of(folder, command):
-            print(f"{name}: {folder} has a run of another command; delete it to run: {command}")
-            failed += 1
-            continue
-        RESULTS.mkdir(exist_ok=True)
-        text = json.dumps(results_in(folder), indent=1) + "\n"
-        (RESULTS / f"{name}.json").write_text(text)
-        if name in PICTURES:
-            shutil.copyfile(folder / "figure.png", ROOT / PICTURES[name])
-    return failed
+    """Carry out unfinished runs, and keep results and pictures.
+
+    Return 1 if one failed, else 3 if one was not run and has kept figures, else 0.
+    """
+    outcomes = [_run(name) for name in names]
+    for outcome in (Outcome.FAILED, Outcome.NOT_RUN):
+        if n := outcomes.count(outcome):
+            print(f"{n} of {len(outcomes)} {outcome.name.lower().replace('_', ' ')}, see above")
+    worst = (one for one in (Outcome.FAILED, Outcome.NOT_RUN) if one in outcomes)
+    return next(worst, Outcome.KEPT).value
+
+
+def _run(name: str) -> Outcome:
+    before = results_in(FOLDERS / name)
+    # Sweeps and evaluations, which have a plan, try their missing and failed points again.
+    if before and not (FOLDERS / name / "sweep.json").exists():
+        return _keep(name, before) if _is_of(FOLDERS / name, RUNS[name]) else Outcome.FAILED
+    if QUIET_POLICY in RUNS[name] and not (ROOT / QUIET_POLICY).exists():
+        print(f"not run: {name}: {QUIET_POLICY} is missing; make it with: {TRAINING}")
+        return Outcome.NOT_RUN if _is_kept(name) else Outcome.FAILED
+    return _keep(name, before) if _carried_out(name) else Outcome.FAILED
+
+
+def _carried_out(name: str) -> bool:
+    """Return whether the command of a run has succeeded."""
+    print(f"{name}: spikeport {RUNS[name]}", flush=True)
+    # The last bits of solved decoders depend on the number of threads.
+    alone = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    out = ["--out", str(FOLDERS / name)]
+    line = [sys.executable, "-m", "spikeport", *RUNS[name].split(), *out]
+    return subprocess.run(line, cwd=ROOT, env=alone, check=False).returncode == 0
+
+
+def _keep(name: str, before: Results) -> Outcome:
+    """Write the results of a run, and its picture, unless others are kept than it had before."""
+    found, kept = results_in(FOLDERS / name), RESULTS / f"{name}.json"
+    if not found:
+        print(f"{name}: {FOLDERS / name} has no result; delete it to run again")
+        return Outcome.FAILED
+    text = json.dumps(found, indent=1) + "\n"
+    if found == before and kept.exists() and kept.read_text() != text:
+        print(f"{name}: {FOLDERS / name} has older results than those kept; delete it to run again")
+        return Outcome.FAILED
+    RESULTS.mkdir(exist_ok=True)
+    kept.write_text(text)
+    if name in PICTURES:
+        shutil.copyfile(FOLDERS / name / "figure.png", ROOT / PICTURES[name])
+    return Outcome.KEPT
+
+
+def _is_kept(name: str) -> bool:
+    picture = PICTURES.get(name)
+    return (RESULTS / f"{name}.json").exists() or bool(picture and (ROOT / picture).exists())
 
 
 def _is_of(folder: Path, command: str) -> bool:
@@ -112,7 +148,10 @@ def _is_of(folder: Path, command: str) -> bool:
         return True
     words: list[str] = json.loads(file.read_text())["command"]
     # The folder may have been made in another checkout.
-    return words[1 : words.index("--out")] == command.split()
+    if words[1 : words.index("--out")] == command.split():
+        return True
+    print(f"{folder.name}: {folder} has a run of another command; delete it to run: {command}")
+    return False
 
 
 def read_results(folder: Path = RESULTS) -> dict[str, Results]:
@@ -147,15 +186,24 @@ def _spaced(text: str) -> str:
 def check(
     results: Mapping[str, Results], stated: Sequence[Stated] = STATED, root: Path = ROOT
 ) -> int:
-    """Print statements that differ from the results or have none; returns 1 if there are any."""
+    """Print statements that differ from their results or cannot be made from them.
+
+    Return 1 if there are any.
+    """
     made, differ = 0, 0
     for one in stated:
         missing = [name for name in one.runs if name not in results]
         if missing:
             print(f"not run: {', '.join(missing)} ({one.name}, {one.document})")
             continue
+        try:
+            found_differing = list(differing(one, results, (root / one.document).read_text()))
+        except UNSTATED as error:
+            reason = f"{type(error).__name__}: {error}"
+            print(f"{one.name} ({one.document}): cannot be stated: {reason}")
+            continue
         made += 1
-        for found in differing(one, results, (root / one.document).read_text()):
+        for found in found_differing:
             differ += 1
             print(f"{found.document}: {one.name}")
             print(f"  results: {found.sentence}")
@@ -164,16 +212,23 @@ def check(
     return int(differ > 0 or made < len(stated))
 
 
+def known(name: str) -> str:
+    """Return the name of a run; ArgumentTypeError if there is none of that name."""
+    if name not in RUNS:
+        raise argparse.ArgumentTypeError(f"no run {name!r}; choose from: {', '.join(RUNS)}")
+    return name
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Carry out runs, or check the documents."""
     parser = argparse.ArgumentParser(description=__doc__)
     commands = parser.add_subparsers(dest="command", required=True)
     runs = commands.add_parser("run", help="carry out what is missing")
-    runs.add_argument("names", nargs="*", choices=[[], *RUNS])
+    runs.add_argument("names", nargs="*", type=known, metavar="NAME")
     commands.add_parser("check", help="compare the documents with the results")
     asked = parser.parse_args(arguments)
     if asked.command == "run":
-        return int(run(asked.names or RUNS) > 0)
+        return run(asked.names or RUNS)
     return check(read_results())
 
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 from figure_runs import SECONDS, SHAPES, SIZES
 
 Results = list[dict[str, Any]]
+"""The results of a run: one result, or one for each point of a sweep."""
 Makes = Callable[..., Iterator[str]]
 
 
@@ -75,6 +76,20 @@ def _part(result: Any, place: str) -> Any:
     for key in place.split("."):
         result = result[key]
     return result
+
+
+def _no_falls(results: Results) -> None:
+    """Raise a ValueError if a robot fell, as a statement does not say."""
+    if fell := sum(values(results, "metrics.falls")):
+        raise ValueError(f"robots fell in {len(results)} runs: {fell}")
+
+
+def _only(results: Iterable[Any], what: str) -> Any:
+    """Return the single one of some results or values; ValueError if there are more or none."""
+    found = list(results)
+    if len(found) != 1:
+        raise ValueError(f"{what}: one is expected, there are {len(found)}")
+    return found[0]
 
 
 def joined(numbers: Iterable[float], digits: int = 0, by: str = " ", times: float = 1) -> str:
@@ -144,13 +159,13 @@ def the_exact_laws_shapes(draw_12s: Results) -> Iterator[str]:
 @states("docs/arm.md")
 def shapes_of_three_networks(draw_lean: Results) -> Iterator[str]:
     cells = (joined(shapes_mm(draw_lean, network_seed=seed), 1, ", ") for seed in range(3))
-    (cores,) = set(values(draw_lean, "resources.cores.used"))
+    cores = _cores(draw_lean)
     yield f"| **S1's intercepts even, as it is** | {' | '.join(cells)} | {cores} |"
 
 
 @states("docs/arm.md")
 def shapes_with_an_efference_copy(draw_efference: Results) -> Iterator[str]:
-    (cores,) = set(values(draw_efference, "resources.cores.used"))
+    cores = _cores(draw_efference)
     shapes = joined(shapes_mm(draw_efference), 1, ", ")
     yield f"| the same as it is, with an efference copy | {shapes} | | | {cores} |"
 
@@ -190,14 +205,12 @@ def cores_of_both_arms(arm_lean: Results, arm_paper: Results) -> Iterator[str]:
 
 
 def _cores(results: Results) -> int:
-    (cores,) = {int(_part(one, "resources.cores.used")) for one in results}
-    return cores
+    return int(_only({_part(one, "resources.cores.used") for one in results}, "cores"))
 
 
 def _bound(results: Results) -> int:
     """Return the number of cores that no packing can go below."""
-    (compiled,) = results
-    return int(_part(compiled, "resources.cores.lower_bound"))
+    return int(_part(_only(results, "compiles"), "resources.cores.lower_bound"))
 
 
 # the whole humanoid
@@ -206,7 +219,7 @@ def _bound(results: Results) -> int:
 @states("docs/switch.md")
 def the_switch(switch: Results) -> Iterator[str]:
     shapes = values(switch, "metrics.shape_error_rms_m")
-    assert not any(values(switch, "metrics.falls"))
+    _no_falls(switch)
     phases = values(switch, "metrics.phases")
     longest = (max(one["switching_time_s"] for one in run) for run in phases)
     walks = [[one for one in run if "path_error_rms_m" in one] for run in phases]
@@ -218,7 +231,7 @@ def the_switch(switch: Results) -> Iterator[str]:
 
 @states("docs/switch.md")
 def the_switch_on_its_own_feet(switch_free: Results) -> Iterator[str]:
-    assert not any(values(switch_free, "metrics.falls"))
+    _no_falls(switch_free)
     phases = values(switch_free, "metrics.phases")
     drawn = [[one for one in run if "shape_error_rms_m" in one] for run in phases]
     shapes = (joined((one["shape_error_rms_m"] for one in run), 1, ", ", 1000) for run in drawn)
@@ -229,7 +242,7 @@ def the_switch_on_its_own_feet(switch_free: Results) -> Iterator[str]:
 
 @states("docs/experiments.md")
 def the_demo(demo: Results) -> Iterator[str]:
-    (run,) = demo
+    run = _only(demo, "runs")
     metrics, cores = run["metrics"], _part(run, "resources.cores.used")
     yield f"Intel Loihi: {cores} cores"
     yield f"dynamic energy / step {dynamic_uj(demo, 'davies2018')[0]:.3g} uJ [no interval]"
@@ -244,7 +257,7 @@ def the_demo(demo: Results) -> Iterator[str]:
 
 @states("README.md")
 def the_demo_in_short(demo: Results, switch: Results) -> Iterator[str]:
-    (run,) = demo
+    run = _only(demo, "runs")
     yield f"are one image on {_part(run, 'resources.cores.used')} cores of one emulated Loihi"
     shapes = values(switch, "metrics.shape_error_rms_m")
     # A processor whose last bits differ gives other spikes, as another network seed does.
@@ -255,8 +268,7 @@ def the_demo_in_short(demo: Results, switch: Results) -> Iterator[str]:
 
 
 def _switched(results: Results) -> str:
-    (run,) = results
-    metrics = run["metrics"]
+    metrics = _only(results, "runs")["metrics"]
     longest = max(one["switching_time_s"] for one in metrics["phases"])
     return (
         f"{metrics['phases_done']} phases done, the drawing "
@@ -295,7 +307,7 @@ def _largest_mm(results: Results, path: str) -> str:
 
 @states("docs/walk.md")
 def walks_of_few_neurons(walk_front: Results) -> Iterator[str]:
-    assert not any(values(walk_front, "metrics.falls"))
+    _no_falls(walk_front)
     for n_neurons in (2, 4, 6, 10, 20):
         chosen = [one for one in walk_front if one["settings"]["n_neurons"] == n_neurons]
         energies = (fmean(dynamic_uj(chosen, name)) for name in ("davies2018", "nahuku-fit"))
@@ -307,7 +319,7 @@ def walks_of_few_neurons(walk_front: Results) -> Iterator[str]:
 
 @states("docs/walk.md")
 def walks_of_twenty_neurons(walk_exact: Results, walk_20: Results) -> Iterator[str]:
-    assert not any(values(walk_20, "metrics.falls"))
+    _no_falls(walk_20)
     for path in SHAPES:
         exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_20, path)
         yield (
@@ -318,7 +330,7 @@ def walks_of_twenty_neurons(walk_exact: Results, walk_20: Results) -> Iterator[s
 
 @states("docs/walk.md")
 def walks_of_ten_neurons(walk_exact: Results, walk_10: Results) -> Iterator[str]:
-    assert not any(values(walk_10, "metrics.falls"))
+    _no_falls(walk_10)
     for path in SHAPES:
         exact, spiking = _off_mm(walk_exact, path), _off_mm(walk_10, path)
         largest = _largest_mm(walk_10, path)
@@ -387,8 +399,7 @@ def paths_of_the_robust_policy(robust_paths_exact: Results, robust_paths: Result
 
 
 def _rows(evaluations: Results) -> list[dict[str, Any]]:
-    (evaluation,) = evaluations
-    rows: list[dict[str, Any]] = evaluation["rows"]
+    rows: list[dict[str, Any]] = _only(evaluations, "evaluations")["rows"]
     return rows
 
 
@@ -413,9 +424,9 @@ def _means(row: dict[str, Any], *names: str) -> str:
 
 @states("docs/robot.md")
 def a_walk_with_chip_robot_and_network_in_processes_of_their_own(robot: Results) -> Iterator[str]:
-    (walk,) = robot
+    walk = _only(robot, "runs")
     metrics, seconds = walk["metrics"], walk["seconds"]
-    assert not metrics["falls"]
+    _no_falls(robot)
     yield (
         f"with {1000 * metrics['cross_track_rms_m']:.1f} mm of cross-track error (rms), and has "
         f"{seconds * metrics['spikes_per_second']:,.0f} spikes"
@@ -424,18 +435,19 @@ def a_walk_with_chip_robot_and_network_in_processes_of_their_own(robot: Results)
 
 @states("docs/walk.md")
 def walks_of_the_figure(fig5a: Results) -> Iterator[str]:
-    assert not any(values(fig5a, "metrics.falls"))
+    _no_falls(fig5a)
     exact_cm, spiking_cm = (
         100 * median(values(fig5a, "metrics.cross_track_rms_m", policy=policy))
         for policy in ("mlp", "spiking")
     )
-    assert f"{exact_cm:.1f}" == f"{spiking_cm:.1f}"
+    if f"{exact_cm:.1f}" != f"{spiking_cm:.1f}":
+        raise ValueError(f"medians differ: {exact_cm:.1f} cm of exact walks, {spiking_cm:.1f} cm")
     yield f"The median error of both is {exact_cm:.1f} cm (rms), and no robot fell."
 
 
 @states("docs/walk.md")
 def walks_without_half_of_the_ensembles(walk_silenced: Results) -> Iterator[str]:
-    (fallen_at_s,) = values(walk_silenced, "metrics.fallen_at_s")
+    fallen_at_s = _only(values(walk_silenced, "metrics.fallen_at_s"), "runs")
     yield f"{fallen_at_s - 25:.1f} s later the robot has fallen"
 
 
@@ -443,7 +455,7 @@ def walks_without_half_of_the_ensembles(walk_silenced: Results) -> Iterator[str]
 def walks_without_hidden_noise(
     quiet_exact: Results, quiet_off: Results, quiet_on: Results
 ) -> Iterator[str]:
-    (exact,) = quiet_exact
+    exact = _only(quiet_exact, "runs")
     yield f"Without neurons it is {_walked(exact)}."
     rows = {
         "float, calibration off": [one for one in quiet_off if one["backend"] == "reference"],
@@ -456,8 +468,8 @@ def walks_without_hidden_noise(
 
 
 def _walked(result: dict[str, Any]) -> str:
-    """Return how far off its path a robot walked, in words; AssertionError if it fell."""
-    assert not result["metrics"]["falls"]
+    """Return how far off its path a robot walked, in words; ValueError if it fell."""
+    _no_falls([result])
     return f"{1000 * result['metrics']['cross_track_rms_m']:.1f} mm off"
 
 

@@ -4,6 +4,7 @@ import json
 
 import figures
 import pytest
+import stated
 from figure_runs import PICTURES, RUNS, TRAINING
 from stated import (
     STATED,
@@ -96,6 +97,34 @@ def test_a_run_without_results_is_named(root, capsys):
     )
 
 
+def fallen(walk):
+    stated._no_falls(walk)
+    yield "no robot fell"
+
+
+def test_a_statement_that_results_do_not_allow_is_named_and_the_others_are_checked(root, capsys):
+    results = {"walk": [{**one, "metrics": {"falls": 1, "m": 0.0049}} for one in walks()]}
+    both = [Stated(DOCUMENT, fallen), Stated(DOCUMENT, worst)]
+    assert figures.check(results, both, root) == 1
+    assert capsys.readouterr().out.splitlines() == [
+        "fallen (walks.md): cannot be stated: ValueError: robots fell in 2 runs: 2",
+        "1 of 2 statements have results; 0 sentences differ",
+    ]
+
+
+def test_a_statement_of_one_run_names_the_number_of_others(root, capsys):
+    code, lines = checked(root, capsys, the_demo_alone, {"walk": walks()})
+    assert (code, lines[0]) == (
+        1,
+        "the_demo_alone (walks.md): cannot be stated: ValueError: runs: one is expected, "
+        "there are 2",
+    )
+
+
+def the_demo_alone(walk):
+    yield from the_demo(walk)
+
+
 def test_values_are_in_the_order_of_seeds_and_spans_go_from_least_to_largest():
     assert values(walks(), "metrics.m") == [0.0034, 0.0049]
     assert span([0.016, 0.014, 0.020], times=1000) == "14 to 20"
@@ -163,7 +192,77 @@ def test_a_missing_policy_is_reported_with_the_command_that_makes_it(tmp_path, m
     monkeypatch.setattr(figures, "RESULTS", tmp_path)
     monkeypatch.setattr(figures.subprocess, "run", pytest.fail)
     assert figures.run(["quiet_exact"]) == 1
-    assert capsys.readouterr().out.endswith(f" is missing; make it with: {TRAINING}\n")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].endswith(f" is missing; make it with: {TRAINING}")
+    assert lines[1:] == ["1 of 1 failed, see above"]
+    assert TRAINING.startswith("git worktree add build/f82d95d f82d95d && ")
+
+
+def test_a_run_without_its_policy_is_not_run_where_its_figures_or_picture_are_kept(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(figures, "ROOT", tmp_path)
+    monkeypatch.setattr(figures, "FOLDERS", tmp_path / "build")
+    monkeypatch.setattr(figures, "RESULTS", tmp_path)
+    monkeypatch.setattr(figures.subprocess, "run", pytest.fail)
+    (tmp_path / "quiet_exact.json").write_text("[]")
+    picture = tmp_path / PICTURES["fig5b"]
+    picture.parent.mkdir(parents=True)
+    picture.touch()
+    assert figures.run(["quiet_exact", "fig5b"]) == 3
+    assert capsys.readouterr().out.splitlines()[-1] == "2 of 2 not run, see above"
+
+
+@pytest.fixture
+def reach(tmp_path, monkeypatch):
+    """Return a function that carries out `reach`, whose command leaves what is given."""
+    monkeypatch.setattr(figures, "ROOT", tmp_path)
+    monkeypatch.setattr(figures, "PICTURES", {})
+    monkeypatch.setattr(figures, "FOLDERS", tmp_path / "build")
+    monkeypatch.setattr(figures, "RESULTS", tmp_path / "kept")
+    folder = tmp_path / "build" / "reach"
+
+    def carry_out(result, kept, plan=False):
+        def call(line, **_):
+            folder.mkdir(parents=True, exist_ok=True)
+            if plan:
+                (folder / "sweep.json").touch()
+            if result:
+                (folder / "result.json").write_text(json.dumps(result))
+            return figures.subprocess.CompletedProcess(line, 0)
+
+        monkeypatch.setattr(figures.subprocess, "run", call)
+        (tmp_path / "kept").mkdir(exist_ok=True)
+        (tmp_path / "kept" / "reach.json").write_text(kept)
+        return figures.run(["reach"]), (tmp_path / "kept" / "reach.json").read_text()
+
+    return carry_out
+
+
+def reached(n):
+    return {"metrics": {"reaches": n}, "command": ["spikeport", "run", "reach", "--out", "x"]}
+
+
+def test_a_command_without_a_result_replaces_no_kept_figures(reach, capsys):
+    assert reach(None, "kept") == (1, "kept")
+    assert "build/reach has no result; delete it to run again" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("plan", [False, True])
+def test_results_of_a_finished_run_replace_no_others(reach, plan, capsys):
+    code, own = reach(reached(54), "kept", plan)
+    assert (code, json.loads(own)) == (0, [{"metrics": {"reaches": 54}}])
+    assert reach(reached(54), own, plan) == (0, own)
+    assert reach(reached(54), "newer", plan) == (1, "newer")
+    assert "older results than those kept; delete it to run again" in capsys.readouterr().out
+
+
+def test_an_unknown_run_is_refused_with_the_known_ones(capsys):
+    with pytest.raises(SystemExit):
+        figures.main(["run", "rech"])
+    message = capsys.readouterr().err
+    assert "no run 'rech'; choose from: reach_small_analytic, " in message
+    assert "[]" not in message
 
 
 def test_statements_and_kept_results_belong_to_known_runs():
