@@ -175,9 +175,9 @@ format: $(STAMP)  ## format the code in place
 # Results of hours of runs, which benchmarks and figures resume.
 MEASURED := $(addprefix build/,figures quiet arm_runs walk_runs policy_conversion)
 
-clean:  ## remove the environment and everything built, but for measured runs
-	rm -rf $(VENV) $(REFEREES) $(filter-out $(MEASURED),$(wildcard build/*)) dist *.egg-info \
-	  .mypy_cache .ruff_cache
+clean:  ## remove the environment and everything built; measured runs and the folder runs stay
+	rm -rf $(VENV) $(REFEREES) $(filter-out $(MEASURED),$(wildcard build/*)) dist src/*.egg-info \
+	  .mypy_cache .ruff_cache .pytest_cache .hypothesis MUJOCO_LOG.TXT
 
 clean-runs:  ## remove measured runs, which take hours
 	rm -rf $(MEASURED)

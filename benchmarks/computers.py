@@ -27,7 +27,7 @@ from spikeport.networks.walking_policy import load
 from spikeport.robot.arm import ArmDynamics
 from spikeport.robot.walk_interface import CONTROL_DT_S
 
-RAPL = Path("/sys/class/powercap/intel-rapl:0/energy_uj")
+RAPL = Path("/sys/class/powercap/intel-rapl:0")
 ASSUMED_W = 10.0
 """Power of a core at work, if it cannot be measured: assumed, not a figure of this machine."""
 ROUNDS = 7
@@ -76,14 +76,23 @@ def in_numpy() -> Times:
 def power() -> Power:
     """Return this machine's power by RAPL while it computes for a second, else assumed power."""
     try:
-        before, begin = int(RAPL.read_text()), time.monotonic()
+        before, begin = _energy_uj(), time.monotonic()
         policy, observation = load(), np.zeros(69)
         while time.monotonic() < begin + 1.0:
             policy(observation)
-        joules = (int(RAPL.read_text()) - before) / 1e6
+        joules = (_energy_uj() - before) % _range_uj() / 1e6
         return Power(joules / (time.monotonic() - begin), "RAPL, the whole package")
     except OSError:
         return Power(ASSUMED_W, "assumed: this machine has no RAPL that may be read")
+
+
+def _energy_uj() -> int:
+    return int((RAPL / "energy_uj").read_text())
+
+
+def _range_uj() -> int:
+    """Return the energy at which the counter is zero again."""
+    return int((RAPL / "max_energy_range_uj").read_text()) + 1
 
 
 def on_chip(result: dict[str, Any]) -> OnChip:
@@ -95,7 +104,7 @@ def on_chip(result: dict[str, Any]) -> OnChip:
     n, joules = operations["count"], operations["energy"]["value"]
     return OnChip(
         synaptic_operations=n / steps,
-        synaptic_operation_j=joules / n,
+        synaptic_operation_j=joules / n if n else 0.0,
         other_j=(spent["dynamic_run"]["value"] - joules) / steps,
         static_w=spent["static"]["power"]["value"],
         dt_s=spent["period_s"],
@@ -226,7 +235,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Print the tables, or write them into a document."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, help="folders of runs on the chip")
-    parser.add_argument("--into", type=Path)
+    parser.add_argument("--into", type=markdown_table.document)
     asked = parser.parse_args(arguments)
     results = {run.name: json.loads((run / "result.json").read_text()) for run in asked.runs}
     times, drawn = in_numpy(), power()

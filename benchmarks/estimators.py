@@ -12,11 +12,11 @@ import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import NamedTuple
 
 import markdown_table
 import numpy as np
+from arguments import at_least
 
 from spikeport.angles import wrap
 from spikeport.experiments.walk.legs import PolicyView
@@ -199,8 +199,8 @@ def main() -> None:
     """Walk all cases; print the table, or write it."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=40.0)
-    parser.add_argument("--seeds", type=int, default=3)
-    parser.add_argument("--into", type=Path)
+    parser.add_argument("--seeds", type=at_least(1), default=3)
+    parser.add_argument("--into", type=markdown_table.document)
     chosen = parser.parse_args()
     rows = [row(case, chosen.seeds, chosen.seconds) for case in CASES]
     markdown_table.show(markdown_table.table(HEADS, rows), chosen.into)

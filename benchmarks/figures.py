@@ -82,7 +82,7 @@ class Outcome(Enum):
     KEPT = 0
     FAILED = 1
     NOT_RUN = 3
-    """What it needs is missing; figures or pictures of it that were kept before stay."""
+    """The policy of the run is missing; figures or pictures of it that were kept before stay."""
 
 
 def run(names: Iterable[str]) -> int:

@@ -19,6 +19,7 @@ import time
 from pathlib import Path
 
 import markdown_table
+from arguments import at_least
 
 GOALS_S = {"walk": (40, 5), "switch": (70, 5)}
 """Goals for the first run and the second, in CPU seconds."""
@@ -70,7 +71,7 @@ def main() -> None:
     """Measure, and print a table; or act as the measured run."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--experiment", action="append", choices=GOALS_S)
-    parser.add_argument("--n-neurons", type=int)
+    parser.add_argument("--n-neurons", type=at_least(1))
     parser.add_argument("--profile", type=Path)
     parser.add_argument("--serve", help=argparse.SUPPRESS)
     parser.add_argument("arguments", nargs="*", help=argparse.SUPPRESS)

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import markdown_table
 import nengo
 import numpy as np
+from arguments import at_least
 from boards import board
 from cases import chain
 from peak_memory import peak_bytes
@@ -143,7 +144,7 @@ def main() -> None:
     """Measure, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--network", action="append", choices=sorted(NETWORKS))
-    parser.add_argument("--n", action="append", type=int)
+    parser.add_argument("--n", action="append", type=at_least(1))
     parser.add_argument("--pipeline", action="append")
     parser.add_argument("--parts", action="store_true")
     arguments = parser.parse_args()
@@ -153,7 +154,7 @@ def main() -> None:
         for name in arguments.network or NETWORKS:
             for pipeline in arguments.pipeline or ("as_written", "compact"):
                 before = None
-                for n in sorted(arguments.n or (125, 500, 2000)):
+                for n in sorted(set(arguments.n or (125, 500, 2000))):
                     with ProcessPoolExecutor(1, get_context("spawn")) as process:
                         row = process.submit(measure, name, n, pipeline, chip).result()
                     rows.append(cells(name, pipeline, n, row, before))

@@ -6,6 +6,7 @@ OPENBLAS_NUM_THREADS=1 python -W ignore benchmarks/learning.py [--rounds N]
 import argparse
 
 import nengo
+from arguments import at_least
 from cases import LEARNING
 from timing import cpu_us
 
@@ -15,13 +16,13 @@ import spikeport
 def main() -> None:
     """Measure both, and print them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--rounds", type=at_least(1), default=15)
     arguments = parser.parse_args()
     for name, make in LEARNING.items():
-        network = make()
+        # A network for each: nodes may have a state, as the motor of `adaptive`.
         with (
-            spikeport.Simulator(network) as ours,
-            nengo.Simulator(network, progress_bar=False) as f,
+            spikeport.Simulator(make()) as ours,
+            nengo.Simulator(make(), progress_bar=False) as f,
         ):
             us = cpu_us({"native": ours.step, "float": f.step}, arguments.rounds)
         print(

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from arguments import at_least
 from markdown_table import table
 
 from spikeport.backends.board.chip import BoardChip
@@ -87,8 +88,8 @@ def main() -> None:
     """Print the table."""
     asked = argparse.ArgumentParser(description=__doc__)
     asked.add_argument("image", type=Path)
-    asked.add_argument("--steps", type=int, default=2000)
-    asked.add_argument("--rounds", type=int, default=5)
+    asked.add_argument("--steps", type=at_least(1), default=2000)
+    asked.add_argument("--rounds", type=at_least(1), default=5)
     options = asked.parse_args()
     image, rng = ChipImage.load(options.image), np.random.default_rng(0)
     trains = [np.flatnonzero(rng.random(image.n_inputs) < SHARE) for _ in range(options.steps)]

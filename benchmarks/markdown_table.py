@@ -1,5 +1,6 @@
 """Tables in Markdown: printed, or put between a file's markers."""
 
+import argparse
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
@@ -18,9 +19,23 @@ def insert(text: str, content: str) -> str:
     return f"{before}{BEGIN}\n{content}\n{END}{after}"
 
 
+def document(text: str) -> Path:
+    """Return the path of a file with both markers; ArgumentTypeError for another one."""
+    path = Path(text)
+    try:
+        insert(path.read_text(encoding="utf-8"), "")
+    except OSError as error:
+        raise argparse.ArgumentTypeError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        reason = f"has not one {BEGIN} and after it one {END}"
+        raise argparse.ArgumentTypeError(f"{path}: {reason}") from error
+    return path
+
+
 def show(content: str, into: Path | None) -> None:
-    """Print the content, or write it between a file's markers."""
-    if into is None:
-        print(content)
-    else:
-        into.write_text(insert(into.read_text(encoding="utf-8"), content), encoding="utf-8")
+    """Print the content, and write it between a file's markers, whole or not at all."""
+    print(content)
+    if into is not None:
+        part = into.with_name(f".{into.name}.part")
+        part.write_text(insert(into.read_text(encoding="utf-8"), content), encoding="utf-8")
+        part.replace(into)

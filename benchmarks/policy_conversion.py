@@ -17,6 +17,8 @@ from pathlib import Path
 
 import markdown_table
 import numpy as np
+from arguments import at_least
+from saved_runs import policy_key
 
 from spikeport.atomic import write_text
 from spikeport.experiments.options import Options
@@ -28,7 +30,6 @@ from spikeport.experiments.policy.calibration import (
     refit_lagged,
 )
 from spikeport.experiments.policy.conversion import PASSES
-from spikeport.experiments.policy.readout import policy_digest
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.policy import (
     Layer,
@@ -42,7 +43,7 @@ from spikeport.networks.policy import (
 from spikeport.networks.policy_solving import by_halves
 from spikeport.networks.walking_policy import load
 
-RESULTS = Path("build/policy_conversion") / policy_digest(load().layers)
+RESULTS = Path("build/policy_conversion") / policy_key(load())
 SECONDS, FITTED = 32.0, 0.8
 """The length of gait, and the share of it that is fitted; the rest is for the errors."""
 MOST_LAG = 8
@@ -140,8 +141,8 @@ def row(case: Case, seeds: int) -> list[str]:
 def main() -> None:
     """Measure the missing cases; print the table, or write it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=1)
-    parser.add_argument("--into", type=Path)
+    parser.add_argument("--seeds", type=at_least(1), default=1)
+    parser.add_argument("--into", type=markdown_table.document)
     chosen = parser.parse_args()
     markdown_table.show(
         markdown_table.table(HEADS, (row(case, chosen.seeds) for case in CASES)), chosen.into

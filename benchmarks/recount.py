@@ -8,9 +8,10 @@ one chip.
 """
 
 import argparse
+import itertools
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,7 +28,8 @@ PER_STEP = {
     "learning_update": "learning_updates",
 }
 """Names of the counts in a run's files, by the events of the chip's file."""
-SECONDS = {"us": 1e-6, "ns": 1e-9}
+UNITS = {"pJ": 1e-12, "nJ": 1e-9, "uJ": 1e-6, "ns": 1e-9, "us": 1e-6}
+"""Units of the chip's file, in J and s."""
 HEADS = ("run", "calibration", "cost", "recomputed", "result.json")
 
 
@@ -47,17 +49,18 @@ def recounted(counts: Path, calibration: Mapping[str, Any]) -> Recounted:
     """
     parts = [np.load(file) for file in sorted(counts.glob("counts-*.npz"))]
     n = {event: np.concatenate([part[name] for part in parts]) for event, name in PER_STEP.items()}
-    energies, times = calibration["energies"], calibration["times"]
+    energies, times = (_in_si(calibration[kind]) for kind in ("energies", "times"))
     totals = {event: each.sum() for event, each in n.items()}
     totals |= _messages(np.load(counts / "messages.npz"))
-    energy_j = sum(
-        1e-12 * total * energies[event]["value"]
-        for event, total in totals.items()
-        if event in energies
-    )
-    busy_s = sum(1e-9 * n[event] * times[event]["value"] for event in n if event in times)
+    energy_j = sum(total * energies[event] for event, total in totals.items() if event in energies)
+    idle_s = np.zeros(n["spike"].shape)
+    busy_s = sum((n[event] * times[event] for event in n if event in times), idle_s)
     steps_s = busy_s.max(axis=1) + _barrier_s(calibration, n["spike"].shape[1])
     return Recounted(float(energy_j), float(steps_s.mean()), float(steps_s.max()))
+
+
+def _in_si(figures: Mapping[str, Any]) -> dict[str, float]:
+    return {event: figure["value"] * UNITS[figure["unit"]] for event, figure in figures.items()}
 
 
 def _messages(messages: Mapping[str, np.ndarray]) -> dict[str, int]:
@@ -73,7 +76,7 @@ def _messages(messages: Mapping[str, np.ndarray]) -> dict[str, int]:
 
 def _barrier_s(calibration: Mapping[str, Any], cores: int) -> float:
     points = calibration["barrier"]
-    at_s = [point["value"] * SECONDS[point["unit"]] for point in points]
+    at_s = [point["value"] * UNITS[point["unit"]] for point in points]
     return float(np.interp(-(-cores // 4), [point["tiles"] for point in points], at_s))
 
 
@@ -93,11 +96,27 @@ def compared(run: Path) -> Iterator[tuple[str, ...]]:
             yield run.name, name, cost, *(f"{value:.10g}" for value in both)
 
 
-def main() -> None:
+def counted(text: str) -> Path:
+    """Return the folder of a run that can be recounted; ArgumentTypeError for another one."""
+    run = Path(text)
+    file = run / "result.json"
+    if not file.is_file():
+        raise argparse.ArgumentTypeError(f"{run}: has no result.json; name the folder of a run")
+    words = json.loads(file.read_text())["command"]
+    chips = [word.partition("=")[2] for word in words if word.startswith("--chip=")]
+    chips += [chip for word, chip in itertools.pairwise(words) if word == "--chip"]
+    if set(chips) - {"loihi"}:
+        raise argparse.ArgumentTypeError(f"{run}: is a run on {chips[-1]}; only loihi is recounted")
+    if not (run / "counts" / "messages.npz").is_file():
+        raise argparse.ArgumentTypeError(f"{run}: has no counts; run it again with --counts")
+    return run
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("runs", nargs="+", type=Path, help="folders of runs with --counts")
-    rows = [row for run in parser.parse_args().runs for row in compared(run)]
+    parser.add_argument("runs", nargs="+", type=counted, help="folders of runs with --counts")
+    rows = [row for run in parser.parse_args(arguments).runs for row in compared(run)]
     print(markdown_table.table(HEADS, rows))
 
 

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from arguments import at_least
 
 from spikeport import cache
 from spikeport.errors import RobotLostError
@@ -133,21 +134,24 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("backend", choices=("analytic", "native"))
     parser.add_argument("--seconds", type=float, default=10.0)
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--seeds", type=at_least(1), default=3)
     parser.add_argument("--only", help="plans that begin with this; none for no fault")
     parser.add_argument("--estimator", action="append", choices=ESTIMATORS)
     asked = parser.parse_args()
+    named = {" ".join(plan) or "none": plan for plan in PLANS}
+    chosen = [name for name in named if name.startswith(asked.only or "")]
+    if not chosen:
+        parser.error(f"--only {asked.only}: no plan begins so; choose from: {', '.join(named)}")
     pipeline = EXPERIMENT.pipeline
     options = Options(
         seconds=asked.seconds, backend=asked.backend, pipeline=pipeline, cache=cache.of_user()
     )
     trial = FaultyWalk(WalkSettings(path="figure-eight"), options)
     ready = prepare(trial)
-    named = {" ".join(plan) or "none": plan for plan in PLANS}
     with ready.sim:
         for estimator in asked.estimator or [TRUTH]:
             trial.estimator = estimator
-            for name in (one for one in named if one.startswith(asked.only or "")):
+            for name in chosen:
                 trial.plan = named[name]
                 line = described(list(walks(trial, ready, asked.seeds)))
                 print(f"{estimator:12} {name:24} {line}", flush=True)

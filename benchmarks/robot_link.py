@@ -12,10 +12,12 @@ import argparse
 import itertools
 import json
 import os
+import signal
 import statistics
 import time
+import traceback
 from collections.abc import Callable
-from typing import TypeVar
+from typing import NoReturn, TypeVar
 
 import numpy as np
 
@@ -110,17 +112,49 @@ def us_of(times: list[float]) -> list[float]:
 
 
 def with_controller(robot: Callable[[Bus], R], n: int) -> tuple[R, int, list[float]]:
-    """Run an echo with a controller; returns its result, the number of states and CPU times."""
+    """Run an echo with a controller; returns its result, the number of states and CPU times.
+
+    Raises
+    ------
+    ChildProcessError
+        The controller has ended before the robot, or without its result.
+    """
     read, write = os.pipe()
-    child = os.fork()
-    if child == 0:
-        controller(n, write)
-        os._exit(0)
-    with Bus(Place(domain=DOMAIN), reliable=n > 0) as bus:
-        found = robot(bus)
+    # Without its controller, the robot would wait for ever.
+    before = signal.signal(signal.SIGCHLD, _lost)
+    try:
+        child = os.fork()
+        if child == 0:
+            _serve(n, write)
+        os.close(write)
+        with Bus(Place(domain=DOMAIN), reliable=n > 0) as bus:
+            found = robot(bus)
+            signal.signal(signal.SIGCHLD, before)
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+    with os.fdopen(read) as pipe:
+        report = pipe.read()
     os.waitpid(child, 0)
-    came, times = json.loads(os.read(read, 10_000))
+    if not report:
+        raise ChildProcessError("the controller ended without its result; see the error above")
+    came, times = json.loads(report)
     return found, came, times
+
+
+def _serve(n: int, pipe: int) -> NoReturn:
+    """Be the controller, and end the process: it must not go on as its parent."""
+    code = 1
+    try:
+        controller(n, pipe)
+        code = 0
+    except BaseException:  # also of an interrupt: see above
+        traceback.print_exc()
+    finally:
+        os._exit(code)
+
+
+def _lost(_signal: int, _frame: object) -> NoReturn:
+    raise ChildProcessError("the controller ended before the robot; see the error above")
 
 
 def lock_step(bus: Bus) -> list[float]:

@@ -8,9 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from spikeport.atomic import write_text
+from spikeport.digest import digest_of
+from spikeport.experiments.policy.readout import policy_digest
+from spikeport.networks.walking_policy import WalkingPolicy
 
 CALIBRATION = "nahuku-fit"
 """The calibration by which energies are estimated."""
+
+
+def policy_key(policy: WalkingPolicy) -> str:
+    """Return a name that differs from policy to policy, also if only the follower's gains do."""
+    return f"{policy_digest(policy.layers)}-{digest_of(policy.gains)[:12]}"
 
 
 @dataclass
@@ -40,11 +48,13 @@ def saved_results(
 ) -> Iterator[dict[str, Any]]:
     """Yield the figures of trials with the same rig; finished ones are read from their files."""
     rig: Any = None
-    for key, trial in trials.items():
-        file = folder / f"{name}-{key}.json"
-        if not file.exists():
-            rig = rig or prepare(trial)
-            write_text(file, json.dumps(perform(trial, rig), indent=2))
-        yield json.loads(file.read_text(encoding="utf-8"))
-    if rig is not None:
-        rig.sim.close()
+    try:
+        for key, trial in trials.items():
+            file = folder / f"{name}-{key}.json"
+            if not file.exists():
+                rig = rig or prepare(trial)
+                write_text(file, json.dumps(perform(trial, rig), indent=2))
+            yield json.loads(file.read_text(encoding="utf-8"))
+    finally:
+        if rig is not None:
+            rig.sim.close()

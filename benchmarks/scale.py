@@ -26,6 +26,7 @@ import markdown_table
 import nengo
 import numpy as np
 import scipy.sparse
+from arguments import at_least
 from boards import board
 from matplotlib.figure import Figure
 from peak_memory import peak_bytes
@@ -175,11 +176,19 @@ def draw(sizes: dict[str, dict[str, Any]], path: Path) -> None:
     figure.savefig(path, dpi=110)
 
 
+def size(text: str) -> int:
+    """Return a number of neurons, 0 for none; ArgumentTypeError for one that no chain has."""
+    n = int(text)
+    if n and (n % GROUP or n < 2 * GROUP):
+        raise argparse.ArgumentTypeError(f"{n} is no multiple of {GROUP} from {2 * GROUP} on")
+    return n
+
+
 def main() -> None:
     """Measure the chosen sizes; write the results, print a table, draw a figure."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--n", action="append", type=int)
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--n", action="append", type=size)
+    parser.add_argument("--rounds", type=at_least(1), default=5)
     parser.add_argument("--out", type=Path, default=RESULTS)
     parser.add_argument("--figure", type=Path)
     arguments = parser.parse_args()

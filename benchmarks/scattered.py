@@ -13,6 +13,7 @@ from functools import partial
 from unittest import mock
 
 import numpy as np
+from arguments import at_least
 from timing import cpu_us
 
 from spikeport.backends.native import wiring
@@ -47,7 +48,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--neurons", type=int, default=8000)
     parser.add_argument("--drive", type=int, default=1)
-    parser.add_argument("--rounds", type=int, default=15)
+    parser.add_argument("--rounds", type=at_least(1), default=15)
     arguments = parser.parse_args()
     wired, chips = image(arguments.neurons, arguments.drive), {}
     for name, short in (("runs", 0), ("lists", wiring.SHORT)):

@@ -22,6 +22,7 @@ from unittest import mock
 import nengo
 import nengo_loihi
 import numpy as np
+from arguments import at_least
 from cases import NETWORKS, Case
 from timing import cpu_us, read_bytes_per_s
 
@@ -174,7 +175,7 @@ def main() -> None:
     """Measure and write the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--network", action="append", choices=sorted(NETWORKS))
-    parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--rounds", type=at_least(1), default=7)
     parser.add_argument("--out", type=Path, default=RESULTS)
     arguments = parser.parse_args()
     if arguments.network and arguments.out == RESULTS:

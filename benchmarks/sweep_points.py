@@ -18,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import markdown_table
+from arguments import at_least
 
 from spikeport import cache
 from spikeport.experiments import registry
@@ -64,7 +65,7 @@ def compare(points: list[Point], folder: Path) -> tuple[float, float]:
 def main() -> None:
     """Measure, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--n-neurons", action="append", type=int)
+    parser.add_argument("--n-neurons", action="append", type=at_least(1))
     parser.add_argument("--seconds", type=float, default=2.0)
     parser.add_argument("--calibrated", action="store_true")
     arguments = parser.parse_args()

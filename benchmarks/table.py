@@ -92,7 +92,7 @@ def _table(corner: str, rows: list[list[str]]) -> str:
 def main() -> None:
     """Print the table, or write it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--into", type=Path)
+    parser.add_argument("--into", type=markdown_table.document)
     into = parser.parse_args().into
     markdown_table.show(table(json.loads(RESULTS.read_text(encoding="utf-8"))), into)
 

@@ -19,6 +19,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import IO
 
+from arguments import at_least
+
 EXPERIMENTS = {
     "reach": ["--seconds", "1000"],
     "walk": ["--seconds", "1000", "--set", "calibrated=false", "--set", "n_neurons=20"],
@@ -42,9 +44,10 @@ class Version:
     """A process that runs an experiment with the package in a folder, block by block."""
 
     def __init__(self, folder: str, experiment: str) -> None:
-        self._folder = folder
+        self._folder, self._out = folder, tempfile.TemporaryDirectory()
+        served = ["--serve", experiment, "--out", self._out.name]
         self._process = subprocess.Popen(
-            [sys.executable, "-W", "ignore", __file__, folder, "--serve", experiment],
+            [sys.executable, "-W", "ignore", __file__, folder, *served],
             env={**os.environ, "PYTHONPATH": folder},
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
@@ -66,9 +69,10 @@ class Version:
         return float(answer)
 
     def close(self) -> None:
-        """End the process."""
+        """End the process, and remove its run."""
         self._process.kill()
         self._process.wait()
+        self._out.cleanup()
 
 
 class Turns:
@@ -90,8 +94,8 @@ class Turns:
         self._n += 1
 
 
-def run_experiment(name: str, turns: Turns) -> None:
-    """Run an experiment by its command; steps of its rehearsals do not count."""
+def run_experiment(name: str, out: str, turns: Turns) -> None:
+    """Run an experiment by its command, into a folder; steps of its rehearsals do not count."""
     from spikeport.cli import main as command
     from spikeport.simulator import Simulator
 
@@ -103,20 +107,20 @@ def run_experiment(name: str, turns: Turns) -> None:
         step(self)
 
     Simulator.step = counted  # type: ignore[method-assign]
-    with tempfile.TemporaryDirectory() as folder:
-        out = ["--out", str(Path(folder, "run")), "--overwrite"]
-        sys.argv = ["spikeport", "run", name, *EXPERIMENTS[name], *out]
-        command()
+    options = ["--out", str(Path(out, "run")), "--overwrite"]
+    sys.argv = ["spikeport", "run", name, *EXPERIMENTS[name], *options]
+    command()
 
 
 def compare(experiment: str, old_site: str, blocks: int) -> str:
     """Return a line with both versions' medians and tenth percentiles, and the ratios."""
-    versions = Version(old_site, experiment), Version(HERE, experiment)
-    for version in versions:  # compiled and warm before anything counts
-        version.block()
-    found = [[v.block() for v in versions] for _ in range(blocks)]
-    for version in versions:
-        version.close()
+    with (
+        contextlib.closing(Version(old_site, experiment)) as before,
+        contextlib.closing(Version(HERE, experiment)) as now,
+    ):
+        for version in (before, now):  # compiled and warm before anything counts
+            version.block()
+        found = [[version.block() for version in (before, now)] for _ in range(blocks)]
     times = [sorted(one) for one in zip(*found, strict=True)]
     old, new = (statistics.median(one) for one in times)
     old_p10, new_p10 = (one[len(one) // 10] for one in times)
@@ -141,12 +145,13 @@ def new_parser(description: str | None, option: str, names: Collection[str]) -> 
 def main() -> None:
     """Compare the versions, or run as one of them."""
     parser = new_parser(__doc__, "--experiment", EXPERIMENTS)
-    parser.add_argument("--blocks", type=int, default=30)
+    parser.add_argument("--blocks", type=at_least(1), default=30)
+    parser.add_argument("--out", help=SUPPRESS)
     arguments = parser.parse_args()
     if arguments.serve:
         answers = os.fdopen(os.dup(1), "w")
         os.dup2(2, 1)  # commands print, too
-        run_experiment(arguments.serve, Turns(sys.stdin, answers))
+        run_experiment(arguments.serve, arguments.out, Turns(sys.stdin, answers))
         return
     for experiment in arguments.experiment or EXPERIMENTS:
         print(compare(experiment, arguments.old_site, arguments.blocks), flush=True)

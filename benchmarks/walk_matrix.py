@@ -15,11 +15,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from saved_runs import CALIBRATION, Clock, saved_results
+from saved_runs import CALIBRATION, Clock, policy_key, saved_results
 
 from spikeport.experiments.driver import Ready, on_chip, perform, prepare
 from spikeport.experiments.options import BACKENDS, Options
-from spikeport.experiments.policy.readout import policy_digest
 from spikeport.experiments.policy.settings import OF_NEURONS as OF_POLICY
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import SHAPES
@@ -73,7 +72,7 @@ def walks(
     """Return the figures of all seeds, by path."""
     kind = "-".join(f"{key}{value}" for key, value in settings.items())
     policy = WalkSettings(**settings).walking_policy()
-    folder = RESULTS / policy_digest(policy.layers)
+    folder = RESULTS / policy_key(policy)
     found: dict[str, list[dict[str, Any]]] = {path: [] for path in paths}
     for seed in seeds:
         trials = {path: trial(path, seed, backend, seconds, **settings) for path in paths}

@@ -1,12 +1,14 @@
 """Results of trials, which are saved and not repeated."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 import saved_runs
 
 from spikeport import atomic
+from spikeport.networks.walking_policy import load
 
 
 class Rig:
@@ -42,6 +44,24 @@ def test_trials_share_a_rig_and_their_results_are_saved(tmp_path):
     assert found == [{"value": 22}, {"value": 24}]
     assert (rig.performed, rig.closed) == ([11, 12], 1)
     assert json.loads((tmp_path / "new" / "name-2.json").read_text()) == {"value": 24}
+
+
+def test_a_rig_is_closed_if_a_trial_fails(tmp_path):
+    rig = Rig()
+
+    def fails(_trial, _rig):
+        raise RuntimeError("fell")
+
+    with pytest.raises(RuntimeError, match="fell"):
+        list(saved_runs.saved_results(tmp_path, "name", {1: 11}, lambda _: rig, fails))
+    assert rig.closed == 1
+
+
+def test_policies_of_other_gains_have_other_names():
+    policy = load()
+    other = replace(policy, gains=replace(policy.gains, kp_heading=3.0))
+    assert saved_runs.policy_key(policy) == saved_runs.policy_key(load())
+    assert saved_runs.policy_key(policy) != saved_runs.policy_key(other)
 
 
 def test_a_trial_with_a_saved_result_is_not_repeated(tmp_path):
