@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import nengo
 import numpy as np
+import scipy.sparse
 
 
 class Case(NamedTuple):
@@ -24,6 +25,16 @@ def chain(n: int, n_neurons: int, seed: int | None = None) -> nengo.Network:
             nengo.Connection(pre, post, seed=seed)
         nengo.Probe(ensembles[-1], synapse=0.01)
     return network
+
+
+def scattered(
+    rng: np.random.RandomState, n: int, fan_out: int, low: float, high: float
+) -> nengo.Sparse:
+    """Return weights from each of n neurons to some random ones, uniform between two bounds."""
+    targets = np.concatenate([rng.choice(n, fan_out, replace=False) for _ in range(n)])
+    weights = rng.uniform(low, high, len(targets))
+    sources = np.repeat(np.arange(n), fan_out)
+    return nengo.Sparse((n, n), init=scipy.sparse.csr_matrix((weights, (targets, sources)), (n, n)))
 
 
 def arm_like() -> nengo.Network:

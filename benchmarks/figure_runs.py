@@ -15,6 +15,8 @@ TRAINING = (
 )
 """Makes that policy in 43 minutes of CPU time or so, by the stages of that commit: later ones
 train another policy."""
+QUIET_STAGE = "- **upright**: "
+"""Begins the last stage of that policy's card, `h1_walk.md`; later commits have no such stage."""
 ROBUST_POLICY = "networks/policies/h1_robust.npz"
 ROBUST_ROWS = (
     *("push=0.8", "terrain=slope:6", "terrain=boxes:0.01", "terrain=boxes:0.02"),

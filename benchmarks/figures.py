@@ -25,7 +25,7 @@ from enum import Enum
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from figure_runs import PICTURES, QUIET_POLICY, RUNS, TRAINING
+from figure_runs import PICTURES, QUIET_POLICY, QUIET_STAGE, RUNS, TRAINING
 from stated import STATED, Results, Stated
 
 ROOT = Path(__file__).parents[1]
@@ -103,10 +103,20 @@ def _run(name: str) -> Outcome:
     # Sweeps and evaluations, which have a plan, try their missing and failed points again.
     if before and not (FOLDERS / name / "sweep.json").exists():
         return _keep(name, before) if _is_of(FOLDERS / name, RUNS[name]) else Outcome.FAILED
-    if QUIET_POLICY in RUNS[name] and not (ROOT / QUIET_POLICY).exists():
-        print(f"not run: {name}: {QUIET_POLICY} is missing; make it with: {TRAINING}")
+    if QUIET_POLICY in RUNS[name] and (reason := _without_policy(ROOT / QUIET_POLICY)):
+        print(f"not run: {name}: {QUIET_POLICY} {reason} with: {TRAINING}")
         return Outcome.NOT_RUN if _is_kept(name) else Outcome.FAILED
     return _keep(name, before) if _carried_out(name) else Outcome.FAILED
+
+
+def _without_policy(policy: Path) -> str:
+    """Return why the policy cannot be used, or nothing; its bits depend on where it was trained."""
+    if not policy.exists():
+        return "is missing; make it"
+    card = policy.with_suffix(".md")
+    if not card.exists() or QUIET_STAGE not in card.read_text():
+        return f"was not trained by these stages; delete {policy.parent}, and make it"
+    return ""
 
 
 def _carried_out(name: str) -> bool:

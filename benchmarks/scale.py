@@ -22,10 +22,10 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+import cases
 import markdown_table
 import nengo
 import numpy as np
-import scipy.sparse
 from arguments import at_least
 from boards import board
 from matplotlib.figure import Figure
@@ -67,19 +67,10 @@ def chain(n: int) -> nengo.Network:
             for _ in range(n // GROUP)
         ]
         for pre, post in itertools.pairwise(groups):
-            nengo.Connection(pre, post, transform=_scattered(rng), synapse=0.005)
+            weights = cases.scattered(rng, GROUP, FAN_OUT, -1e-3, 1e-3)
+            nengo.Connection(pre, post, transform=weights, synapse=0.005)
         nengo.Probe(groups[-1][:1])
     return network
-
-
-def _scattered(rng: np.random.RandomState) -> nengo.Sparse:
-    """Return weights from each neuron to 32 random neurons."""
-    targets = np.concatenate([rng.choice(GROUP, FAN_OUT, replace=False) for _ in range(GROUP)])
-    sources = np.repeat(np.arange(GROUP), FAN_OUT)
-    weights = rng.uniform(-1e-3, 1e-3, len(sources))
-    return nengo.Sparse(
-        (GROUP, GROUP), init=scipy.sparse.csr_matrix((weights, (targets, sources)), (GROUP, GROUP))
-    )
 
 
 def compiled(n: int, chip: Path, image: Path) -> dict[str, float]:

@@ -5,7 +5,7 @@ import json
 import figures
 import pytest
 import stated
-from figure_runs import PICTURES, RUNS, TRAINING
+from figure_runs import PICTURES, QUIET_POLICY, RUNS, TRAINING
 from stated import (
     STATED,
     Stated,
@@ -211,6 +211,25 @@ def test_a_run_without_its_policy_is_not_run_where_its_figures_or_picture_are_ke
     picture.touch()
     assert figures.run(["quiet_exact", "fig5b"]) == 3
     assert capsys.readouterr().out.splitlines()[-1] == "2 of 2 not run, see above"
+
+
+@pytest.mark.parametrize("card", [None, "- **step**: a\n- **late**: b\n"])
+def test_a_policy_of_other_stages_is_not_used(tmp_path, monkeypatch, capsys, card):
+    policy = tmp_path / QUIET_POLICY
+    policy.parent.mkdir(parents=True)
+    policy.touch()
+    if card:
+        policy.with_suffix(".md").write_text(card)
+    monkeypatch.setattr(figures, "ROOT", tmp_path)
+    monkeypatch.setattr(figures, "FOLDERS", tmp_path / "build")
+    monkeypatch.setattr(figures, "RESULTS", tmp_path)
+    monkeypatch.setattr(figures.subprocess, "run", pytest.fail)
+    assert figures.run(["quiet_on"]) == 1
+    assert f"was not trained by these stages; delete {policy.parent}, and make it with: " in (
+        capsys.readouterr().out
+    )
+    policy.with_suffix(".md").write_text("- **step**: a\n- **upright**: b\n")
+    assert not figures._without_policy(policy)
 
 
 @pytest.fixture
