@@ -5,8 +5,8 @@
 
 Every peer has an environment of its own, which ``make bench-peers`` installs. An absent peer is
 left out, and listed with the reason from its log. Networks are compiled here, and all peers run the
-integers of the image (`peers/traffic.py`). Times are CPU times of 100 steps, without building and
-compiling.
+integers of the image (`peers/traffic.py`). Times are CPU times of a step, without building,
+compiling and the constant part of a call.
 """
 
 import argparse
@@ -20,10 +20,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import cases
 import markdown_table
 import nengo
 import numpy as np
-import scipy.sparse
 from speed import machine, timed_extraction
 
 from spikeport.compile.image.chip_image import ChipImage
@@ -38,8 +38,6 @@ ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_
 TIMEOUT_S = 1200
 ALL = 4095
 """The decay that leaves nothing of a current."""
-STEPS = 100
-"""Number of timed steps, as in `peers/traffic.py`, which imports nothing of spikeport."""
 HEADS = ("", "CPU us a step", "million events a second", "to nengo-loihi", "to native", "spikes")
 
 
@@ -53,9 +51,7 @@ class Case(NamedTuple):
 def scattered(n: int = 8000, fan_out: int = 47) -> Case:
     """Return a network whose neurons each have weights to some random neurons."""
     rng = np.random.RandomState(0)
-    targets = np.concatenate([rng.choice(n, fan_out, replace=False) for _ in range(n)])
-    entries = rng.uniform(0.5e-3, 1.5e-3, len(targets)), (targets, np.repeat(np.arange(n), fan_out))
-    weights = nengo.Sparse((n, n), init=scipy.sparse.csr_matrix(entries, (n, n)))
+    weights = cases.scattered(rng, n, fan_out, 0.5e-3, 1.5e-3)
     return Case(f"{n:,} neurons, random fan-out {fan_out}", _recurrent(rng, n, weights))
 
 
@@ -119,7 +115,7 @@ def traffic_of(image: ChipImage) -> dict[str, np.ndarray]:
 
 
 def contest(case: Case, pythons: dict[str, Path]) -> dict[str, Any]:
-    """Run a network on all contestants, one after the other."""
+    """Run a network on all contestants, one after the other; end if the native chip fails."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         image = compiled(case.network)
@@ -129,10 +125,12 @@ def contest(case: Case, pythons: dict[str, Path]) -> dict[str, Any]:
         found = {}
         for ours in OURS:
             found[ours] = _run(sys.executable, "image", folder, str(folder / "image.npz"), ours)
-            print(case.title, ours, found[ours].get("cpu_s", found[ours]), flush=True)
+            print(case.title, ours, found[ours].get("step_s", found[ours]), flush=True)
+            if reason := found["native"].get("failed"):
+                sys.exit(f"{case.title}: native, which all others are compared with: {reason}")
         for peer, python in pythons.items():
             found[peer] = _run(str(python), peer, folder)
-            print(case.title, peer, found[peer].get("cpu_s", found[peer]), flush=True)
+            print(case.title, peer, found[peer].get("step_s", found[peer]), flush=True)
     return _figures(case.title, np.diff(arrays["start"]), found)
 
 
@@ -201,13 +199,13 @@ def table(results: dict[str, Any]) -> str:
 def _rows(case: dict[str, Any]) -> Iterator[list[str]]:
     """Yield a row for each contestant, the fastest first."""
     ran = {name: one for name, one in case["contestants"].items() if "failed" not in one}
-    for one in sorted(ran.values(), key=lambda one: one["cpu_s"]):
+    for one in sorted(ran.values(), key=lambda one: one["step_s"]):
         same = {"each": "equal, neuron by neuron", "sum": "equal in sum"}.get(one["same"], "others")
-        times = {name: other["cpu_s"] / one["cpu_s"] for name, other in ran.items()}
+        times = {name: other["step_s"] / one["step_s"] for name, other in ran.items()}
         yield [
             one["version"],
-            f"{one['cpu_s'] / STEPS * 1e6:,.0f}",
-            f"{case['events'] / one['cpu_s'] / 1e6:,.1f}",
+            f"{one['step_s'] * 1e6:,.0f}",
+            f"{case['events'] / one['steps'] / one['step_s'] / 1e6:,.1f}",
             f"{times['nengo-loihi']:.3g}x" if "nengo-loihi" in times else "-",
             f"{times['native']:.2g}x",
             f"{one['spikes']:,}, {same}",
@@ -228,7 +226,7 @@ def main() -> None:
     parser.add_argument("--case", action="append", choices=sorted(CASES))
     parser.add_argument("--peer", action="append", choices=PEERS)
     parser.add_argument("--out", type=Path, default=RESULTS)
-    parser.add_argument("--into", type=Path)
+    parser.add_argument("--into", type=markdown_table.document)
     arguments = parser.parse_args()
     if (arguments.case or arguments.peer) and arguments.out == RESULTS:
         parser.error(f"--case, --peer: {RESULTS} has all of them; choose another file with --out")

@@ -1,5 +1,7 @@
 """The table that compares simulators."""
 
+import peers
+import pytest
 from peers import table
 
 RESULTS = {
@@ -12,13 +14,32 @@ RESULTS = {
             "contestants": {
                 "nengo-loihi": {
                     "version": "nengo-loihi 1",
-                    "cpu_s": 1.0,
+                    "step_s": 0.01,
+                    "steps": 100,
                     "spikes": 30,
                     "same": "each",
                 },
-                "native": {"version": "spikeport 1", "cpu_s": 0.01, "spikes": 30, "same": "each"},
-                "sanafe": {"version": "SANA-FE 2", "cpu_s": 2.0, "spikes": 30, "same": "sum"},
-                "nengo": {"version": "Nengo 4", "cpu_s": 0.1, "spikes": 31, "same": ""},
+                "native": {
+                    "version": "spikeport 1",
+                    "step_s": 0.0001,
+                    "steps": 100,
+                    "spikes": 30,
+                    "same": "each",
+                },
+                "sanafe": {
+                    "version": "SANA-FE 2",
+                    "step_s": 0.02,
+                    "steps": 100,
+                    "spikes": 30,
+                    "same": "sum",
+                },
+                "nengo": {
+                    "version": "Nengo 4",
+                    "step_s": 0.001,
+                    "steps": 100,
+                    "spikes": 31,
+                    "same": "",
+                },
                 "brian2": {"failed": "no compiler"},
             },
         }
@@ -49,3 +70,24 @@ def test_without_nengo_loihi_there_are_no_ratios_to_it() -> None:
     lines = table({**RESULTS, "cases": {"small": {**small, "contestants": others}}}).splitlines()
     assert "| Nengo 4 | 1,000 | 10.0 | - | 0.1x | 31, others |" in lines
     assert "Not run: nengo-loihi, Two neurons (no memory)." in lines
+
+
+def test_a_native_run_that_fails_ends_the_contest_before_the_others(monkeypatch):
+    asked = []
+
+    def fails(_python, script, *_arguments):
+        asked.append(script)
+        return {"failed": "no kernels"}
+
+    monkeypatch.setattr(peers, "_run", fails)
+    with pytest.raises(SystemExit, match="native, which all others are compared with: no kernels"):
+        peers.contest(peers.dense(8), {"nest": peers.SCRIPTS})
+    assert asked == ["image"]
+
+
+def test_events_of_a_second_are_those_of_the_counted_steps():
+    """Others than the timed steps: their number differs from simulator to simulator."""
+    case = RESULTS["cases"]["small"]
+    native = {**case["contestants"]["native"], "steps": 50}
+    lines = table({**RESULTS, "cases": {"small": {**case, "contestants": {"native": native}}}})
+    assert "| spikeport 1 | 100 | 200.0 | - | 1x |" in lines
