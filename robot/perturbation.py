@@ -6,14 +6,12 @@ from dataclasses import dataclass, fields
 from spikeport.errors import UsageError, unknown
 from spikeport.robot.estimator.registry import EKF, LEG_ODOMETRY, TRUTH
 from spikeport.robot.terrain import FLAT, find_terrain
+from spikeport.robot.times import PHYSICS_DT_S
 
 OWN, URDF, MENAGERIE = "own", "urdf", "menagerie"
 ROBOT_MODELS = (OWN, URDF, MENAGERIE)
 ESTIMATORS = (TRUTH, LEG_ODOMETRY, EKF)
 """Estimators that need nothing but the robot's own sensors, and the truth."""
-PHYSICS_DT_S = 0.005
-ROUNDING_S = 1e-6
-"""The error that a time of the robot, the sum of its steps, may have: 2e-8 s after 2,000 s."""
 LONGEST_DELAY_S = 0.5
 ROUNDING = 1e-6
 

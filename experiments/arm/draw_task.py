@@ -14,7 +14,7 @@ import numpy as np
 
 from spikeport.experiments.arm.strokes import unit_stroke
 from spikeport.experiments.curves import arc_length, interpolated
-from spikeport.robot.perturbation import PHYSICS_DT_S
+from spikeport.robot.times import PHYSICS_DT_S
 
 APPROACH_S = 1.5
 REST_S = 0.5

@@ -7,7 +7,7 @@ from scipy.spatial import cKDTree
 
 from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun
-from spikeport.robot.perturbation import ROUNDING_S
+from spikeport.robot.times import ROUNDING_S
 
 LONGEST_LAG_S = 1.0
 

@@ -9,8 +9,8 @@ from spikeport.experiments.arm.port import ArmRig
 from spikeport.experiments.arm.recording import ArmRecording, ArmTask
 from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.region import ArmRegion
-from spikeport.robot.perturbation import PHYSICS_DT_S
 from spikeport.robot.plant import Plant
+from spikeport.robot.times import PHYSICS_DT_S
 
 
 class Rehearsal(NamedTuple):

@@ -9,8 +9,8 @@ from spikeport.experiments.walk.metrics import smoothed
 from spikeport.robot.feet import POINTS, SIDES
 from spikeport.robot.foot_sensors import FootReadings, readings
 from spikeport.robot.link.h1 import SPEED_LIMITS_RAD_S
-from spikeport.robot.perturbation import ROUNDING_S
 from spikeport.robot.perturbed_plant import PerturbedPlant
+from spikeport.robot.times import ROUNDING_S
 from spikeport.training.motion import Motion, rotations
 
 BEFORE_FALL_S = 1.0

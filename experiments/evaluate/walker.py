@@ -18,7 +18,8 @@ from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.hardware_models import chip as chips
 from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.node_functions import Skippable
-from spikeport.robot.perturbation import PHYSICS_DT_S, Perturbation
+from spikeport.robot.perturbation import Perturbation
+from spikeport.robot.times import PHYSICS_DT_S
 from spikeport.robot.walk_interface import ACTION_SIZE, CONTROL_DT_S, OBSERVATION_SIZE
 
 

@@ -27,8 +27,8 @@ from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.port import NOWHERE, WalkPort
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.networks.region import Box
-from spikeport.robot.perturbation import ROUNDING_S
 from spikeport.robot.plant import Plant
+from spikeport.robot.times import ROUNDING_S
 
 OPEN = 0.5
 """A gate above this value is open."""

@@ -26,7 +26,7 @@ from spikeport.experiments.switch.schedule import Phase
 from spikeport.experiments.walk.paths import WalkPath
 from spikeport.experiments.walk.recording import WalkRecording
 from spikeport.networks.humanoid import ACTIONS
-from spikeport.robot.perturbation import PHYSICS_DT_S, ROUNDING_S
+from spikeport.robot.times import PHYSICS_DT_S, ROUNDING_S
 
 # The limits of success; docs/switch.md has them as a table.
 LATEST_SWITCH_S = 0.045

@@ -10,8 +10,8 @@ from spikeport.experiments.switch.metrics import pen_down, within
 from spikeport.experiments.switch.recording import SwitchRun
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.networks.humanoid import ACTIONS
-from spikeport.robot.perturbation import PHYSICS_DT_S, ROUNDING_S
 from spikeport.robot.render import Mark
+from spikeport.robot.times import PHYSICS_DT_S, ROUNDING_S
 
 COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
 PATH_RGBA = (0.15, 0.15, 0.18, 1.0)

@@ -17,7 +17,7 @@ from spikeport.experiments.walk.path_file import FASTEST_M_S, path_files
 from spikeport.files import Name, read_model
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.reading.mismatch import shown
-from spikeport.robot.perturbation import ROUNDING_S
+from spikeport.robot.times import ROUNDING_S
 
 SHIPPED = {file.stem: file for file in sorted(Path(__file__).parent.glob("*.toml"))}
 """Schedules by name."""

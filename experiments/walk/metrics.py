@@ -7,7 +7,7 @@ from spikeport.experiments.arm.metrics import rms
 from spikeport.experiments.walk.gait import clipped_shares
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
-from spikeport.robot.perturbation import PHYSICS_DT_S
+from spikeport.robot.times import PHYSICS_DT_S
 
 SMOOTHING_S = 0.2
 """Commands and motions are averaged over this time before they are compared."""

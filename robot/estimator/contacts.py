@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from spikeport.robot.times import ROUNDING_S
+
 
 @dataclass(frozen=True)
 class ContactLimits:
@@ -41,4 +43,5 @@ class ContactDetector:
         low = heights_m - heights_m.min() < limits.height_m
         low &= supports_n > limits.support_n
         self._low_since_s = np.where(low, np.minimum(self._low_since_s, time_s), np.inf)
-        return np.asarray(time_s - self._low_since_s >= limits.settling_s)
+        # Times are sums of steps: 4 steps of 5 ms may be a rounding error less than 20 ms.
+        return np.asarray(time_s - self._low_since_s >= limits.settling_s - ROUNDING_S)

@@ -66,7 +66,7 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
     from spikeport.experiments.evaluate.measures import SHORTEST_S
     from spikeport.experiments.evaluate.plan import EvaluationSweep
     from spikeport.experiments.evaluate.rows import find_rows
-    from spikeport.robot.perturbation import PHYSICS_DT_S
+    from spikeport.robot.times import PHYSICS_DT_S
 
     experiment, target = registry.get(EXPERIMENT), request.target
     experiment.check_backend_of_many(target.backend, "an evaluation")

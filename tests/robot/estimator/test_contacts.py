@@ -32,6 +32,16 @@ def test_an_unloaded_point_stops_standing_at_once_and_must_settle_again():
     assert detector.update(0.061, LEFT_DOWN, WEIGHT).any()
 
 
+def test_settling_takes_as_many_steps_at_any_time():
+    # Sums of steps, as the time of a robot: for many beginnings, 4 steps are a bit less than 20 ms.
+    times_s = np.cumsum(np.full(4000, 0.005))
+    assert (times_s[4:] - times_s[:-4] < LIMITS.settling_s).any()
+    for begin in range(0, 4000 - 5, 100):
+        detector = ContactDetector(4, LIMITS)
+        stood = [detector.update(t, LEFT_DOWN, WEIGHT).any() for t in times_s[begin : begin + 5]]
+        assert stood == [False, False, False, False, True]
+
+
 def test_the_lowest_points_of_a_robot_in_the_air_do_not_stand():
     detector = ContactDetector(4, LIMITS)
     assert not any(detector.update(t, np.zeros(4), NONE).any() for t in np.arange(0, 1, 0.005))
