@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from spikeport.errors import UsageError
-from spikeport.robot.description import ARM_JOINTS, DEFAULT_POSE, JOINTS, load
+from spikeport.robot.description import ARM_JOINTS, POSE_RAD, load
 from spikeport.robot.engine import mujoco
 
 TASK_DAMPING = 0.02
@@ -52,7 +52,7 @@ class ArmDynamics:
     def __init__(self) -> None:
         self._model = load()
         self._data = mujoco.MjData(self._model)
-        self._data.qpos[7:] = [DEFAULT_POSE[joint] for joint in JOINTS]
+        self._data.qpos[7:] = POSE_RAD
         self._site = self._model.site("right_hand").id
         joints = [self._model.joint(joint) for joint in ARM_JOINTS]
         self._joints = [joint.id for joint in joints]

@@ -1,7 +1,10 @@
 """The Unitree H1: its model, its joints, its default pose and its joint gains."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
+
+import numpy as np
 
 from spikeport.errors import unknown
 from spikeport.robot import menagerie
@@ -61,6 +64,22 @@ DEFAULT_POSE: dict[str, float] = {j: _ANGLES_RAD.get(_role(j), 0.0) for j in JOI
 
 GAINS: dict[str, Gain] = {j: _GAINS[_role(j)] for j in JOINTS}
 """Default position gains of every joint."""
+
+
+def _fixed(values: Iterable[float]) -> np.ndarray:
+    array = np.array(list(values))
+    array.setflags(write=False)
+    return array
+
+
+POSE_RAD = _fixed(DEFAULT_POSE.values())
+"""The default pose, ``(19,)``."""
+
+ARM_POSE_RAD = _fixed(DEFAULT_POSE[joint] for joint in ARM_JOINTS)
+"""The default pose of the right arm, ``(4,)``."""
+
+KP, KD = (_fixed(column) for column in zip(*GAINS.values(), strict=True))
+"""The default gains, ``(19,)`` each, in N m/rad and N m s/rad."""
 
 _APPEARANCES = {"primitive": lambda spec: None, "menagerie": menagerie.dress}
 

@@ -1,5 +1,8 @@
 """The feet of the robot that stand on the floor."""
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
 from spikeport.robot.engine import mujoco
@@ -9,8 +12,15 @@ POINTS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
 """Contact shapes of the feet, by their names in h1.xml: a sphere and a capsule across the foot."""
 
 
+class Sole(NamedTuple):
+    """The lowest place of the soles: its height above the floor, and the floor's, both in m."""
+
+    above_m: float
+    floor_m: float
+
+
 class Feet:
-    """The feet of a model.
+    """The feet of a model: all shapes of its ankle links that touch, whatever their names.
 
     Parameters
     ----------
@@ -19,8 +29,12 @@ class Feet:
     """
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        parts = [[model.geom(f"{side}_{part}").id for part in PARTS] for side in SIDES]
-        self._foot = {geom: foot for foot, geoms in enumerate(parts) for geom in geoms}
+        bodies = [model.body(f"{side}_ankle_link").id for side in SIDES]
+        solid = np.isin(model.geom_bodyid, bodies) & (model.geom_conaffinity != 0)
+        geoms = np.flatnonzero(solid).tolist()
+        self._foot = {geom: bodies.index(model.geom_bodyid[geom]) for geom in geoms}
+        # Radius, and half of the length of a capsule, which is 0 for a sphere.
+        self._sizes_m = {geom: model.geom_size[geom, :2].tolist() for geom in geoms}
         # Floors have MuJoCo's contype. The robot's shapes lack it, but pairs that the model names,
         # such as both toes, touch each other.
         self._floors = set(np.flatnonzero(model.geom_contype).tolist())
@@ -35,3 +49,18 @@ class Feet:
                 if foot is not None:
                     on_floor[foot] = True
         return on_floor
+
+    def sole(self, data: mujoco.MjData, floor_m: Callable[[np.ndarray], float]) -> Sole:
+        """Return the lowest place of the soles above the floor beneath it.
+
+        Shapes are spheres and capsules, whose ends and middle are looked at. ``floor_m`` returns
+        the height of the floor at a place (3,) of the world, in m.
+        """
+        found = []
+        for geom, (radius_m, half_m) in self._sizes_m.items():
+            middle, axis = data.geom_xpos[geom], data.geom_xmat[geom, 2::3]
+            for along_m in (-half_m, 0.0, half_m):
+                beneath_m = floor_m(middle + along_m * axis)
+                above_m = middle[2] - beneath_m - radius_m + along_m * axis[2]
+                found.append(Sole(float(above_m), beneath_m))
+        return min(found)

@@ -1,7 +1,9 @@
 """Sensors at the feet of a simulated robot. Real H1s lack them, and they change no motion.
 
 Each foot gets the positions (m) and velocities (m/s) of its heel and toe, and whether and how it
-touches the floor (number of contacts, force in N), all in the world frame.
+touches anything (number of contacts, force in N), all in the world frame. Besides the floor, this
+is the other foot: its contacts count, since an uneven floor is two bodies, and MuJoCo's sensor can
+only match one.
 """
 
 from typing import NamedTuple
@@ -22,7 +24,8 @@ class FootReadings(NamedTuple):
     """Readings of the feet, left foot first, after the leading axes of the values.
 
     ``points`` (2, 2, 3) are the centres of heel and toe in m, ``velocities`` (2, 2, 3) their
-    velocities in m/s, and ``force_n`` (2,) is the magnitude of the floor's force on each foot.
+    velocities in m/s, and ``force_n`` (2,) is the magnitude of the force of floor and other
+    foot on each foot.
     """
 
     points: np.ndarray

@@ -12,7 +12,7 @@ from spikeport.robot.description import specified
 from spikeport.robot.engine import mujoco
 from spikeport.robot.foot_sensors import add_foot_sensors
 from spikeport.robot.perturbation import Perturbation
-from spikeport.robot.plant import Plant
+from spikeport.robot.plant import Plant, pose_with
 from spikeport.robot.pushes import Pushes
 from spikeport.robot.senses import Senses
 from spikeport.robot.state import RobotState
@@ -48,14 +48,12 @@ class PerturbedPlant(Plant):
         self._perturbation = perturbation
         self._terrain = find_terrain(perturbation.terrain)
         self._gain_scale = perturbation.gains
-        super().__init__(anchored=anchored, appearance=appearance)
-
-    def _compiled(self, appearance: str) -> mujoco.MjModel:
         spec = specified(appearance)
         self._terrain.lay(spec)
-        alter(spec, self._perturbation)
+        alter(spec, perturbation)
         add_foot_sensors(spec)
-        return spec.compile()
+        super().__init__(anchored=anchored, model=spec.compile())
+        self.reset(0)
 
     def reset(
         self,
@@ -65,6 +63,7 @@ class PerturbedPlant(Plant):
         perturbation_rad: float = 0.02,
     ) -> None:
         """Start over; see `Plant.reset`. The seed also determines pushes, noise and floor."""
+        pose_with(posture_rad)  # refused before the floor is moved
         asked, rng = self._perturbation, np.random.RandomState([_STREAM, seed])
         self._terrain = self._terrain.begin(self.model, rng)
         super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)

@@ -8,10 +8,10 @@ from numpy.typing import ArrayLike
 
 from spikeport.errors import unknown
 from spikeport.robot import actuators
-from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS, load
+from spikeport.robot.description import JOINTS, KD, KP, POSE_RAD, load
 from spikeport.robot.divergence import Watch
 from spikeport.robot.engine import mujoco
-from spikeport.robot.feet import POINTS
+from spikeport.robot.feet import Feet, Sole
 from spikeport.robot.history import History
 from spikeport.robot.state import PELVIS, RobotState, read
 
@@ -28,6 +28,8 @@ class Plant:
         True if `reset` welds the pelvis to the world at 1.06 m and locks the torso upright.
     appearance : str
         As `description.load`.
+    model : mujoco.MjModel, optional
+        The compiled robot on its floor; by default `description.load` makes it.
 
     Attributes
     ----------
@@ -39,10 +41,16 @@ class Plant:
 
     joints = JOINTS
     _gain_scale = 1.0
-    """The factor on all gains of the joints."""
+    """The factor on all gains of the joints, those of commands too."""
 
-    def __init__(self, *, anchored: bool = False, appearance: str = "primitive") -> None:
-        self.model = self._compiled(appearance)
+    def __init__(
+        self,
+        *,
+        anchored: bool = False,
+        appearance: str = "primitive",
+        model: mujoco.MjModel | None = None,
+    ) -> None:
+        self.model = load(appearance) if model is None else model
         self.data = mujoco.MjData(self.model)
         # Kept, as MuJoCo makes a new view at each access.
         self._qpos, self._qvel = self.data.qpos, self.data.qvel
@@ -53,12 +61,11 @@ class Plant:
         self._modes: dict[tuple[str, ...], object] = {}
         self._weld = self.model.equality("anchor").id
         self._lock = self.model.equality("torso_lock").id
+        self._feet = Feet(self.model)
         self._hands = {side: self.model.site(f"{side}_hand").id for side in ("left", "right")}
         self._weakest, self._strongest = self.model.actuator_forcerange.T.copy()
-        self.reset(0)
-
-    def _compiled(self, appearance: str) -> mujoco.MjModel:
-        return load(appearance)
+        # Not a subclass's: it has begun no attribute of its own yet.
+        Plant.reset(self, 0)
 
     @property
     def dt_s(self) -> float:
@@ -102,6 +109,11 @@ class Plant:
         return float(self._qpos[2]) - self._floor_m(self._qpos)
 
     @property
+    def standing_height_m(self) -> float:
+        """Height of the pelvis above the floor beneath its lowest sole."""
+        return float(self._qpos[2]) - self._sole().floor_m
+
+    @property
     def anchored(self) -> bool:
         """True while the pelvis is welded to the world."""
         return bool(self.data.eq_active[self._weld])
@@ -130,11 +142,10 @@ class Plant:
         Raises
         ------
         UsageError
-            A joint is not known.
+            A joint is not known, or an angle is not finite; the robot is as before.
         """
+        pose = pose_with(posture_rad)
         mujoco.mj_resetData(self.model, self.data)
-        pose = np.array([DEFAULT_POSE[j] for j in JOINTS])
-        pose[actuators.indices(tuple(posture_rad))] = list(posture_rad.values())
         noise = np.random.RandomState(seed).uniform(-1, 1, len(JOINTS)) * perturbation_rad
         self.data.qpos[7:] = pose + noise
         if self._anchored_at_reset:
@@ -187,7 +198,8 @@ class Plant:
         targets_rad : array_like, () or (n,)
             Target angles.
         kp, kd : array_like, () or (n,), optional
-            Gains in N m/rad and N m s/rad; by default those of ``description.GAINS``.
+            Gains in N m/rad and N m s/rad; by default those of ``description.GAINS``. The `gains`
+            of a perturbation scales either.
 
         Raises
         ------
@@ -197,16 +209,19 @@ class Plant:
         index = actuators.indices(joints)
         targets = actuators.values("targets_rad", targets_rad, joints)
         mode = "position" if kp is None and kd is None else object()  # own gains: like no other
-        if self._enters(mode, joints):
-            kp = [GAINS[j].kp for j in joints] if kp is None else kp
-            kd = [GAINS[j].kd for j in joints] if kd is None else kd
+        if self._take_mode(mode, joints):
+            kp = KP[index] if kp is None else kp
+            kd = KD[index] if kd is None else kd
             kps, kds = actuators.values("kp", kp, joints), actuators.values("kd", kd, joints)
             scale = self._gain_scale
             actuators.set_position_mode(self.model, index, scale * kps, scale * kds)
         self.data.ctrl[index] = targets
 
     def damp(self) -> None:
-        """Brake all joints and hold none: torque = -DAMPING_KD dq, until commanded otherwise."""
+        """Brake all joints and hold none: torque = -DAMPING_KD dq, until commanded otherwise.
+
+        As with `hold`, the `gains` of a perturbation scales the damping.
+        """
         self.hold(JOINTS, 0.0, kp=0.0, kd=DAMPING_KD)
 
     def torque(self, joints: Sequence[str], torques_nm: ArrayLike) -> None:
@@ -226,13 +241,13 @@ class Plant:
         """
         index = actuators.indices(joints)
         torques = actuators.values("torques_nm", torques_nm, joints)
-        if self._enters("torque", joints):
+        if self._take_mode("torque", joints):
             actuators.set_torque_mode(self.model, index)
         weakest, strongest = self._weakest[index], self._strongest[index]
         self.data.ctrl[index] = np.minimum(np.maximum(torques, weakest), strongest)
 
-    def _enters(self, mode: object, joints: Sequence[str]) -> bool:
-        """Return whether joints are in another mode than this one, and keep it as theirs.
+    def _take_mode(self, mode: object, joints: Sequence[str]) -> bool:
+        """Keep the mode of joints; return False if they have it already.
 
         Setting the mode of actuators takes longer than a physics step: it is not repeated.
         """
@@ -288,15 +303,21 @@ class Plant:
         mujoco.mj_forward(self.model, self.data)
 
     def lowest_sole_m(self) -> float:
-        """Return the height of the feet's lowest point; contact shapes are capsules."""
+        """Return the height of the lowest sole above the floor beneath it."""
+        return self._sole().above_m
+
+    def _sole(self) -> Sole:
         mujoco.mj_kinematics(self.model, self.data)
-        heights = []
-        for name in POINTS:
-            size, placed = self.model.geom(name).size, self.data.geom(name)
-            floor_m = self._floor_m(placed.xpos)
-            heights.append(placed.xpos[2] - floor_m - size[0] - size[1] * abs(placed.xmat[8]))
-        return float(min(heights))
+        return self._feet.sole(self.data, self._floor_m)
 
     def _floor_m(self, place: np.ndarray) -> float:
         """Return the height of the floor beneath a place (3,) of the world."""
         return 0.0
+
+
+def pose_with(posture_rad: Mapping[str, float]) -> np.ndarray:
+    """Return the default pose, (19,) in rad, with other angles of some joints."""
+    joints, pose = tuple(posture_rad), POSE_RAD.copy()
+    index = actuators.indices(joints)
+    pose[index] = actuators.values("posture_rad", list(posture_rad.values()), joints)
+    return pose

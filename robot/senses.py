@@ -57,7 +57,7 @@ class Senses:
         delay_steps: int,
         rng: np.random.RandomState,
     ) -> None:
-        self._data, self._rng = plant.data, rng
+        self._plant, self._data, self._rng = plant, plant.data, rng
         self._noise = perturbation.sensor_noise
         self._estimator: StateEstimator | None = None
         if perturbation.estimator != TRUTH:
@@ -79,7 +79,8 @@ class Senses:
     @property
     def in_plane(self) -> np.ndarray:
         """Heading in rad, place in m and velocity in m/s, (5,), as observed now."""
-        return in_plane(self.state)
+        # Exactly the truth: turned into the pelvis' frame and back, it would differ by rounding.
+        return self._plant.true_in_plane if self._on_demand else in_plane(self.state)
 
     def look(self) -> None:
         """Observe the robot, after a step of its physics."""

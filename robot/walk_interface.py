@@ -11,7 +11,8 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from spikeport.robot.description import DEFAULT_POSE, JOINTS
+from spikeport.robot import description
+from spikeport.robot.description import JOINTS
 from spikeport.robot.state import RobotState
 
 CONTROL_DT_S = 0.02
@@ -20,7 +21,7 @@ CONTROL_DT_S = 0.02
 ACTION_SCALE_RAD = 0.5
 """Change of a joint's target for an action of one."""
 
-POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
+POSE_RAD = description.POSE_RAD
 """Joint angles that the zero action asks for, ``(19,)``."""
 
 PARTS = {

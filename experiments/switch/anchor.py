@@ -3,8 +3,8 @@
     p(t) = p_0 + (p_1 - p_0) w(t / T),    w(tau) = 10 tau^3 - 15 tau^4 + 6 tau^5
 
 The weld begins at the pose p_0 of the walking robot, and within T brings it to the pose p_1 of a
-standing one: upright, and as high above the floor as at the start of the run, but at the place and
-heading of p_0. So the robot stands when it is released.
+standing one: upright, at the place and heading of p_0, and as high as at the start of the run above
+the floor beneath the lowest sole. So the robot stands when it is released, on uneven floors, too.
 """
 
 from collections.abc import Iterator
@@ -28,12 +28,12 @@ class Anchor:
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
-        self._height_m = plant.height_m
+        self._height_m = plant.standing_height_m
         self._moves: Iterator[np.ndarray] = iter(())
 
     def reset(self) -> None:
         """Note the height of the standing robot."""
-        self._height_m = self._plant.height_m
+        self._height_m = self._plant.standing_height_m
         self._moves = iter(())
 
     def update(self, holds: bool) -> None:
@@ -55,7 +55,7 @@ class Anchor:
         begin = np.append(data.qpos[:7], data.joint("torso").qpos)
         w, _, _, z = begin[3:7]
         turn = np.hypot(w, z)  # the norm of the part about the vertical
-        floor_m = begin[2] - self._plant.height_m
+        floor_m = begin[2] - self._plant.standing_height_m
         # Upright: the part of the quaternion about x and y is left out.
         end = np.array([*begin[:2], floor_m + self._height_m, w / turn, 0, 0, z / turn, 0])
         # The last pose is exact with any time step.

@@ -22,7 +22,7 @@ from spikeport.experiments.switch.schedule import Phase, Schedule
 from spikeport.experiments.walk.paths import WalkPath, find_path
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.robot.arm import ArmDynamics
-from spikeport.robot.description import ARM_JOINTS, DEFAULT_POSE
+from spikeport.robot.description import ARM_POSE_RAD
 
 RAMP_S = 1.0
 """Time in which a walk reaches its speed, and in which it ends."""
@@ -98,7 +98,7 @@ def from_stand_to_stand(path: WalkPath, seconds: float) -> WalkPath:
 
 def hanging_hand() -> np.ndarray:
     """Return the place (3,) of the right hand while the arm hangs as in walking, in m."""
-    return ArmDynamics().at([DEFAULT_POSE[joint] for joint in ARM_JOINTS]).position
+    return ArmDynamics().at(ARM_POSE_RAD).position
 
 
 class RetractTask(Way):

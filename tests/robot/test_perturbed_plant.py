@@ -1,11 +1,14 @@
 """The robot with a perturbation, compared with the plain robot."""
 
+import itertools
+
 import numpy as np
 import pytest
 
-from spikeport.errors import DivergedError
+from spikeport.errors import DivergedError, UsageError
 from spikeport.robot.description import JOINTS
 from spikeport.robot.engine import mujoco
+from spikeport.robot.feet import Feet
 from spikeport.robot.perturbation import NONE, Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
@@ -33,7 +36,7 @@ def test_without_a_perturbation_the_motion_is_the_plain_plants_bit_for_bit(plain
     np.testing.assert_array_equal(unperturbed.data.qvel, plain.data.qvel)
     for found, true in zip(unperturbed.state, plain.state, strict=True):
         np.testing.assert_array_equal(found, true)
-    np.testing.assert_allclose(unperturbed.in_plane, plain.in_plane, atol=1e-12)
+    np.testing.assert_array_equal(unperturbed.in_plane, plain.in_plane)
     assert unperturbed.height_m == plain.height_m
 
 
@@ -166,6 +169,28 @@ def test_a_robot_stands_on_its_terrain(terrain):
     assert 0.86 < plant.height_m < 1.0
 
 
+@pytest.mark.parametrize("seed", [83, 145, 371])
+def test_no_toe_begins_inside_a_box_beneath_one_of_its_ends(seed):
+    plant = PerturbedPlant(Perturbation(terrain="boxes:0.1"))
+    plant.reset(seed)
+    floors = plant.model.geom_contype > 0
+    deepest_m = [c.dist for c in plant.data.contact if floors[c.geom].any()]
+    # A rounded rim of a sole may reach over the edge of a box.
+    assert min(deepest_m, default=0.0) > -0.005
+
+
+def test_a_refused_posture_leaves_the_robot_and_its_floor(plain):
+    plant = moved(PerturbedPlant(Perturbation(terrain="relief:0.02")))
+    for robot in (plain, plant):
+        before = robot.data.qpos.copy(), robot.time_s, robot.model.body_pos.copy()
+        for posture_rad in ({"left_wing": 1.0}, {"left_knee": np.nan}):
+            with pytest.raises(UsageError):
+                robot.reset(9, posture_rad=posture_rad)
+        np.testing.assert_array_equal(robot.data.qpos, before[0])
+        assert robot.time_s == before[1]
+        np.testing.assert_array_equal(robot.model.body_pos, before[2])
+
+
 @pytest.mark.parametrize("estimator", ["leg-odometry", "ekf"])
 def test_an_estimator_takes_the_place_of_the_truth(estimator):
     plant = moved(PerturbedPlant(Perturbation(estimator=estimator)))
@@ -196,11 +221,27 @@ FEET = """
 """
 
 
-def test_menageries_feet_are_three_capsules(tmp_path, monkeypatch):
+@pytest.fixture
+def on_menageries_feet(tmp_path, monkeypatch):
     (tmp_path / "unitree_h1").mkdir()
     (tmp_path / "unitree_h1" / "h1.xml").write_text(FEET)
     monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path))
-    plant = PerturbedPlant(Perturbation(robot_model="menagerie"))
+    return PerturbedPlant(Perturbation(robot_model="menagerie"))
+
+
+def test_a_foot_stands_on_the_middle_of_menageries_three_shapes_alone(on_menageries_feet):
+    plant = on_menageries_feet
+    for side, part in itertools.product(("left", "right"), ("heel", "toe")):
+        plant.model.geom(f"{side}_{part}").pos[2] += 0.03
+    plant.reset(0, perturbation_rad=0.0)
+    plant.data.qpos[2] -= 0.001
+    mujoco.mj_forward(plant.model, plant.data)
+    assert plant.lowest_sole_m() == pytest.approx(-0.001)
+    assert Feet(plant.model).on_floor(plant.data).all()
+
+
+def test_menageries_feet_are_three_capsules(on_menageries_feet):
+    plant = on_menageries_feet
     shapes = [plant.model.geom(f"left_{part}") for part in ("heel", "sole", "toe")]
     assert [shape.size[0] for shape in shapes] == pytest.approx([0.014] * 3)
     assert shapes[2].pos == pytest.approx([0.14, 0, -0.056])

@@ -55,3 +55,26 @@ def test_a_robot_on_a_slope_is_held_at_its_starting_height_above_it(degrees):
         anchor.update(True)
         plant.step()
     assert plant.height_m == pytest.approx(begun_m, abs=0.02)
+
+
+@pytest.mark.parametrize(("beneath_m", "around_m"), [(0.1, 0.0), (0.0, 0.1)])
+def test_a_robot_is_held_by_the_floor_beneath_its_soles(beneath_m, around_m, plant, monkeypatch):
+    def floor_m(place):
+        """Return the height of the floor beneath the pelvis, or around it."""
+        off_m = np.hypot(*(place[:2] - plant.data.qpos[:2]))
+        return beneath_m if off_m < 0.01 else around_m
+
+    anchor, begun_m = Anchor(plant), plant.height_m
+    monkeypatch.setattr(plant, "_floor_m", floor_m)
+    plant.data.qpos[2] += around_m
+    assert anchor._way()[-1][2] == pytest.approx(begun_m + around_m)
+
+
+def test_a_robot_that_starts_on_boxes_is_held_as_high_as_on_a_level_floor():
+    for seed in range(3):
+        plant, level = PerturbedPlant(Perturbation(terrain="boxes:0.1")), Plant()
+        anchor = Anchor(plant)
+        for robot in (plant, level):
+            robot.reset(seed)
+        anchor.reset()
+        assert anchor._height_m == pytest.approx(level.height_m, abs=0.01)
