@@ -1,6 +1,23 @@
-"""Curves, as the points that they join."""
+"""Curves, as the points that they join, how a way is moved along, and sizes of errors."""
 
 import numpy as np
+
+from spikeport.robot.times import PHYSICS_DT_S
+
+
+def rms(values: np.ndarray) -> np.ndarray:
+    """Return the root mean square over the first axis."""
+    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
+
+
+def minimum_jerk(seconds: float, dt_s: float = PHYSICS_DT_S) -> np.ndarray:
+    """Return the share of the way at every step, (n,).
+
+    Source: Flash and Hogan, "The coordination of arm movements", 1985.
+    """
+    tau = np.arange(0.0, seconds, dt_s) / seconds
+    # Speed and acceleration are zero at both ends.
+    return tau**3 * (10 - 15 * tau + 6 * tau**2)
 
 
 def arc_length(points: np.ndarray) -> np.ndarray:

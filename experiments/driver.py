@@ -93,7 +93,7 @@ def _performed(trial: Trial[K, R], ready: Ready[K], folder: Path) -> R:
     plant = ready.closed.rig.plant
     try:
         return perform(trial, ready, folder)
-    except (DivergedError, SimulationError) as error:  # Nengo's: NaN or infinity from a node
+    except DivergedError as error:
         # Close the plant first: this damps a robot, and writing the states takes long.
         plant.close()
         path = run_folder.write_last_states(folder, plant.history())
@@ -161,7 +161,7 @@ def perform(trial: Trial[K, R], ready: Ready[K], folder: Path | None = None) -> 
 
     Raises
     ------
-    DivergedError, nengo.exceptions.SimulationError
+    DivergedError
         If a number is not finite.
     """
     options, (closed, sim) = trial.options, ready
@@ -183,12 +183,12 @@ def _simulate(trial: Trial[K, R], ready: Ready[K], watched: Path | None) -> floa
     start = time.perf_counter()
 
     def so_far() -> xr.Dataset:
-        return _series(trial, rig, trial.record(ready.closed, sim, time.perf_counter() - start))
+        return series(trial, rig, trial.record(ready.closed, sim, time.perf_counter() - start))
 
     for i in range(steps):
         if rig.loop.over:
             break
-        sim.step()
+        advance(sim)
         if i % PROGRESS_STEPS == 0:
             options.progress("simulating", i / steps)
             # A recording has rows from the robot's first step on.
@@ -203,7 +203,16 @@ def _simulate(trial: Trial[K, R], ready: Ready[K], watched: Path | None) -> floa
     return time.perf_counter() - start
 
 
-def _series(trial: Trial[K, R], rig: Rig, done: R) -> xr.Dataset:
+def advance(sim: Simulator) -> None:
+    """Advance a simulator by a step; raises DivergedError if a node returns NaN or infinity."""
+    try:
+        sim.step()
+    except SimulationError as error:
+        raise DivergedError(str(error)) from error
+
+
+def series(trial: Trial[K, R], rig: Rig, done: R) -> xr.Dataset:
+    """Return the time series of a run that are kept, with the robot's poses."""
     return with_poses(trial.probes(done), rig.film)
 
 
@@ -255,7 +264,7 @@ def _write(
     scenes: Scenes = trial.scenes(done)
     pictures = draw_scenes(rig.film, scenes)
     with run_folder.renewed(folder) as new:
-        run_folder.write_probes(new, _series(trial, rig, done))
+        run_folder.write_probes(new, series(trial, rig, done))
         figure = trial.figure(done, pictures, result)
         if result["link"] is not None:
             line = plain(link_line(result["link"]))

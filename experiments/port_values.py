@@ -65,6 +65,18 @@ def joined(ports: "Sequence[Port]", observed: Sequence[np.ndarray], time_s: floa
     return found
 
 
+def check_finite(what: str, values: np.ndarray, time_s: float) -> None:
+    """Raise DivergedError if one of a controller's values (n,) at a time is not finite."""
+    finite = np.isfinite(values)
+    if np.count_nonzero(finite) < len(values):
+        worst = int(np.argmin(finite))
+        raise DivergedError(
+            f"the controller's {what} has {values[worst]} as value {worst} of 0 to "
+            f"{len(values) - 1} at {time_s:.3f} s, limit finite numbers; cure: look at its inputs "
+            "in the last states"
+        )
+
+
 def _sound(ports: "Sequence[Port]", observed: Sequence[np.ndarray]) -> np.ndarray | None:
     """Return the concatenated observations; None if one of them seems to be wrong."""
     # A masked array is refused, too: NumPy would read its masked values as numbers.

@@ -7,8 +7,8 @@ import numpy as np
 
 from spikeport.robot.engine import mujoco
 
-SIDES, PARTS = ("left", "right"), ("heel", "toe")
-POINTS = tuple(f"{side}_{part}" for side in SIDES for part in PARTS)
+SIDES, FOOT_PARTS = ("left", "right"), ("heel", "toe")
+POINTS = tuple(f"{side}_{part}" for side in SIDES for part in FOOT_PARTS)
 """Contact shapes of the feet, by their names in h1.xml: a sphere and a capsule across the foot."""
 
 
@@ -50,17 +50,20 @@ class Feet:
                     on_floor[foot] = True
         return on_floor
 
-    def sole(self, data: mujoco.MjData, floor_m: Callable[[np.ndarray], float]) -> Sole:
+    def sole(
+        self, data: mujoco.MjData, floor_m: Callable[[np.ndarray], float], is_plane: bool
+    ) -> Sole:
         """Return the lowest place of the soles above the floor beneath it.
 
-        Shapes are spheres and capsules, whose ends and middle are looked at. ``floor_m`` returns
-        the height of the floor at a place (3,) of the world, in m.
+        Shapes are spheres and capsules. ``floor_m`` returns the height of the floor at a place (3,)
+        of the world, in m. On a plane the middle of a shape stands for the whole; elsewhere the
+        highest floor beneath its middle and its ends counts.
         """
-        found = []
+        found, shares = [], (0,) if is_plane else (-1, 0, 1)
         for geom, (radius_m, half_m) in self._sizes_m.items():
             middle, axis = data.geom_xpos[geom], data.geom_xmat[geom, 2::3]
-            for along_m in (-half_m, 0.0, half_m):
-                beneath_m = floor_m(middle + along_m * axis)
-                above_m = middle[2] - beneath_m - radius_m + along_m * axis[2]
-                found.append(Sole(float(above_m), beneath_m))
+            places = [middle + share * half_m * axis for share in shares]
+            beneath_m = max(map(floor_m, places))
+            above_m = middle[2] - beneath_m - radius_m - half_m * abs(axis[2])
+            found.append(Sole(float(above_m), beneath_m))
         return min(found)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from spikeport.robot.engine import mujoco
-from spikeport.robot.feet import PARTS, SIDES
+from spikeport.robot.feet import FOOT_PARTS, SIDES
 
 SENSORS = {"heel": 3, "toe": 3, "heel velocity": 3, "toe velocity": 3, "contact": 4}
 """Sensors of each foot in their order, and their sizes."""
@@ -36,9 +36,9 @@ class FootReadings(NamedTuple):
 def readings(values: np.ndarray) -> FootReadings:
     """Return the readings of the feet from the sensors' values (..., `VALUES`)."""
     feet = values.reshape(*values.shape[:-1], len(SIDES), -1)
-    n = 3 * len(PARTS)
+    n = 3 * len(FOOT_PARTS)
     points, velocities, contact = np.split(feet, (n, 2 * n), axis=-1)
-    of_points = (*feet.shape[:-1], len(PARTS), 3)
+    of_points = (*feet.shape[:-1], len(FOOT_PARTS), 3)
     # A contact sensor has the number of contacts first, then the force.
     force_n = np.linalg.norm(contact[..., 1:], axis=-1)
     return FootReadings(points.reshape(of_points), velocities.reshape(of_points), force_n)
@@ -51,7 +51,7 @@ def add_foot_sensors(spec: mujoco.MjSpec) -> None:
     # Last, as the readers of the model's own sensors count them from the front.
     for foot in SIDES:
         for sensor in (kind.mjSENS_FRAMEPOS, kind.mjSENS_FRAMELINVEL):
-            for part in PARTS:
+            for part in FOOT_PARTS:
                 spec.add_sensor(type=sensor, objtype=thing.mjOBJ_GEOM, objname=f"{foot}_{part}")
         spec.add_sensor(
             type=kind.mjSENS_CONTACT,

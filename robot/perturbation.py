@@ -4,14 +4,12 @@ import math
 from dataclasses import dataclass, fields
 
 from spikeport.errors import UsageError, unknown
-from spikeport.robot.estimator.registry import EKF, LEG_ODOMETRY, TRUTH
+from spikeport.robot.estimator.registry import TRUTH, WITHOUT_ODOMETRY
 from spikeport.robot.terrain import FLAT, find_terrain
 from spikeport.robot.times import PHYSICS_DT_S
 
 OWN, URDF, MENAGERIE = "own", "urdf", "menagerie"
 ROBOT_MODELS = (OWN, URDF, MENAGERIE)
-ESTIMATORS = (TRUTH, LEG_ODOMETRY, EKF)
-"""Estimators that need nothing but the robot's own sensors, and the truth."""
 LONGEST_DELAY_S = 0.5
 ROUNDING = 1e-6
 
@@ -70,8 +68,8 @@ class Perturbation:
         """Check the values; raise UsageError for the first wrong one."""
         if self.robot_model not in ROBOT_MODELS:
             raise unknown("robot_model", self.robot_model, ROBOT_MODELS)
-        if self.estimator not in ESTIMATORS:
-            raise unknown("estimator", self.estimator, ESTIMATORS)
+        if self.estimator not in WITHOUT_ODOMETRY:
+            raise unknown("estimator", self.estimator, WITHOUT_ODOMETRY)
         for name, (low, high, unit) in _BOUNDS.items():
             value = getattr(self, name)
             if not low <= value <= high:

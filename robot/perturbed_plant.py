@@ -46,10 +46,10 @@ class PerturbedPlant(Plant):
         appearance: str = "primitive",
     ) -> None:
         self._perturbation = perturbation
-        self._terrain = find_terrain(perturbation.terrain)
+        self.floor = find_terrain(perturbation.terrain)
         self._gain_scale = perturbation.gains
         spec = specified(appearance)
-        self._terrain.lay(spec)
+        self.floor.lay(spec)
         alter(spec, perturbation)
         add_foot_sensors(spec)
         super().__init__(anchored=anchored, model=spec.compile())
@@ -65,7 +65,7 @@ class PerturbedPlant(Plant):
         """Start over; see `Plant.reset`. The seed also determines pushes, noise and floor."""
         pose_with(posture_rad)  # refused before the floor is moved
         asked, rng = self._perturbation, np.random.RandomState([_STREAM, seed])
-        self._terrain = self._terrain.begin(self.model, rng)
+        self.floor = self.floor.begin(self.model, rng)
         super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)
         self._pushes = Pushes(asked.push, asked.push_every, rng)
         self._commands = deque([self._command()] * self._steps(asked.action_delay))
@@ -105,12 +105,8 @@ class PerturbedPlant(Plant):
         """Heading in rad, place in m and velocity in m/s, (5,), as controllers observe it."""
         return self._senses.in_plane
 
-    def floor_m(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return (...) heights of the floor at places (...) of the world, in m."""
-        return self._terrain.height_m(x, y)
-
     def _floor_m(self, place: np.ndarray) -> float:
-        return float(self._terrain.height_m(place[:1], place[1:2])[0])
+        return float(self.floor.height_m(place[:1], place[1:2])[0])
 
     def _command(self) -> ActuatorCommand:
         return ActuatorCommand.of(self.model, self.data)

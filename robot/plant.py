@@ -14,6 +14,7 @@ from spikeport.robot.engine import mujoco
 from spikeport.robot.feet import Feet, Sole
 from spikeport.robot.history import History
 from spikeport.robot.state import PELVIS, RobotState, read
+from spikeport.robot.terrain import LEVEL, Floor
 
 DAMPING_KD = 8.0
 """In N m s/rad. Source: unitree_rl_gym, the damping command of its deployment."""
@@ -40,6 +41,8 @@ class Plant:
     """
 
     joints = JOINTS
+    floor: Floor = LEVEL
+    """The floor, as it lies under the robot since the last reset."""
     _gain_scale = 1.0
     """The factor on all gains of the joints, those of commands too."""
 
@@ -308,7 +311,7 @@ class Plant:
 
     def _sole(self) -> Sole:
         mujoco.mj_kinematics(self.model, self.data)
-        return self._feet.sole(self.data, self._floor_m)
+        return self._feet.sole(self.data, self._floor_m, self.floor.is_plane)
 
     def _floor_m(self, place: np.ndarray) -> float:
         """Return the height of the floor beneath a place (3,) of the world."""

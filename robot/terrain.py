@@ -50,6 +50,10 @@ class Floor(Protocol):
     def reach_m(self) -> float:
         """The distance from a start up to which the floor goes on."""
 
+    @property
+    def is_plane(self) -> bool:
+        """True if the floor is a plane."""
+
     def lay(self, spec: mujoco.MjSpec) -> None:
         """Add the floor to the model of a robot on a flat floor."""
 
@@ -71,6 +75,11 @@ class Slope:
     def reach_m(self) -> float:
         """Infinite: a plane has no edge."""
         return math.inf
+
+    @property
+    def is_plane(self) -> bool:
+        """True."""
+        return True
 
     def lay(self, spec: mujoco.MjSpec) -> None:
         """Tilt the floor."""
@@ -94,6 +103,10 @@ class Slope:
         """The rise a metre, and the direction's unit vector."""
         turn_rad = self.direction_rad
         return np.tan(self.angle_rad), np.cos(turn_rad), np.sin(turn_rad)
+
+
+LEVEL = Slope()
+"""The floor without a terrain."""
 
 
 class Pose(NamedTuple):
@@ -126,6 +139,11 @@ class Uneven:
     def reach_m(self) -> float:
         """The distance from every start to the nearest edge, at least."""
         return REACH_M
+
+    @property
+    def is_plane(self) -> bool:
+        """False."""
+        return False
 
     @property
     def cell_m(self) -> float:

@@ -5,7 +5,7 @@ import numpy as np
 from spikeport.robot import actuators
 from spikeport.robot.description import GAINS, JOINTS, MODEL_PATH
 from spikeport.robot.engine import mujoco
-from spikeport.robot.feet import PARTS, SIDES
+from spikeport.robot.feet import FOOT_PARTS, SIDES
 from spikeport.robot.foot_sensors import add_foot_sensors
 
 HEEL_RADIUS_M, TOE_RADIUS_M = 0.02, 0.015
@@ -61,5 +61,5 @@ def _add_ground(spec: mujoco.MjSpec, foot: str, plane: str) -> None:
         conaffinity=0,
         priority=1,
     )
-    for part in PARTS:
+    for part in FOOT_PARTS:
         spec.add_pair(geomname1=plane, geomname2=f"{foot}_{part}")

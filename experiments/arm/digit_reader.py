@@ -7,6 +7,7 @@ block are counted, which gives 8 x 8 numbers from 0 to 16.
 Source: Alpaydin and Kaynak, Optical Recognition of Handwritten Digits, UCI repository, 1998.
 """
 
+import warnings
 from functools import cache
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import cKDTree
 
-from spikeport.extras import missing
+from spikeport.extras import install_command, missing
 
 if TYPE_CHECKING:
     from sklearn.svm import SVC
@@ -32,7 +33,7 @@ def can_read() -> bool:
 def read_digit(trace: np.ndarray) -> int | None:
     """Return the digit that a trace (n, 2) looks like; None for a trace of a single place.
 
-    The first axis runs right, the second up.
+    The first axis runs right, the second up. None, too, with a warning, if scikit-learn is broken.
 
     Raises
     ------
@@ -41,7 +42,15 @@ def read_digit(trace: np.ndarray) -> int | None:
     """
     if not np.ptp(trace, axis=0).any():
         return None
-    return int(_reader().predict(rasterise(trace).reshape(1, -1))[0])
+    require()
+    try:
+        reader = _reader()
+    except ImportError as error:
+        # Found after a run, which is not to be lost for it.
+        line = f"the digit is not read: scikit-learn cannot be imported ({error}); cure: "
+        warnings.warn(line + install_command("digits"), stacklevel=2)
+        return None
+    return int(reader.predict(rasterise(trace).reshape(1, -1))[0])
 
 
 def rasterise(trace: np.ndarray) -> np.ndarray:
@@ -67,7 +76,6 @@ def require() -> None:
 
 @cache
 def _reader() -> "SVC":
-    require()
     from sklearn.datasets import load_digits
     from sklearn.svm import SVC
 

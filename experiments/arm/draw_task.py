@@ -4,8 +4,6 @@
     drawing    ds/dt = v min(1, t / t_r, (T - t) / t_r),  s(T) = length of the stroke
 
 The pen rests where the stroke begins, and also where it ends, for the hand that lags behind it.
-
-Source of the approach: Flash and Hogan, "The coordination of arm movements", 1985 (minimum jerk).
 """
 
 from dataclasses import dataclass
@@ -13,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from spikeport.experiments.arm.strokes import unit_stroke
-from spikeport.experiments.curves import arc_length, interpolated
-from spikeport.robot.times import PHYSICS_DT_S
+from spikeport.experiments.curves import arc_length, interpolated, minimum_jerk
+from spikeport.robot.times import PHYSICS_DT_S, ROUNDING_S
 
 APPROACH_S = 1.5
 REST_S = 0.5
@@ -95,11 +93,12 @@ class DrawTask(Way):
         super().__init__(np.vstack([approach, rest, _along(stroke, draw_s)]))
 
 
-def minimum_jerk(seconds: float, dt_s: float = PHYSICS_DT_S) -> np.ndarray:
-    """Return the share of the way at every step, (n,)."""
-    tau = np.arange(0.0, seconds, dt_s) / seconds
-    # Flash and Hogan 1985: speed and acceleration are zero at both ends.
-    return tau**3 * (10 - 15 * tau + 6 * tau**2)
+def pen_is_down(since_s: np.ndarray | float) -> np.ndarray:
+    """Return whether the pen is down at times (...) in s from the beginning of a drawing.
+
+    Times are sums of steps: 400 steps of 5 ms add up to a little less than 2 s.
+    """
+    return np.asarray(since_s > DrawTask.begin_s - ROUNDING_S)
 
 
 def _along(stroke: np.ndarray, seconds: float) -> np.ndarray:

@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spikeport.experiments.arm.draw_task import DrawTask, Sheet
-from spikeport.experiments.arm.metrics import drawing, pen_down, shape_error
+from spikeport.experiments.arm.draw_task import DrawTask, Sheet, pen_is_down
+from spikeport.experiments.arm.metrics import drawing, shape_error
 from spikeport.experiments.arm.reach_task import REACHED_M
 from spikeport.experiments.arm.recording import ArmRun
 from spikeport.experiments.pictures import cores_of, show_picture
@@ -81,7 +81,7 @@ def _draw_distance(axes: Axes, run: ArmRun) -> None:
 
 
 def _draw_digit(axes: Axes, run: ArmRun, sheet: Sheet, stroke: np.ndarray) -> None:
-    drawn, down = drawing(run.recording), pen_down(run.recording.time_s)
+    drawn, down = drawing(run.recording), pen_is_down(run.recording.time_s)
     template, trace = 100 * sheet.project(stroke), 100 * sheet.project(drawn.hand)
     target = 100 * sheet.project(drawn.target)
     axes.plot(*template.T, color="0.25", ls="--", lw=1.4, label="template")

@@ -5,16 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from spikeport.experiments.arm.draw_task import DrawTask
+from spikeport.experiments.arm.draw_task import pen_is_down
 from spikeport.experiments.arm.recording import ArmRecording, ArmRun
-from spikeport.robot.times import ROUNDING_S
+from spikeport.experiments.curves import rms
 
 LONGEST_LAG_S = 1.0
-
-
-def rms(values: np.ndarray) -> np.ndarray:
-    """Return the root mean square over the first axis."""
-    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
 
 
 def arm_metrics(run: ArmRun) -> dict[str, object]:
@@ -57,13 +52,7 @@ def reach_metrics(run: ArmRun, reach_times_s: Sequence[float]) -> dict[str, obje
 
 def drawing(recording: ArmRecording) -> ArmRecording:
     """Return the part of a recording in which the pen is down, without the approach."""
-    return recording.where(pen_down(recording.time_s))
-
-
-def pen_down(time_s: np.ndarray) -> np.ndarray:
-    """Return whether the pen is down at times (n,) in s, which are sums of time steps."""
-    # 400 steps of 5 ms add up to a little less than 2 s.
-    return np.asarray(time_s > DrawTask.begin_s - ROUNDING_S)
+    return recording.where(pen_is_down(recording.time_s))
 
 
 def shape_error(stroke: np.ndarray, trace: np.ndarray) -> np.ndarray:

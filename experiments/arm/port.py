@@ -5,9 +5,9 @@ from typing import Protocol
 
 import numpy as np
 
-from spikeport.errors import DivergedError
 from spikeport.experiments.arm.recording import ArmRecording, ArmTask
 from spikeport.experiments.loop import Port
+from spikeport.experiments.port_values import check_finite
 from spikeport.experiments.trial import Rig
 from spikeport.networks.arm import STATE_SIZE
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -92,11 +92,7 @@ class ArmPort(Port):
         self._rows.append((self._plant.time_s, *self.inputs, torque))
         if not self.drives:
             return
-        if np.count_nonzero(np.isfinite(torque)) < len(torque):
-            raise DivergedError(
-                f"the controller's torque is {torque.tolist()} N m at {self._plant.time_s:.3f} s, "
-                "limit finite numbers; cure: look at its inputs in the last states"
-            )
+        check_finite("torque", torque, self._plant.time_s)
         self._plant.torque(ARM_JOINTS, torque)
 
     def exact_torque(self, law: OperationalSpaceLaw) -> np.ndarray:

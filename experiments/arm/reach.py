@@ -65,6 +65,11 @@ class ReachTrial(ArmTrial):
         return {"box": self.settings.box}
 
     @property
+    def rehearsed_values(self) -> dict[str, object]:
+        """The edges of the box, which several texts may name."""
+        return {"box": self.settings.target_box}
+
+    @property
     def goal(self) -> str:
         """The box."""
         return f"box {self.settings.box}"

@@ -91,7 +91,7 @@ def find_box(text: str) -> TargetBox:
             f"box {text}: its diagonal is {diagonal_m:g} m, and must exceed {least_m:g} m; cure: "
             "longer edges"
         )
-    return TargetBox(tuple(low), tuple(high))
+    return TargetBox(tuple(low.tolist()), tuple(high.tolist()))
 
 
 def _edges(text: str) -> np.ndarray:

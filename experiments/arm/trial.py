@@ -55,6 +55,11 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
         """The settings that the rehearsals depend on."""
 
     @property
+    def rehearsed_values(self) -> dict[str, object]:
+        """The values of `rehearsed_settings`: kept results do not depend on how they were typed."""
+        return self.rehearsed_settings
+
+    @property
     @abstractmethod
     def goal(self) -> str:
         """The goal in words, for messages."""
@@ -135,7 +140,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
             self.options.progress("rehearsing with the exact law", None)
             return record_region(self.law, self.rehearsals()).arrays()
 
-        inputs = {"experiment": self.name, **self.rehearsed_settings}
+        inputs = {"experiment": self.name, **self.rehearsed_values}
         region = ArmRegion.of(self.options.cache.kept("rehearsal", inputs, rehearse))
         check_in_region(self.goal, self.goal_points(), region)
         return region
@@ -145,7 +150,7 @@ class ArmTrial(Trial[ArmRig, ArmRun]):
             held = draw_states(self.law, region)
             return refit_arm(self._arm(region), held, self.options, DT_S).arrays()
 
-        inputs = (self._made_for, chips.get(self.options.chip), region)
+        inputs = ({**self._made_for, **self.rehearsed_values}, chips.get(self.options.chip), region)
         found = self.options.cache.kept("arm", inputs, refit)
         return Refitted.of(found).made_for(self._made_for)
 

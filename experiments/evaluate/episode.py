@@ -7,7 +7,6 @@ from spikeport.experiments.evaluate.measures import measure
 from spikeport.experiments.evaluate.walker import find_walker
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
-from spikeport.experiments.sweep.point import diverging
 from spikeport.experiments.sweep.store import Sharing
 from spikeport.experiments.walk.settings import WalkSettings
 
@@ -20,7 +19,7 @@ class EpisodeRun(Sharing):
         """Walk an episode, and return the files that are kept of it."""
         settings = WalkSettings(**point.settings)
         options = replace(point.options, cache=self.store(scratch))
-        with warnings.catch_warnings(action="ignore"), diverging():
+        with warnings.catch_warnings(action="ignore"):
             walker = find_walker(settings, options)
             stage = walker.walk(settings.perturbation, options.seconds, options.seed)
         return PointFiles(

@@ -181,7 +181,7 @@ def _soles(plant: PerturbedPlant, feet: FootReadings) -> tuple[np.ndarray, np.nd
     places = feet.points
     radii = np.reshape([plant.model.geom(name).size[0] for name in POINTS], (len(SIDES), -1))
     heights = places[..., 2] - radii - _ends_below_m(plant, places)
-    heights -= plant.floor_m(places[..., 0], places[..., 1])
+    heights -= plant.floor.height_m(places[..., 0], places[..., 1])
     speeds = np.linalg.norm(feet.velocities[..., :2], axis=-1)
     # The lower one bears the load: its height is the clearance, its speed the slip.
     lower = heights.argmin(axis=2)[..., None]

@@ -8,7 +8,7 @@ import numpy as np
 
 from spikeport.constants import DT_S
 from spikeport.experiments.digests import digests
-from spikeport.experiments.driver import simulator
+from spikeport.experiments.driver import advance, simulator
 from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.options import Options
 from spikeport.experiments.sweep.keeper import Keeper
@@ -83,7 +83,7 @@ class SpikingWalker:
         for _ in range(stage.n_steps):
             if stage.over:
                 break
-            self._sim.step()
+            advance(self._sim)
         return stage
 
     def close(self) -> None:

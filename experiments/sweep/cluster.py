@@ -106,7 +106,7 @@ def _outcomes(
     def submit(made: str | None) -> None:
         """Submit points; the free worker is most likely the one that made the network ``made``."""
         free = len(client.nthreads()) - len(running)
-        for _ in range(max(free, not running)):
+        for _ in range(max(free, 0 if running else 1)):
             if waiting:
                 point = waiting.take(made)
                 # not pure: Dask must not return another sweep's outcome for an equal point

@@ -22,6 +22,9 @@ from spikeport.plots import plain
 LOG_RATIO = 30.0
 """The ratio of largest to smallest value above which the scale is logarithmic."""
 
+MOST_PANELS = 60
+"""The most panels of a figure, which take about 10 s; the first columns are drawn."""
+
 
 def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
     """Draw all metrics."""
@@ -31,7 +34,10 @@ def figure(sweep: Sweep, _folder: SweepFolder, table: xr.Dataset) -> Figure:
 def metrics_figure(sweep: Sweep, table: xr.Dataset, metrics: Sequence[str]) -> Figure:
     """Draw some metrics; ``table`` is the dataset of `spikeport.experiments.sweep.table`."""
     over, *keys = sweep.varied or (SEED,)
-    places = list(_places(table, keys[1:]))
+    everywhere = list(_places(table, keys[1:]))
+    n_panels, metrics = len(metrics) * len(everywhere), metrics[:MOST_PANELS]
+    places = everywhere[: max(1, MOST_PANELS // len(metrics))]
+    left_out = n_panels - len(metrics) * len(places)
     width, height = max(6.4, 4.6 * len(places)), 1 + 3 * len(metrics)
     figure = Figure(figsize=(width, height), layout="constrained")
     grid = figure.subplots(len(metrics), len(places), squeeze=False, sharex=True, sharey="row")
@@ -46,7 +52,7 @@ def metrics_figure(sweep: Sweep, table: xr.Dataset, metrics: Sequence[str]) -> F
         axes.set_xlabel(over)
     if keys:
         grid[0][0].legend(title=keys[0], frameon=False)
-    figure.suptitle(_title(sweep))
+    figure.suptitle(_title(sweep) + (f"; {left_out:,} panels left out" if left_out else ""))
     return figure
 
 

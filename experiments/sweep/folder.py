@@ -183,8 +183,16 @@ def opened(out: Path | None, sweep: Sweep) -> Iterator[SweepFolder]:
     with locked(folder.path):
         if folder.plan.is_file():
             _check_same(folder, sweep)
+        _tidy(folder)
         write_json(folder.plan, dataclasses.asdict(sweep))
         yield folder
+
+
+def _tidy(folder: SweepFolder) -> None:
+    """Remove files of points that an interrupted sweep left half written; nobody else writes."""
+    for path in (folder.path / "points").glob(".*"):
+        if is_leftover(path):
+            path.unlink()
 
 
 def _check_same(folder: SweepFolder, sweep: Sweep) -> None:

@@ -8,9 +8,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from nengo.exceptions import SimulationError
-
-from spikeport.errors import DivergedError
 from spikeport.experiments import driver, registry, run_folder
 from spikeport.experiments.digests import digests
 from spikeport.experiments.driver import Ready
@@ -58,23 +55,13 @@ def _files(
     trial: Trial[Any, Any], ready: Ready[Any], keeps_probes: bool, scratch: str
 ) -> PointFiles:
     """Perform a trial, and return the files that are kept; no pictures or pages are made."""
-    with diverging():
-        done = driver.perform(trial, ready)
+    done = driver.perform(trial, ready)
     with tempfile.TemporaryDirectory(dir=scratch) as name:
         folder = Path(name)
         files = digests(trial.files)  # the same as before: `Unchanged` compares them
         run_folder.write_result(folder, driver.outcome(trial, ready, done, files).result)
         probes = None
         if keeps_probes:
-            run_folder.write_probes(folder, trial.probes(done))
+            run_folder.write_probes(folder, driver.series(trial, ready.closed.rig, done))
             probes = (folder / "probes.nc").read_bytes()
         return PointFiles(read_json(folder / "result.json"), probes)
-
-
-@contextlib.contextmanager
-def diverging() -> Iterator[None]:
-    """Raise Nengo's error of a simulation in the block as a `DivergedError`, in words."""
-    try:
-        yield
-    except SimulationError as error:
-        raise DivergedError(str(error)) from error

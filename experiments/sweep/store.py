@@ -38,8 +38,9 @@ class Store(Cache):
             yield
         finally:
             if lock is not None:
-                # Removed while it is locked: a waiting process notices this, and makes another.
-                (self.folder / name).unlink(missing_ok=True)
+                with contextlib.suppress(OSError):
+                    # Removed while it is locked: a waiting process notices this, and makes another.
+                    (self.folder / name).unlink()
                 os.close(lock)
 
 
@@ -75,8 +76,19 @@ def _locked(path: Path) -> int:
     """Return the descriptor of a locked file at a path."""
     while True:
         lock = os.open(path, os.O_CREAT | os.O_RDWR | os.O_NOFOLLOW, 0o600)
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        with contextlib.suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(lock), path.stat()):
+        try:
+            if _taken(lock, path):
                 return lock
+        except OSError:
+            os.close(lock)
+            raise
         os.close(lock)  # its previous holder has removed it
+
+
+def _taken(lock: int, path: Path) -> bool:
+    """Wait for the lock of an open file; return whether the file is still at its path."""
+    fcntl.flock(lock, fcntl.LOCK_EX)
+    try:
+        return os.path.samestat(os.fstat(lock), path.stat())
+    except FileNotFoundError:
+        return False

@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from spikeport.experiments.arm.draw_task import minimum_jerk
+from spikeport.experiments.curves import minimum_jerk
 from spikeport.robot.plant import Plant
 
 RAISING_S = 1.0

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.experiments.arm.draw_task import DrawTask
+from spikeport.experiments.arm.draw_task import pen_is_down
 from spikeport.experiments.arm.port import ArmPort
 from spikeport.experiments.arm.recording import ArmTask
 from spikeport.experiments.loop import Port
@@ -96,8 +96,8 @@ class Workplace:
         So strides do not shake the drawing.
         """
         if self._draws:
-            now, pen_down = torso.upright(), self._since_s > DrawTask.begin_s
-            self.sheet = self.sheet.following(now, self._plant.dt_s) if pen_down else now
+            now, down = torso.upright(), pen_is_down(self._since_s)
+            self.sheet = self.sheet.following(now, self._plant.dt_s) if down else now
 
     def _frame(self, torso: Frame) -> Frame:
         """Return the frame of the task: the sheet while drawing, else the torso."""

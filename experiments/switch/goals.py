@@ -15,9 +15,10 @@ import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
 from spikeport.errors import UsageError
-from spikeport.experiments.arm.draw_task import DrawTask, Sheet, Way, minimum_jerk
+from spikeport.experiments.arm.draw_task import DrawTask, Sheet, Way
 from spikeport.experiments.arm.reach_task import BOXES, ReachTask
 from spikeport.experiments.arm.recording import ArmTask
+from spikeport.experiments.curves import minimum_jerk
 from spikeport.experiments.switch.schedule import Phase, Schedule
 from spikeport.experiments.walk.paths import WalkPath, find_path
 from spikeport.experiments.walk.port import LEAD_S

@@ -15,9 +15,10 @@ import numpy as np
 
 from spikeport.constants import DT_S
 from spikeport.experiments.arm import digit_reader
-from spikeport.experiments.arm.draw_task import DrawTask, Sheet
-from spikeport.experiments.arm.metrics import rms, shape_error
+from spikeport.experiments.arm.draw_task import Sheet, pen_is_down
+from spikeport.experiments.arm.metrics import shape_error
 from spikeport.experiments.arm.reach_task import MIN_JUMP_M
+from spikeport.experiments.curves import rms
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.gate import OPEN
 from spikeport.experiments.switch.goals import Goal, hanging_hand
@@ -114,8 +115,8 @@ def within(time_s: np.ndarray, phase: Phase) -> np.ndarray:
 def pen_down(run: SwitchRun, goal: Goal) -> np.ndarray:
     """Return whether a phase drew on its sheet at each physics step, (n,)."""
     time_s, phase = run.recording.time_s, goal.phase
-    drawing = time_s > phase.begin_s + DrawTask.begin_s - ROUNDING_S
-    return within(time_s, phase) & drawing & (phase.arm == "digit")
+    drawing = pen_is_down(time_s - phase.begin_s) & (phase.arm == "digit")
+    return np.asarray(within(time_s, phase) & drawing)
 
 
 def drawn(run: SwitchRun, goal: Goal) -> np.ndarray:

@@ -1,5 +1,6 @@
 """The marks in pictures of the humanoid: the paths it walks, and the trace of its hand."""
 
+import itertools
 from bisect import bisect
 
 import numpy as np
@@ -8,16 +9,16 @@ from spikeport.constants import DT_S
 from spikeport.experiments.pictures import Caption, Captions, Marks
 from spikeport.experiments.switch.metrics import pen_down, within
 from spikeport.experiments.switch.recording import SwitchRun
+from spikeport.experiments.walk.figure import TRACE
+from spikeport.experiments.walk.marks import path_marks
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.networks.humanoid import ACTIONS
 from spikeport.robot.render import Mark
 from spikeport.robot.times import PHYSICS_DT_S, ROUNDING_S
 
-COLOURS = dict(zip(ACTIONS, ("#2a9d4a", "#c8102e"), strict=True))
-PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
+COLOURS = dict(zip(ACTIONS, (TRACE, "#c8102e"), strict=True))
 HAND_RGBA = (1.0, 0.2, 0.15, 1.0)
 """A bright colour, to stand out in front of the robot."""
-PATH_DT_S = 0.2
 HAND_M = 0.007
 TRACE_STEPS = 6
 MOST_MARKS = 1500
@@ -63,13 +64,13 @@ def switch_captions(run: SwitchRun) -> Captions:
 
 
 def _paths(run: SwitchRun) -> list[Mark]:
-    found = []
-    for goal, path in zip(run.goals, run.paths, strict=False):
-        if path is not None:
-            for t in np.arange(0, goal.phase.seconds + LEAD_S, PATH_DT_S):
-                x, y = path.at(t)[:2]
-                found.append(Mark((x, y, 0.012), 0.012, PATH_RGBA))
-    return found[:MOST_MARKS]
+    pairs = zip(run.goals, run.paths, strict=False)
+    found = [
+        path_marks(path, goal.phase.seconds + LEAD_S, run.floor)
+        for goal, path in pairs
+        if path is not None
+    ]
+    return [*itertools.chain(*found)][:MOST_MARKS]
 
 
 def _traces(run: SwitchRun) -> tuple[list[Mark], np.ndarray]:

@@ -11,10 +11,11 @@ from spikeport.experiments.arm.recording import ArmRecording
 from spikeport.experiments.spikes import ragged
 from spikeport.experiments.switch.goals import Goal
 from spikeport.experiments.walk.paths import WalkPath
-from spikeport.experiments.walk.recording import MOVING, WalkRecording
+from spikeport.experiments.walk.recording import WalkRecording, coordinates, series
 from spikeport.networks.arm import AXES
 from spikeport.networks.humanoid import ACTIONS
-from spikeport.robot.description import ARM_JOINTS, JOINTS
+from spikeport.robot.description import ARM_JOINTS
+from spikeport.robot.terrain import LEVEL, Floor
 from spikeport.simulator import Simulator
 
 
@@ -45,6 +46,8 @@ class SwitchRun(NamedTuple):
         The simulator that ran.
     wall_s : float
         Wall-clock time of the run.
+    floor : Floor
+        The floor under the robot.
     """
 
     goals: Sequence[Goal]
@@ -59,37 +62,30 @@ class SwitchRun(NamedTuple):
     anchored: bool
     sim: Simulator
     wall_s: float
+    floor: Floor = LEVEL
 
 
 def dataset(run: SwitchRun) -> xr.Dataset:
     """Return the series at every physics step, gates and spikes at every controller's step."""
-    walk, arm, turned = run.recording, run.arm, ["heading", *MOVING]
-    series = {
-        "reference": (MOVING, "moving", walk.reference, "m, m/s", "place and velocity to take"),
-        "state": (turned, "turned", walk.state, "rad, m, m/s", "heading, place and velocity"),
-        "action": (JOINTS, "joint", walk.action, "1", "action of the policy"),
-        "command": (
-            ["speed", "yaw rate"],
-            "commanded",
-            walk.command,
-            "m/s, rad/s",
-            "command of the follower",
-        ),
-        "torque": (ARM_JOINTS, "arm_joint", arm.torque, "N m", "torque of the arm's controller"),
-        "hand": (AXES, "axis", arm.hand, "m", "right hand, in the torso's frame"),
-        "target": (AXES, "axis", arm.target, "m", "target of the right hand, in the torso's frame"),
+    of_arm = {
+        "torque": ("arm_joint", run.arm.torque, "N m", "torque of the arm's controller"),
+        "hand": ("axis", run.arm.hand, "m", "right hand, in the torso's frame"),
+        "target": ("axis", run.arm.target, "m", "target of the right hand, in the torso's frame"),
+        "hand_in_task": ("axis", run.local_m, "m", "right hand, in the sheet's or torso's frame"),
+        "hand_in_world": ("axis", run.hands_m, "m", "right hand, in the world"),
     }
     data = {
         name: (("time", along), values, {"units": unit, "long_name": text})
-        for name, (_, along, values, unit, text) in series.items()
+        for name, (along, values, unit, text) in of_arm.items()
     }
-    named = {along: list(labels) for labels, along, *_ in series.values()}
     steps = {"units": "s", "long_name": "end of a step of the controller"}
-    coordinates = {
-        **named,
-        "time": ("time", walk.time_s, {"units": "s"}),
+    named = {
+        **coordinates(run.recording),
+        "arm_joint": list(ARM_JOINTS),
+        "axis": list(AXES),
         "step": ("step", (1 + np.arange(len(run.gates))) * DT_S, steps),
         "selectable": list(ACTIONS),
     }
     gates = ("step", "selectable"), run.gates, {"long_name": "1 for the action that is selected"}
-    return xr.Dataset({**data, "gates": gates, **ragged(run.spikes)}, coordinates)
+    spikes = ragged(run.spikes)
+    return xr.Dataset({**series(run.recording), **data, "gates": gates, **spikes}, named)

@@ -228,6 +228,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             anchored=self.settings.anchor,
             sim=sim,
             wall_s=wall_s,
+            floor=rig.plant.floor,
         )
 
     # results

@@ -76,7 +76,8 @@ def _finite(values: np.ndarray, end: Callable[[np.ndarray], float]) -> float:
 
 
 def _robot(drawn: "Shapes", times_s: np.ndarray) -> dict[str, Any]:
-    # Heights count from the floor; in the plane, shapes count from the robot, wherever it went.
+    # Heights count from the level of the start, also where the floor rises or falls; in the plane,
+    # shapes count from the robot, wherever it went.
     places_m = drawn.ends_m.mean(axis=(1, 2)) * (1, 1, 0)
     ends = (drawn.ends_m - places_m[:, np.newaxis, np.newaxis]) * MM
     return {

@@ -1,4 +1,4 @@
-"""The figure of a walking run, after the paper's Fig. 5, and the marks in its pictures.
+"""The figure of a walking run, after the paper's Fig. 5.
 
 At the top are path and trace from above, beside a picture of the robot if one can be drawn. Below,
 over time, are commands and motion, the distance from the path, and the gait: the height of the
@@ -11,23 +11,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from spikeport.experiments.pictures import Marks, cores_of, show_picture
+from spikeport.experiments.pictures import cores_of, show_picture
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.walk.metrics import smoothed
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun
 from spikeport.robot.feet import SIDES
-from spikeport.robot.render import Mark
 from spikeport.robot.walk_interface import LOWEST_PELVIS_M
 
 TRACE, REFERENCE, COMMAND, DISTANCE = "#2a9d4a", "#44474d", "#e8871e", "#1f9aa0"
 FELL = "#c62828"
-PATH_RGBA = (0.15, 0.15, 0.18, 1.0)
-REFERENCE_RGBA = (0.95, 0.45, 0.05, 1.0)
-TRACE_RGBA = (0.1, 0.65, 0.25, 1.0)
-PATH_DT_S = 0.2
-TRACE_STEPS = 20
-MARKS = 400
-"""The most marks of the path, and of the trace: the nearest in time of each."""
 
 
 def walk_figure(run: WalkRun, pictures: Sequence[np.ndarray], result: Result) -> Figure:
@@ -102,24 +94,3 @@ def _draw_feet(axes: Axes, recording: WalkRecording) -> None:
     on_floor = recording.on_floor.T[::-1]
     axes.imshow(on_floor, aspect="auto", cmap="Greys", extent=extent, interpolation="nearest")
     axes.set_yticks(range(len(SIDES)), [f"{side} foot" for side in SIDES])
-
-
-def walk_marks(run: WalkRun) -> Marks:
-    """Mark the path ahead and behind, the reference on it, and the trace of the pelvis."""
-    recording = run.recording
-    times = np.arange(0, recording.time_s[-1] + 2 * PATH_DT_S, PATH_DT_S)
-    path = [_on_floor(run.path.at(t)[:2], 0.012, PATH_RGBA) for t in times]
-    trace = [_on_floor(p, 0.012, TRACE_RGBA) for p in recording.position_m[::TRACE_STEPS]]
-
-    def marks(end: int) -> list[Mark]:
-        now = recording.time_s[end - 1] / PATH_DT_S
-        # A picture's scene has room for a limited number of shapes.
-        near = slice(max(0, round(now) - MARKS // 2), round(now) + MARKS // 2)
-        reference = _on_floor(recording.reference[end - 1, :2], 0.04, REFERENCE_RGBA)
-        return [reference, *path[near], *trace[: end // TRACE_STEPS][-MARKS:]]
-
-    return marks
-
-
-def _on_floor(point: np.ndarray, radius_m: float, rgba: tuple[float, ...]) -> Mark:
-    return Mark((point[0], point[1], radius_m), radius_m, rgba)

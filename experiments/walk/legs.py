@@ -3,8 +3,8 @@
 import numpy as np
 
 from spikeport.compiled import compiled, make_ready
-from spikeport.errors import DivergedError
 from spikeport.experiments.loop import Port
+from spikeport.experiments.port_values import check_finite
 from spikeport.experiments.walk.recording import fallen
 from spikeport.networks.path_following import COMMAND_SIZE
 from spikeport.networks.region import Box
@@ -93,11 +93,7 @@ class LegsPort(Port):
         action = values[:ACTION_SIZE]
         # Obeyed before the check, so that a recording shows values that are not finite.
         self._obey(action, values[ACTION_SIZE:])
-        if np.count_nonzero(np.isfinite(values)) < len(values):
-            raise DivergedError(
-                f"the controller's action or command is not finite at {self._plant.time_s:.3f} s, "
-                "limit finite numbers; cure: look at its inputs in the last states"
-            )
+        check_finite("action or command", values, self._plant.time_s)
         self._hold(targets_rad(action))
 
     def _obey(self, action: np.ndarray, command: np.ndarray) -> None:

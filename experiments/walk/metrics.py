@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from spikeport.experiments.arm.metrics import rms
+from spikeport.experiments.curves import rms
 from spikeport.experiments.walk.gait import clipped_shares
 from spikeport.experiments.walk.port import LEAD_S
 from spikeport.experiments.walk.recording import WalkRecording, WalkRun

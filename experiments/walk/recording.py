@@ -1,7 +1,7 @@
 """The record of a walking run, with names and units, and when a robot has fallen."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ from spikeport.experiments.walk.paths import WalkPath
 from spikeport.networks.region import Box
 from spikeport.robot.description import JOINTS
 from spikeport.robot.feet import SIDES
+from spikeport.robot.terrain import LEVEL, Floor
 from spikeport.robot.walk_interface import LOWEST_PELVIS_M, PARTS, SMALLEST_UPRIGHT, gravity
 from spikeport.simulator import Simulator
 
@@ -128,6 +129,8 @@ class WalkRun(NamedTuple):
         Wall-clock time of the run.
     spikes : (n_steps, n) array or None
         Spikes of some neurons of the policy; None where none are kept.
+    floor : Floor
+        The floor under the robot.
     """
 
     path: WalkPath
@@ -138,18 +141,29 @@ class WalkRun(NamedTuple):
     sim: Simulator
     wall_s: float
     spikes: np.ndarray | None = None
+    floor: Floor = LEVEL
 
 
 def dataset(run: WalkRun) -> xr.Dataset:
     """Return the series at every physics step, and spikes, if any, one by one."""
-    recording = run.recording
+    spikes = {} if run.spikes is None else ragged({"policy": run.spikes})
+    return xr.Dataset({**series(run.recording), **spikes}, coordinates(run.recording))
+
+
+def series(recording: WalkRecording) -> dict[str, Any]:
+    """Return the variables of a dataset at every physics step."""
     data = {
         name: (("time", dimension), getattr(recording, name), {"units": unit, "long_name": text})
         for name, (dimension, unit, text) in SERIES.items()
     }
-    height = ("time", recording.height_m, {"units": "m", "long_name": "height of the pelvis"})
+    text = "height of the pelvis above the floor"
+    return {**data, "height": ("time", recording.height_m, {"units": "m", "long_name": text})}
+
+
+def coordinates(recording: WalkRecording) -> dict[str, Any]:
+    """Return the coordinates of `series`."""
     parts = [name for name, place in PARTS.items() for _ in range(place.start, place.stop)]
-    coordinates = {
+    return {
         "time": ("time", recording.time_s, {"units": "s"}),
         "part": ("observed", parts),
         "moving": MOVING,
@@ -158,5 +172,3 @@ def dataset(run: WalkRun) -> xr.Dataset:
         "commanded": ["speed", "yaw rate"],
         "foot": list(SIDES),
     }
-    spikes = {} if run.spikes is None else ragged({"policy": run.spikes})
-    return xr.Dataset({**data, "height": height, **spikes}, coordinates)

@@ -29,9 +29,10 @@ from spikeport.experiments.walk.controller import (
     silence_ensembles,
     walk_controller,
 )
-from spikeport.experiments.walk.figure import walk_figure, walk_marks
+from spikeport.experiments.walk.figure import walk_figure
 from spikeport.experiments.walk.gait import encoding, record_gait, walks
 from spikeport.experiments.walk.legs import OBSERVATION_DT_S
+from spikeport.experiments.walk.marks import walk_marks
 from spikeport.experiments.walk.metrics import metrics
 from spikeport.experiments.walk.paths import WalkPath, find_path
 from spikeport.experiments.walk.port import LEAD_S, WalkRig
@@ -211,6 +212,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             sim=sim,
             wall_s=wall_s,
             spikes=np.hstack(kept) if kept else None,
+            floor=closed.rig.plant.floor,
         )
 
     def metrics(self, run: WalkRun) -> dict[str, object]:

@@ -20,6 +20,8 @@ ESTIMATORS = (TRUTH, *BY_SENSORS)
 """Names of the estimators; `TRUTH` is for simulations alone."""
 BY_ODOMETRY = (ODOMETER, EKF_ODOMETER)
 """The estimators whose fixes come from a robot's odometry."""
+WITHOUT_ODOMETRY = tuple(name for name in ESTIMATORS if name not in BY_ODOMETRY)
+"""The estimators that need nothing but the robot's own sensors, and the truth."""
 
 
 def check_estimator(name: str) -> None:

@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from nengo.exceptions import SimulationError
 
 from spikeport.backends.board.link import LinkOptions
 from spikeport.cache import NOTHING, Cache
@@ -192,7 +191,7 @@ def test_the_error_of_a_lost_board_is_kept_if_the_robot_is_lost_in_damping(
     assert (tmp_path / "last_states.npz").exists()
 
 
-@pytest.mark.parametrize("error", [DivergedError, SimulationError, RobotLostError])
+@pytest.mark.parametrize("error", [DivergedError, RobotLostError])
 def test_a_robot_is_closed_before_its_last_states_are_written(
     error: type[Exception], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

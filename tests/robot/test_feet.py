@@ -56,6 +56,6 @@ def test_the_lowest_sole_counts_from_the_floor_at_a_capsules_ends_and_middle(
         on_board = place[0] > toe[0] - 0.05 and board_m[0] < place[1] - toe[1] < board_m[1]
         return 0.03 if on_board else 0.0
 
-    sole = Feet(plant.model).sole(plant.data, floor_m)
+    sole = Feet(plant.model).sole(plant.data, floor_m, is_plane=False)
     assert sole.floor_m == (0.03 if touches else 0.0)
     assert sole.above_m == pytest.approx(-sole.floor_m, abs=3e-3)

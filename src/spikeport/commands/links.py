@@ -113,9 +113,9 @@ def _check_idle(link: RobotLink) -> None:
     idle = given(link)
     if not idle:
         return
-    from spikeport.robot.perturbation import ESTIMATORS  # needs mujoco
+    from spikeport.robot.estimator.registry import WITHOUT_ODOMETRY  # needs mujoco
 
     cure = "leave it out"
-    if link.estimator in ESTIMATORS:
+    if link.estimator in WITHOUT_ODOMETRY:
         cure += f", or give --set estimator={link.estimator}, which walk and switch have"
     raise UsageError(f"{idle}: for a run with --robot; cure: {cure}")

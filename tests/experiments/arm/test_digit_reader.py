@@ -1,3 +1,5 @@
+import sys
+
 import numpy as np
 import pytest
 
@@ -57,3 +59,10 @@ def test_a_missing_package_is_named_with_its_extra(monkeypatch):
         "reading digits needs the package scikit-learn, which is absent; "
         "install it with: pip install 'spikeport[digits]'"
     )
+
+
+def test_a_broken_package_reads_no_digit_and_warns(monkeypatch):
+    monkeypatch.setattr(digit_reader, "_reader", digit_reader._reader.__wrapped__)
+    monkeypatch.setitem(sys.modules, "sklearn.svm", None)
+    with pytest.warns(UserWarning, match="the digit is not read: scikit-learn cannot be imported"):
+        assert read_digit(unit_stroke(1)) is None

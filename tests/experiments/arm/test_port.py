@@ -133,7 +133,7 @@ def test_a_torque_that_is_not_finite_is_reported_as_divergence(law):
     with pytest.raises(DivergedError) as caught:
         rig.loop.step(np.array([0.0, np.nan, 0.0, np.inf]))
     assert str(caught.value) == (
-        "the controller's torque is [0.0, nan, 0.0, inf] N m at 0.000 s, limit finite numbers; "
+        "the controller's torque has nan as value 1 of 0 to 3 at 0.000 s, limit finite numbers; "
         "cure: look at its inputs in the last states"
     )
 

@@ -9,6 +9,7 @@ from PIL import Image
 from spikeport import cache
 from spikeport.cache import Cache
 from spikeport.compile.pipeline import compile_network
+from spikeport.digest import digest_of
 from spikeport.errors import DivergedError, UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.arm import reach, trial
@@ -230,8 +231,8 @@ def test_an_infinite_torque_ends_the_run_and_leaves_the_last_states(
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error == (
-        f"error: the controller's torque is [{value}, {value}, {value}, {value}] N m at 0.050 s, "
-        "limit finite numbers; cure: look at its inputs in the last states; "
+        f"error: the controller's torque has {value} as value 0 of 0 to 3 at 0.050 s, limit "
+        "finite numbers; cure: look at its inputs in the last states; "
         f"the last states are in {out}/last_states.npz\n"
     )
     assert names(out) == ["last_states.npz"]
@@ -375,3 +376,12 @@ def test_the_exact_controller_is_one_step_late(law):
     exact = law.torque(np.array(law.gains.rest_rad), np.zeros(4), np.zeros(3))
     assert sim.data[probe][0].tolist() == [0.0] * 4
     assert sim.data[probe][2] == pytest.approx(exact)
+
+
+def test_results_are_kept_for_the_numbers_of_a_box_however_they_are_typed():
+    def values(box):
+        return ReachTrial(ReachSettings(box=box), Options(1.0)).rehearsed_values
+
+    typed = "0.28:0.42,-0.34:-0.06,1.12:1.36", "0.280:0.42,-0.34:-0.060,1.12:1.36"
+    assert values("small") == values(typed[0]) == values(typed[1]) != values("large")
+    assert len({digest_of(values(box)) for box in ("small", *typed)}) == 1

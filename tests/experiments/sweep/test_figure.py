@@ -67,3 +67,13 @@ def test_values_are_not_drawn_as_formulas_and_need_not_be_utf_8(sweep_of, tmp_pa
     rendered(drawn)
     names = [label.get_text() for label in drawn.axes[0].get_xticklabels()]
     assert names == ["a\\$\\frac\\$.npz", "p\\udcff.npz"]
+
+
+def test_a_figure_of_many_panels_says_how_many_are_left_out(sweep_of, tmp_path):
+    varied = {"speed": (0.1,), "ramp": (0.0,), "network_seed": tuple(range(50))}
+    sweep, folder = sweep_of(varied=varied), SweepFolder(tmp_path)
+    for point in sweep.points():
+        finish(folder, point, falls=0, path_mse_m2=1.0)
+    drawn = sweep_figure.figure(sweep, folder, table(sweep, folder))
+    assert len(drawn.axes) == sweep_figure.MOST_PANELS
+    assert drawn.get_suptitle().endswith("; 40 panels left out")

@@ -5,6 +5,7 @@ from importlib.metadata import version
 
 import pytest
 
+from spikeport.atomic import locked
 from spikeport.cache import own_version
 from spikeport.errors import UsageError
 from spikeport.experiments.sweep.folder import PointFiles, SweepFolder, opened
@@ -34,6 +35,19 @@ def test_a_point_is_finished_once_its_result_is_there(sweep_of, tmp_path):
     assert folder.read(first)["metrics"] == {"falls": 0}
     assert folder.probes_path(first).read_bytes() == b"series"
     assert json.loads(folder.plan.read_text())["varied"] == {"n_neurons": [2, 20]}
+
+
+def test_half_written_files_of_points_are_removed_once_the_folder_is_locked(sweep_of, tmp_path):
+    folder = begin(tmp_path, sweep_of())
+    finish(folder, sweep_of().points()[0], falls=0)
+    points = tmp_path / "points"
+    left, others = points / ".0.json.12ab34cd.part", {*points.iterdir()}
+    left.touch()
+    with locked(tmp_path), pytest.raises(UsageError, match="another process"):
+        begin(tmp_path, sweep_of())
+    assert left.exists()
+    begin(tmp_path, sweep_of())
+    assert {*points.iterdir()} == others
 
 
 @pytest.mark.parametrize("finished", [False, True])

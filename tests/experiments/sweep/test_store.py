@@ -1,6 +1,8 @@
 """Results that workers share."""
 
+import fcntl
 import multiprocessing
+import os
 import threading
 import time
 
@@ -53,3 +55,15 @@ def test_a_result_is_made_even_if_nothing_can_be_locked(tmp_path, recwarn):
     store.touch()
     assert made(store, marks) == [0, 1, 2]
     assert "is made anew" in str(recwarn.pop().message)
+
+
+@pytest.mark.parametrize("broken", ["flock", "unlink"])
+def test_a_lock_that_fails_keeps_no_file_open(tmp_path, monkeypatch, broken):
+    def fails(*_args, **_kwargs):
+        raise OSError("no locks here")
+
+    store, marks = folders(tmp_path)
+    monkeypatch.setattr(fcntl if broken == "flock" else type(tmp_path), broken, fails)
+    before = len(os.listdir("/proc/self/fd"))
+    assert made(store, marks) == [0, 1, 2]
+    assert len(os.listdir("/proc/self/fd")) == before

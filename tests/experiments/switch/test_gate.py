@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.switch.frames import Frame
 from spikeport.experiments.switch.gate import HumanoidRig
 from spikeport.experiments.switch.goals import (
     find_goals,
 )
 from spikeport.experiments.switch.settings import SwitchSettings
+from spikeport.robot.engine import mujoco
 from spikeport.robot.plant import Plant
 
 
@@ -82,6 +84,23 @@ def test_once_the_pen_is_down_the_sheet_follows_the_torso_slowly(rig, drawn):
     assert torso.world(target) == pytest.approx(rig.place.sheet.world(rig.place.task.target))
     moved_m = np.linalg.norm(rig.place.sheet.origin - before.origin)
     assert 0 < moved_m < 0.1 * np.linalg.norm(torso.upright().origin - before.origin)
+
+
+@pytest.mark.parametrize("rounding_s", [-1e-12, 0.0, 1e-12])
+def test_the_sheet_is_followed_from_the_step_that_is_drawn(rig, drawn, rounding_s):
+    begin(rig, drawn)
+    for _ in range(210):
+        step(rig, (0, 1))
+    place, data = rig.place, rig.plant.data
+    down_s = rig.gate.goals[1].phase.begin_s + DrawTask.begin_s + rounding_s
+    data.time = down_s - rig.plant.dt_s
+    place.places()
+    before_m = place.sheet.origin[0]
+    data.qpos[0] += 0.1
+    mujoco.mj_forward(rig.plant.model, data)
+    data.time = down_s
+    place.places()
+    assert place.sheet.origin[0] == pytest.approx(before_m, abs=0.01)
 
 
 def test_a_path_begins_where_the_robot_is(rig, brief):

@@ -256,9 +256,9 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error == (
-        "error: the controller's action or command is not finite at 0.050 s, limit finite numbers; "
-        f"cure: look at its inputs in the last states; the last states are in {out}/"
-        "last_states.npz\n"
+        "error: the controller's action or command has inf as value 0 of 0 to 20 at 0.050 s, limit "
+        "finite numbers; cure: look at its inputs in the last states; the last states are in "
+        f"{out}/last_states.npz\n"
     )
     assert names(out) == ["last_states.npz"]
 
