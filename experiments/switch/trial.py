@@ -2,7 +2,7 @@
 
 import dataclasses
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import nengo
 import numpy as np
@@ -12,16 +12,12 @@ from matplotlib.figure import Figure
 from spikeport.cache import Arrays
 from spikeport.constants import DT_S
 from spikeport.errors import UsageError
-from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import BACKENDS, Experiment, Options
 from spikeport.experiments.pictures import Scenes
-from spikeport.experiments.policy.readout import (
-    calibrated,
-    check_calibrated,
-    check_neurons,
-    refitted,
-)
-from spikeport.experiments.policy.settings import GAITS, OF_NEURONS
+from spikeport.experiments.policy.calibration import Walks
+from spikeport.experiments.policy.readout import calibrated
+from spikeport.experiments.policy.settings import GAITS
+from spikeport.experiments.policy.trial import LegsTrial
 from spikeport.experiments.run_folder import Result
 from spikeport.experiments.switch.controller import analytic_humanoid, spiking_humanoid
 from spikeport.experiments.switch.figure import switch_figure
@@ -32,7 +28,7 @@ from spikeport.experiments.switch.picture import middles, switch_captions, switc
 from spikeport.experiments.switch.recording import SwitchRun, dataset
 from spikeport.experiments.switch.rehearsal import ExactControllers, Rehearsals, Rehearsed
 from spikeport.experiments.switch.settings import SwitchSettings
-from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, ClosedLoop, Trial
+from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, ClosedLoop
 from spikeport.experiments.walk.gait import encoding
 from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.experiments.walk.path_file import path_files
@@ -41,7 +37,6 @@ from spikeport.networks.operational_space import OperationalSpaceLaw
 from spikeport.networks.policy import record_ranges, solved_layers
 from spikeport.networks.region import Box
 from spikeport.robot.arm import ArmDynamics
-from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
 from spikeport.robot.terrain import check_reach
 from spikeport.robot.walk_interface import CONTROL_DT_S
@@ -52,7 +47,7 @@ LONGEST_S = 60.0
 GATES = "gates"
 
 
-class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
+class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
     """A switching run, which ends with the last phase of its schedule.
 
     Raises
@@ -67,11 +62,6 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def __init__(self, settings: SwitchSettings, options: Options) -> None:
         self.schedule = settings.load_schedule(options.seconds)
         super().__init__(settings, dataclasses.replace(options, seconds=self.schedule.end_s))
-
-    @property
-    def perturbation(self) -> Perturbation:
-        """The perturbation that the settings ask for."""
-        return self.settings.perturbation
 
     @property
     def recorded(self) -> dict[str, object]:
@@ -114,12 +104,10 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
                 "nengo_spa's GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it out, or give "
                 "--backend reference"
             )
-        check_neurons(self)
         paths = [(goal.path, goal.phase) for goal in self.goals(self.options.seed)]
         # A path goes on from where the last one ended, in whatever direction.
         ways_m = [path.farthest_m(phase.seconds) for path, phase in paths if path is not None]
         check_reach(self.settings.terrain, sum(ways_m))
-        check_calibrated(self, self.settings.walking_policy())
 
     @property
     def unused(self) -> dict[str, str]:
@@ -128,8 +116,7 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
         if all(phase.arm != "digit" for phase in self.schedule.phases):
             found["digit"] = 'in a schedule that draws none; cure: a phase with arm = "digit"'
         if not self.options.has_neurons:
-            of_neurons = (*OF_NEURONS, "preset", "selection")
-            found |= dict.fromkeys(of_neurons, WITHOUT_NEURONS_UNUSED)
+            found |= dict.fromkeys(("preset", "selection"), WITHOUT_NEURONS_UNUSED)
             if self.settings.selection == "spa":
                 found["selection"] = "without neurons; cure: --backend reference, for float ones"
         return found
@@ -148,12 +135,10 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
             exact, settings.anchor, self.goals, settings.schedule_file, GAITS[settings.gait]
         )
 
-    def calibrate(self) -> DecoderCalibration:
-        """Fit the policy's read-out to the spikes of its neurons on the backend."""
-        exact = self.exact()
-        layers, rehearsals = exact.policy.layers, self.rehearsals(exact)
-        gait = self._rehearsed(rehearsals).observations
-        return refitted(self, layers, record_ranges(layers, gait), gait, rehearsals.walks)
+    def gait_and_walks(self) -> tuple[np.ndarray, Walks]:
+        """Return the observations of the rehearsals, and the walks that calibrate neurons."""
+        rehearsals = self.rehearsals(self.exact())
+        return self._rehearsed(rehearsals).observations, rehearsals.walks
 
     def _rehearsed(self, rehearsals: Rehearsals) -> Rehearsed:
         def rehearse() -> Arrays:
@@ -236,10 +221,6 @@ class SwitchTrial(Trial[HumanoidRig, SwitchRun]):
     def metrics(self, run: SwitchRun) -> dict[str, object]:
         """Return the figures of a run, see `spikeport.experiments.switch.metrics`."""
         return metrics(run)
-
-    def amounts(self, run: SwitchRun) -> Mapping[str, float]:
-        """Return metres walked and periods of the policy."""
-        return {"metre": run.recording.walked_m, "policy period": run.sim.time / CONTROL_DT_S}
 
     def probes(self, run: SwitchRun) -> xr.Dataset:
         """Return the series at every physics step, with gates and spikes."""

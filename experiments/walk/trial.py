@@ -1,6 +1,6 @@
 """The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 5)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import nengo
 import numpy as np
@@ -14,15 +14,11 @@ from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import BACKENDS, Experiment
 from spikeport.experiments.pictures import Scenes
 from spikeport.experiments.policy.calibration import Walks
-from spikeport.experiments.policy.readout import (
-    calibrated,
-    check_calibrated,
-    check_neurons,
-    refitted,
-)
+from spikeport.experiments.policy.readout import calibrated
 from spikeport.experiments.policy.settings import EXACT, GAITS, OF_NEURONS, SPIKING
+from spikeport.experiments.policy.trial import LegsTrial
 from spikeport.experiments.run_folder import Result
-from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, ClosedLoop, Trial, needs
+from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, ClosedLoop, needs
 from spikeport.experiments.walk.approach import TURN_FIRST, TurnFirst
 from spikeport.experiments.walk.controller import (
     analytic_policy,
@@ -44,23 +40,17 @@ from spikeport.networks.path_following import FollowerGains
 from spikeport.networks.policy import PolicyNetwork, policy, record_ranges
 from spikeport.networks.region import Box
 from spikeport.networks.walking_policy import WalkingPolicy
-from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.plant import Plant
 from spikeport.robot.terrain import check_reach
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
 
 
-class WalkTrial(Trial[WalkRig, WalkRun]):
+class WalkTrial(LegsTrial[WalkRig, WalkRun]):
     """A walking run."""
 
     name = "walk"
     settings: WalkSettings
-
-    @property
-    def perturbation(self) -> Perturbation:
-        """The perturbation that the settings ask for."""
-        return self.settings.perturbation
 
     @property
     def recorded(self) -> dict[str, object]:
@@ -93,8 +83,6 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """Refuse a path, policy or calibration that does not fit, and silence without neurons."""
         super().check()
         check_reach(self.settings.terrain, self.path().farthest_m(self.options.seconds))
-        check_neurons(self)
-        check_calibrated(self, self.settings.walking_policy())
         if self.exact_policy and self.settings.silence:
             raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
         self._check_silence()
@@ -106,7 +94,7 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         if not self.settings.silence:
             found["silence_at"] = needs("silence")
         if not self.options.has_neurons:
-            found |= dict.fromkeys((*OF_NEURONS, "follower"), WITHOUT_NEURONS_UNUSED)
+            found["follower"] = WITHOUT_NEURONS_UNUSED
         elif self.exact_policy:
             why = f"with policy={EXACT}, which has no neurons; cure: policy={SPIKING}"
             found |= dict.fromkeys(OF_NEURONS, why)
@@ -125,9 +113,11 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
         """Fit the policy to its neurons' spikes on the backend; UsageError without neurons."""
         if self.exact_policy:
             raise UsageError(f"policy={EXACT}: has no neurons to calibrate; cure: leave it out")
-        exact = self.settings.walking_policy()
-        gait, layers = self._gait(exact), exact.layers
-        return refitted(self, layers, record_ranges(layers, gait), gait, self._walks)
+        return super().calibrate()
+
+    def gait_and_walks(self) -> tuple[np.ndarray, Walks]:
+        """Return the gait of the exact policy, and the walks that calibrate neurons."""
+        return self._gait(self.settings.walking_policy()), walks(GAITS[self.settings.gait])
 
     def close_loop(self, plant: Plant) -> ClosedLoop[WalkRig]:
         """Build follower and policy in closed loop with the robot.
@@ -170,10 +160,6 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
 
         return self.options.cache.kept("gait", (self.recorded, exact), record)["gait"]
 
-    @property
-    def _walks(self) -> Walks:
-        return walks(GAITS[self.settings.gait])
-
     def spiking_policy(self) -> tuple[PolicyNetwork, Box]:
         """Convert the policy for the observations of its gait, and return it with its encoding.
 
@@ -184,10 +170,10 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
             other settings.
         """
         settings, exact = self.settings, self.settings.walking_policy()
-        gait, layers = self._gait(exact), exact.layers
+        layers, (gait, walking) = exact.layers, self.gait_and_walks()
         ranges = record_ranges(layers, gait)
         self.options.progress("building the controller", None)
-        found, seed = calibrated(self, layers, ranges, gait, self._walks), settings.network_seed
+        found, seed = calibrated(self, layers, ranges, gait, walking), settings.network_seed
         network = policy(layers, ranges, settings.policy_options, seed, found, gait)
         return network, encoding(gait)
 
@@ -218,10 +204,6 @@ class WalkTrial(Trial[WalkRig, WalkRun]):
     def metrics(self, run: WalkRun) -> dict[str, object]:
         """Return the figures of a run, see `spikeport.experiments.walk.metrics`."""
         return metrics(run)
-
-    def amounts(self, run: WalkRun) -> Mapping[str, float]:
-        """Return metres walked and periods of the policy."""
-        return {"metre": run.recording.walked_m, "policy period": run.sim.time / CONTROL_DT_S}
 
     def probes(self, run: WalkRun) -> xr.Dataset:
         """Return the series at every physics step, and the spikes that are kept."""
