@@ -20,6 +20,7 @@ TYPES = {
     "robot/engine.py",
     "robot/estimator/base.py",
     "robot/signals.py",
+    "robot/times.py",
     "spikeport/constants.py",
 }
 """Modules that only declare: protocols, bases, types, constants, an import."""
@@ -31,9 +32,9 @@ IN_RUNS = {
     "experiments/evaluate/episode.py",
     "experiments/evaluate/figure.py",
     "experiments/evaluate/stage.py",
+    "experiments/policy/trial.py",
     "experiments/switch/controller.py",
     "experiments/switch/figure.py",
-    "experiments/switch/recording.py",
     "experiments/switch/settings.py",
     "experiments/walk/controller.py",
     "experiments/walk/settings.py",
