@@ -70,7 +70,7 @@ def gliding(terrain="flat"):
     phase = (time_s[:, None] + [0, 0.5]) % 1
     up = phase < 0.4
     feet[:, :, [0, 1, 3, 4]] = [1.0, 0.5, 1.2, 0.5]
-    floor_m = stage.plant.floor_m(feet[:, :, [0, 3]], feet[:, :, [1, 4]])
+    floor_m = stage.plant.floor.height_m(feet[:, :, [0, 3]], feet[:, :, [1, 4]])
     feet[:, :, 2] = floor_m[..., 0] + 0.02 + 0.08 * up * np.sin(np.pi * phase / 0.4)
     # Toes are higher, so the heels count.
     feet[:, :, 5] = floor_m[..., 1] + feet[:, :, 2] - floor_m[..., 0] + 0.1
