@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from spikeport.experiments.arm.draw_task import pen_is_down
+from spikeport.experiments.arm.draw_task import DrawTask
 from spikeport.experiments.arm.port import ArmPort
 from spikeport.experiments.arm.recording import ArmTask
 from spikeport.experiments.loop import Port
@@ -91,13 +91,13 @@ class Workplace:
         return Frame.of_torso(self._plant.data, self._torso)
 
     def _move_sheet(self, torso: Frame) -> None:
-        """Move the sheet with the torso until the pen is down, and slowly behind it from then on.
+        """Move the sheet with the torso until the pen sets down, and slowly behind it from then on.
 
         So strides do not shake the drawing.
         """
         if self._draws:
-            now, down = torso.upright(), pen_is_down(self._since_s)
-            self.sheet = self.sheet.following(now, self._plant.dt_s) if down else now
+            now, draws = torso.upright(), self._since_s > DrawTask.begin_s + ROUNDING_S
+            self.sheet = self.sheet.following(now, self._plant.dt_s) if draws else now
 
     def _frame(self, torso: Frame) -> Frame:
         """Return the frame of the task: the sheet while drawing, else the torso."""
