@@ -1,10 +1,13 @@
 """The gains of a policy whose course is behind its heading."""
 
+import re
+
 import numpy as np
 import pytest
 
 pytest.importorskip("torch")
 
+from spikeport.experiments.policy import settings
 from spikeport.networks.walking_policy import load
 from spikeport.training import turn_lag
 from spikeport.training.turn_lag import KP_SPEED, with_gains
@@ -39,6 +42,18 @@ def test_a_policy_that_hardly_walks_keeps_its_gains(monkeypatch):
     moving(monkeypatch, 0.1, speed_m_s=0.1)
     policy = load()
     assert with_gains(policy) == (policy, None)
+
+
+def test_the_program_of_the_walks_page_writes_a_policy_with_gains_of_its_own(
+    monkeypatch, root, tmp_path
+):
+    moving(monkeypatch, 0.06)
+    page = (root / "docs" / "walk.md").read_text(encoding="utf-8")
+    (program,) = re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
+    monkeypatch.setattr(settings, "load_policy", lambda *_files: load())
+    monkeypatch.chdir(tmp_path)
+    exec(program, {})
+    assert load(tmp_path / "policy.npz").gains == with_gains(load()).policy.gains
 
 
 @pytest.mark.slow
