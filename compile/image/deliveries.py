@@ -138,6 +138,17 @@ def sums_by_target(image: "ChipImage", weights: np.ndarray, values: np.ndarray) 
     return sums
 
 
+def targets_of(image: "ChipImage", sources: np.ndarray) -> np.ndarray:
+    """Return which compartments a synapse connects with some sources, (n_compartments,).
+
+    ``sources`` (n_sources,) is True for each of them.
+    """
+    paths, found = _reading(image), np.zeros(image.n_compartments, dtype=bool)
+    for _, target, _ in _synapses(image, paths.of(sources[paths.source])):
+        found[target] = True
+    return found
+
+
 def _reading(image: "ChipImage") -> Deliveries:
     """Return the paths to axons with a base: to others spikes are sent, but they read nothing."""
     paths = deliveries(image)

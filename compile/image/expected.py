@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from spikeport.compile.image.chip_image import ChipImage
-from spikeport.compile.image.deliveries import sums_by_target
+from spikeport.compile.image.deliveries import targets_of
 from spikeport.compile.image.fanout import reach
 from spikeport.compile.image.host_traffic import mean_rate_hz
 from spikeport.compile.image.manifest import Encoding
@@ -167,7 +167,6 @@ def _sums(image: ChipImage, core: np.ndarray, counts: np.ndarray) -> np.ndarray:
 def _active(image: ChipImage, spikes: np.ndarray) -> np.ndarray:
     """Return the compartments whose update is active, (n_compartments,)."""
     spiking = spikes > 0
-    synapses = np.ones(len(image.synapses), dtype=np.int64)
-    reached = sums_by_target(image, synapses, spiking[np.newaxis].astype(np.int64))[0] > 0
-    result: np.ndarray = reached | (image.compartments.bias != 0) | spiking[: image.n_compartments]
+    has_bias = image.compartments.bias != 0
+    result: np.ndarray = targets_of(image, spiking) | has_bias | spiking[: image.n_compartments]
     return result

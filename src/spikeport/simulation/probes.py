@@ -1,5 +1,6 @@
 """The probes of a network by name; if it has none, probes of its outputs."""
 
+import itertools
 import re
 import sys
 from collections import Counter
@@ -25,19 +26,17 @@ DECODED, SPIKES = ("decoded_output", "output"), ("output", "spikes")
 
 def probes_by_name(network: nengo.Network) -> dict[str, nengo.Probe]:
     """Return the probes of a network, by their label, or by the object that they record."""
-    names, taken = Names(network), Counter[str]()
-    found: dict[str, nengo.Probe] = {}
-    for probe in network.all_probes:
-        name = _labelled(probe, names) if probe.label else _described(probe, names)
-        found[_unique(name, taken)] = probe
+    names, found = Names(network), dict[str, nengo.Probe]()
+    wanted = [
+        _labelled(probe, names) if probe.label else _described(probe, names)
+        for probe in network.all_probes
+    ]
+    for probe, name in zip(network.all_probes, wanted, strict=True):
+        numbered = (f"{name}#{number}" for number in itertools.count(2))
+        # A label may itself look like a numbered name, which is then its own probe's.
+        free = (one for one in numbered if one not in found and one not in wanted)
+        found[name if name not in found else next(free)] = probe
     return found
-
-
-def _unique(name: str, taken: Counter[str]) -> str:
-    """Return a name, with a number if it is taken, and count it as taken."""
-    taken[name] += 1
-    # A label may itself look like a numbered name.
-    return name if taken[name] == 1 else _unique(f"{name}#{taken[name]}", taken)
 
 
 def _labelled(probe: nengo.Probe, names: Names) -> str:

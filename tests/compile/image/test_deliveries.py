@@ -13,6 +13,7 @@ from spikeport.compile.image.deliveries import (
     row_lengths,
     sums_by_target,
     synapses_of,
+    targets_of,
 )
 from spikeport.compile.image.fanout import fanout
 from spikeport.compile.image.tables import part
@@ -82,6 +83,15 @@ def test_sums_by_target_add_the_weight_of_every_synapse_times_its_sources_value(
         for total, value in zip(sums, values, strict=True):
             np.add.at(total, synapses.target, weights[synapses.number] * value[synapses.source])
     assert np.array_equal(sums_by_target(image, weights, values), sums)
+
+
+@pytest.mark.slow
+@given(images())
+def test_targets_are_those_of_every_synapse_of_some_sources(image: ChipImage) -> None:
+    sources = np.arange(image.n_sources) % 3 == 0
+    found = [one.target[sources[one.source]] for one in synapses_of(image)]
+    targets = np.isin(np.arange(image.n_compartments), np.concatenate([*found, []]))
+    assert np.array_equal(targets_of(image, sources), targets)
 
 
 def test_the_cost_of_sums_grows_with_paths_and_synapses_alone(

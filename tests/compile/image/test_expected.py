@@ -150,9 +150,9 @@ def test_an_epoch_of_many_steps_counts_in_the_mean() -> None:
 @pytest.mark.slow
 def test_modules_of_large_networks_are_counted_within_little_memory() -> None:
     with nengo.Network(seed=0) as network:
-        ensembles = [nengo.Ensemble(50, 1) for _ in range(200)]
+        ensembles = [nengo.Ensemble(100, 1) for _ in range(100)]
         for pre, post in itertools.pairwise(ensembles):
-            weights = nengo.Sparse((50, 50), indices=[(0, 0)], init=1e-3)
+            weights = nengo.Sparse((100, 100), indices=[(0, 0)], init=1e-3)
             nengo.Connection(pre.neurons, post.neurons, transform=weights)
     image = by_module(compile_network(network, pipeline="").image)
     tracemalloc.start()

@@ -1,5 +1,7 @@
 """Names of probes, and probes of outputs for a network that has none."""
 
+import itertools
+
 import nengo
 import numpy as np
 import pytest
@@ -117,10 +119,11 @@ def test_an_output_behind_a_node_that_nengo_loihi_removes_is_probed(network, cap
     assert end in {probe.obj for probe in network.all_probes}
 
 
-def test_no_probe_gets_the_label_of_another(network):
-    labels = ["x", "x#2", "x", "x#2"]
+@pytest.mark.parametrize("labels", sorted(set(itertools.permutations(["x", "x", "x#2", "x#2"]))))
+def test_no_probe_gets_the_label_of_another(network, labels):
     with network:
         probes = [nengo.Probe(network.a, label=label) for label in labels]
     found = probes_by_name(network)
     assert list(found.values()) == probes
-    assert list(found)[:2] == ["x", "x#2"]
+    for label in ("x", "x#2"):
+        assert found[label] is probes[labels.index(label)]
