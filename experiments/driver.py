@@ -9,7 +9,6 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 import nengo
 import xarray as xr
-from nengo.exceptions import SimulationError
 
 from spikeport.compile.check.lost_values import cut_off_by_design
 from spikeport.compile.report.report import in_result
@@ -28,6 +27,7 @@ from spikeport.experiments.pictures import (
     write_video,
 )
 from spikeport.experiments.run_folder import Result
+from spikeport.experiments.stepping import advance
 from spikeport.experiments.trial import ClosedLoop, Rig, Trial
 from spikeport.plots import plain, rendered
 from spikeport.robot.plant import Plant
@@ -201,14 +201,6 @@ def _simulate(trial: Trial[K, R], ready: Ready[K], watched: Path | None) -> floa
             "simulated robot"
         )
     return time.perf_counter() - start
-
-
-def advance(sim: Simulator) -> None:
-    """Advance a simulator by a step; raises DivergedError if a node returns NaN or infinity."""
-    try:
-        sim.step()
-    except SimulationError as error:
-        raise DivergedError(str(error)) from error
 
 
 def series(trial: Trial[K, R], rig: Rig, done: R) -> xr.Dataset:

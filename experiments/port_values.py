@@ -71,9 +71,9 @@ def check_finite(what: str, values: np.ndarray, time_s: float) -> None:
     if np.count_nonzero(finite) < len(values):
         worst = int(np.argmin(finite))
         raise DivergedError(
-            f"the controller's {what} has {values[worst]} as value {worst} of 0 to "
-            f"{len(values) - 1} at {time_s:.3f} s, limit finite numbers; cure: look at its inputs "
-            "in the last states"
+            f"the controller's {what} is not finite at {time_s:.3f} s: value {worst} of "
+            f"{len(values)}, counted from 0, is {values[worst]}; cure: look at its inputs in the "
+            "last states"
         )
 
 

@@ -105,9 +105,6 @@ class PerturbedPlant(Plant):
         """Heading in rad, place in m and velocity in m/s, (5,), as controllers observe it."""
         return self._senses.in_plane
 
-    def _floor_m(self, place: np.ndarray) -> float:
-        return float(self.floor.height_m(place[:1], place[1:2])[0])
-
     def _command(self) -> ActuatorCommand:
         return ActuatorCommand.of(self.model, self.data)
 

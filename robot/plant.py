@@ -28,9 +28,9 @@ class Plant:
     anchored : bool
         True if `reset` welds the pelvis to the world at 1.06 m and locks the torso upright.
     appearance : str
-        As `description.load`.
+        As `description.load`, which makes the model if there is none.
     model : mujoco.MjModel, optional
-        The compiled robot on its floor; by default `description.load` makes it.
+        The compiled robot on its floor.
 
     Attributes
     ----------
@@ -113,7 +113,13 @@ class Plant:
 
     @property
     def standing_height_m(self) -> float:
-        """Height of the pelvis above the floor beneath its lowest sole."""
+        """Height of the pelvis above the floor on which the robot stands.
+
+        Where the floor is a plane, this is the floor beneath the pelvis, whichever foot is lowest;
+        elsewhere it is the one beneath the lowest sole.
+        """
+        if self.floor.is_plane:
+            return self.height_m
         return float(self._qpos[2]) - self._sole().floor_m
 
     @property
@@ -315,7 +321,9 @@ class Plant:
 
     def _floor_m(self, place: np.ndarray) -> float:
         """Return the height of the floor beneath a place (3,) of the world."""
-        return 0.0
+        if self.floor is LEVEL:  # asked in every step
+            return 0.0
+        return float(self.floor.height_m(place[:1], place[1:2])[0])
 
 
 def pose_with(posture_rad: Mapping[str, float]) -> np.ndarray:

@@ -92,7 +92,7 @@ class ArmPort(Port):
         self._rows.append((self._plant.time_s, *self.inputs, torque))
         if not self.drives:
             return
-        check_finite("torque", torque, self._plant.time_s)
+        check_finite("torque in N m", torque, self._plant.time_s)
         self._plant.torque(ARM_JOINTS, torque)
 
     def exact_torque(self, law: OperationalSpaceLaw) -> np.ndarray:

@@ -8,9 +8,10 @@ import numpy as np
 
 from spikeport.constants import DT_S
 from spikeport.experiments.digests import digests
-from spikeport.experiments.driver import advance, simulator
+from spikeport.experiments.driver import simulator
 from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.options import Options
+from spikeport.experiments.stepping import advance
 from spikeport.experiments.sweep.keeper import Keeper
 from spikeport.experiments.walk.legs import OBSERVATION_DT_S
 from spikeport.experiments.walk.settings import WalkSettings

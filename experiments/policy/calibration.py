@@ -36,6 +36,7 @@ from scipy.ndimage import uniform_filter1d
 from spikeport.constants import DT_S
 from spikeport.experiments.calibration import Refitted, image_digest_of
 from spikeport.experiments.options import Options
+from spikeport.experiments.stepping import advance
 from spikeport.networks.policy import (
     Calibrated,
     Layer,
@@ -168,7 +169,7 @@ class SpikingHalves:
         """Hold an observation, and return the values of the halves (n_halves,) at its end."""
         self._held = observation
         for _ in range(HOLD):  # `run_steps` would watch for Ctrl-C and progress
-            self._sim.step()
+            advance(self._sim)
         return self._output
 
     def play(self, observations: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -12,6 +13,7 @@ from spikeport.experiments.policy.readout import check_calibrated, check_neurons
 from spikeport.experiments.policy.settings import OF_NEURONS, PolicySettings
 from spikeport.experiments.trial import WITHOUT_NEURONS_UNUSED, Rig, Trial
 from spikeport.networks.policy import record_ranges
+from spikeport.networks.walking_policy import WalkingPolicy
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.walk_interface import CONTROL_DT_S
 from spikeport.simulator import Simulator
@@ -51,16 +53,24 @@ class LegsTrial(Trial[K, R]):
     def recorded(self) -> dict[str, object]:
         """Everything that the policy's recorded observations depend on, besides the policy."""
 
+    @cached_property
+    def walking_policy(self) -> WalkingPolicy:
+        """The exact policy; raises UsageError if it is for another robot."""
+        return self.settings.walking_policy()
+
     @property
     def perturbation(self) -> Perturbation:
         """The perturbation that the settings ask for."""
         return self.settings.perturbation
 
     def check(self) -> None:
-        """Refuse a policy or calibration that does not fit, and all that any trial refuses."""
+        """Refuse a policy or calibration that does not fit, and all that any trial refuses.
+
+        Reading a policy takes longest, so that subclasses check their own settings before.
+        """
         super().check()
         check_neurons(self)
-        check_calibrated(self, self.settings.walking_policy())
+        check_calibrated(self, self.walking_policy)
 
     @property
     def unused(self) -> dict[str, str]:
@@ -76,7 +86,7 @@ class LegsTrial(Trial[K, R]):
 
     def calibrate(self) -> DecoderCalibration:
         """Fit the policy's read-out to the spikes of its neurons on the backend."""
-        layers, (gait, walks) = self.settings.walking_policy().layers, self.gait_and_walks()
+        layers, (gait, walks) = self.walking_policy.layers, self.gait_and_walks()
         return refitted(self, layers, record_ranges(layers, gait), gait, walks)
 
     def amounts(self, run: R) -> Mapping[str, float]:

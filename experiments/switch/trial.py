@@ -75,7 +75,7 @@ class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
         names = ("digit", "anchor", "gait")
         chosen = {name: getattr(self.settings, name) for name in names}
         # A policy's digest covers its weights alone.
-        gains = self.settings.walking_policy().gains
+        gains = self.walking_policy.gains
         return {
             "experiment": self.name,
             "schedule": digest.hexdigest()[:12],
@@ -92,7 +92,6 @@ class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
 
     def check(self) -> None:
         """Refuse a schedule, policy or calibration that does not fit."""
-        super().check()
         if self.options.robot is not None and self.settings.anchor:
             raise UsageError(
                 "anchor=true: holds the walking robot by its pelvis to draw, which a robot's "
@@ -108,6 +107,7 @@ class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
         # A path goes on from where the last one ended, in whatever direction.
         ways_m = [path.farthest_m(phase.seconds) for path, phase in paths if path is not None]
         check_reach(self.settings.terrain, sum(ways_m))
+        super().check()
 
     @property
     def unused(self) -> dict[str, str]:
@@ -126,7 +126,7 @@ class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
     def exact(self) -> ExactControllers:
         """Return the exact controllers; raises UsageError if the policy is for another robot."""
         law = OperationalSpaceLaw(ArmDynamics())
-        return ExactControllers(law, self.settings.walking_policy())
+        return ExactControllers(law, self.walking_policy)
 
     def rehearsals(self, exact: ExactControllers) -> Rehearsals:
         """Return the rehearsals of the schedule by the exact controllers, before they are run."""

@@ -81,11 +81,11 @@ class WalkTrial(LegsTrial[WalkRig, WalkRun]):
 
     def check(self) -> None:
         """Refuse a path, policy or calibration that does not fit, and silence without neurons."""
-        super().check()
         check_reach(self.settings.terrain, self.path().farthest_m(self.options.seconds))
         if self.exact_policy and self.settings.silence:
             raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
         self._check_silence()
+        super().check()
 
     @property
     def unused(self) -> dict[str, str]:
@@ -117,7 +117,7 @@ class WalkTrial(LegsTrial[WalkRig, WalkRun]):
 
     def gait_and_walks(self) -> tuple[np.ndarray, Walks]:
         """Return the gait of the exact policy, and the walks that calibrate neurons."""
-        return self._gait(self.settings.walking_policy()), walks(GAITS[self.settings.gait])
+        return self._gait(self.walking_policy), walks(GAITS[self.settings.gait])
 
     def close_loop(self, plant: Plant) -> ClosedLoop[WalkRig]:
         """Build follower and policy in closed loop with the robot.
@@ -130,7 +130,7 @@ class WalkTrial(LegsTrial[WalkRig, WalkRun]):
         """
         settings = self.settings
         self.check()
-        exact = settings.walking_policy()
+        exact = self.walking_policy
         if self.exact_policy:
             # An exact policy observes as often as in training, a spiking one four times as often.
             walker = analytic_policy(exact)
@@ -169,7 +169,7 @@ class WalkTrial(LegsTrial[WalkRig, WalkRun]):
             If the policy is for another robot, or its calibration was made for another policy or
             other settings.
         """
-        settings, exact = self.settings, self.settings.walking_policy()
+        settings, exact = self.settings, self.walking_policy
         layers, (gait, walking) = exact.layers, self.gait_and_walks()
         ranges = record_ranges(layers, gait)
         self.options.progress("building the controller", None)

@@ -45,15 +45,15 @@ class LinkedPlant(Plant):
         anchored: bool = False,
         appearance: str = "primitive",
     ) -> None:
-        self._connect: Callable[[RobotSettings], RobotClient] | None = None
-        self._estimator = estimator
+        self._connect, self._estimator = connect, estimator
         self._robot: RobotClient | None = None
         self._link: dict[str, object] | None = None
         self._true: RobotState | None = None
         self._start = np.zeros(3)
         super().__init__(anchored=anchored, appearance=appearance)
         self._true_data = mujoco.MjData(self.model)
-        self._connect = connect  # the reset by Plant's constructor only concerns the model
+        # The history so far has the model's own posture, in which no robot was.
+        self._history.clear()
 
     def reset(
         self,
@@ -73,10 +73,7 @@ class LinkedPlant(Plant):
             If there is no robot.
         """
         super().reset(seed, posture_rad=posture_rad, perturbation_rad=perturbation_rad)
-        # The history so far has the model's own posture, in which no robot was.
-        self._history.clear()
-        if self._connect is None:
-            return
+        self._history.clear()  # as after the constructor
         self.close()
         settings = RobotSettings(
             rate_hz=1 / self.dt_s,

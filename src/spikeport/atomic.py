@@ -90,7 +90,7 @@ def check_apart(outputs: Iterable[tuple[str, Path]]) -> None:
             raise UsageError(f"{option} {path}: would replace what {other} writes; choose another")
 
 
-def check_new_folder(option: str, path: Path) -> None:
+def check_results_folder(option: str, path: Path) -> None:
     """Refuse a folder for outputs that is a file or a run's, or that cannot be written into.
 
     Raises

@@ -33,7 +33,7 @@ NO_DECAY = DECAY_UNITS**2
 """Steps of the time constant that stands for no decay: in 12 bits, its decay is zero."""
 
 ENTRIES = 2**27
-"""Most entries of all matrices, 1 GiB of weights or 2 GiB of decoders: NIR stores zeros, too."""
+"""Most entries of all matrices, half a GiB of weights or a GiB of decoders: NIR stores zeros."""
 
 
 def export(image: ChipImage, path: str | Path) -> None:

@@ -6,7 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from spikeport.atomic import atomic_path, check_new_folder, check_output, locked, write_text
+from spikeport.atomic import atomic_path, check_output, check_results_folder, locked, write_text
 from spikeport.errors import UsageError
 
 
@@ -216,10 +216,10 @@ def test_names_of_files_that_are_not_utf_8_are_escaped_in_a_text(tmp_path):
 def test_a_new_folder_is_neither_a_file_nor_a_runs_nor_of_too_long_a_name(tmp_path):
     def refusal(path):
         with pytest.raises(UsageError) as caught:
-            check_new_folder("--out", path)
+            check_results_folder("--out", path)
         return str(caught.value).removeprefix(f"--out {path}: ")
 
-    check_new_folder("--out", tmp_path / "new" / "folder")
+    check_results_folder("--out", tmp_path / "new" / "folder")
     long = tmp_path / ("n" * 256)
     assert refusal(long) == "a folder's name of more than 255 bytes; choose another"
     assert refusal(long / "inner") == "a folder's name of more than 255 bytes; choose another"

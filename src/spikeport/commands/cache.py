@@ -3,7 +3,7 @@
 import time
 
 from spikeport import cache
-from spikeport.commands.console import ScreenTable, lines
+from spikeport.commands.console import ScreenTable, line_console
 
 BYTES_PER_MIB = 2**20
 S_PER_DAY = 24 * 3600
@@ -11,7 +11,7 @@ S_PER_DAY = 24 * 3600
 
 def run(clear: bool) -> None:
     """Print the content of the user's cache, or remove it."""
-    console, kept = lines(), cache.of_user()
+    console, kept = line_console(), cache.of_user()
     if kept is cache.NOTHING:
         console.print(f"the cache is off: {cache.FOLDER}={cache.OFF}")
     elif clear:

@@ -6,7 +6,7 @@ from dataclasses import fields
 
 from spikeport.atomic import check_output
 from spikeport.commands.checks import check_needed, check_target, seconds_of
-from spikeport.commands.console import lines
+from spikeport.commands.console import line_console
 from spikeport.commands.options_of_experiments import CalibrateRequest
 from spikeport.commands.progress import progress_bar
 from spikeport.compile.check.lost_values import cut_off_by_design
@@ -47,7 +47,7 @@ def run(request: CalibrateRequest) -> None:
     numbers = sum(D.size for D in calibration.decoders.values())
     image = calibration.image_digest[:16]
     where = f"on image {image}" if image else f"on backend {target.backend}"
-    console = lines()
+    console = line_console()
     console.print(f"{numbers:,} decoders refitted {where}")
     console.print(f"written: {request.out}")
 

@@ -84,11 +84,16 @@ def check_whole_steps(option: str, seconds: float, dt_s: float = DT_S) -> None:
 
 
 def seeds_from(first: int, n: int, what: str) -> tuple[int, ...]:
-    """Return ``n`` seeds in a row; UsageError if the last one is too large."""
+    """Return ``n`` seeds in a row; see `check_seeds`."""
+    check_seeds(first, n, what)
+    return tuple(range(first, first + n))
+
+
+def check_seeds(first: int, n: int, what: str) -> None:
+    """Raise UsageError if the last of ``n`` seeds in a row is too large."""
     last = first + n - 1
     if last > LARGEST_SEED:
         raise UsageError(
             f"--seed {first}: the last of {n:,} {what} has seed {last}, limit {LARGEST_SEED}; "
             "cure: a smaller --seed"
         )
-    return tuple(range(first, last + 1))

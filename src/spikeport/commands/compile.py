@@ -8,8 +8,8 @@ import nengo
 from spikeport.backends.attempt import attempt
 from spikeport.commands import nir, rates
 from spikeport.commands.checks import check_seconds
-from spikeport.commands.console import lines
-from spikeport.commands.findings import Compiled, find
+from spikeport.commands.console import line_console
+from spikeport.commands.findings import Compiled, findings_on
 from spikeport.commands.options_of_networks import CompileRequest
 from spikeport.commands.passes import printer
 from spikeport.commands.progress import progress_bar
@@ -61,7 +61,7 @@ def run(request: CompileRequest) -> None:
             request.to.write_refusal(refused_report(chip, error).to_dict(), request.network)
             raise
         compiled = Compiled(network, compilation, request.chip, passes, stated, request.loss_s)
-        findings = find(compiled, progress)
+        findings = findings_on(compiled, progress)
     # An error comes last: the compile is shown and written all the same.
     exceeded, unknown = budget.exceeded(findings.report, findings.activity)
     findings = replace(findings, report=replace(findings.report, over_budget=tuple(exceeded)))
@@ -73,7 +73,7 @@ def run(request: CompileRequest) -> None:
     request.to.note()
     if exceeded:
         if unknown is not None:
-            lines(stderr=True).print(f"note: {unknown}")
+            line_console(stderr=True).print(f"note: {unknown}")
         raise OverBudgetError(exceeded)
     if unknown is not None:
         raise unknown

@@ -14,7 +14,7 @@ class Console(rich.console.Console):
         super().__init__(markup=False, emoji=False, **options)
 
 
-def lines(**options: Any) -> Console:
+def line_console(**options: Any) -> Console:
     """Return a console for whole lines: a terminal breaks them, and a file has them unbroken."""
     return Console(soft_wrap=True, highlight=False, **options)
 

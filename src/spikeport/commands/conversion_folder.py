@@ -16,7 +16,7 @@ WALKER = "walking_policy"
 """Its key that is true if a walking policy was written beside it."""
 
 
-def write(out: Path, lint: ConversionLint, walker: WalkingPolicy | None) -> None:
+def write_conversion(out: Path, lint: ConversionLint, walker: WalkingPolicy | None) -> None:
     """Write the errors of a conversion and a walking policy, in place of an earlier conversion."""
     if walker is not None:
         walker.save(out / POLICY)

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 
 from spikeport.atomic import check_apart, check_output
 from spikeport.commands.console import Console
-from spikeport.commands.conversion_folder import CONVERSION, POLICY, write
+from spikeport.commands.conversion_folder import CONVERSION, POLICY, write_conversion
 from spikeport.commands.conversion_table import lint_lines, lint_table
 from spikeport.commands.options_of_networks import ConvertRequest
-from spikeport.commands.policy_file import file_of, in_words, observations_of, read
+from spikeport.commands.policy_file import file_of, in_words, observations_of, read_policy
 from spikeport.commands.progress import progress_bar
 from spikeport.commands.screen import Findings, show_findings
 from spikeport.compile.check.violation import DoesNotFitError
@@ -26,7 +26,7 @@ def run(request: ConvertRequest) -> None:
     _check(request)
     with progress_bar() as progress:
         progress("reading the policy", None)
-        walker, mlp = read(request)
+        walker, mlp = read_policy(request)
         observations = observations_of(request, walker, mlp)
         options = options_for(mlp, request.n_neurons, request.tau_fwd)
         conversion = Conversion(mlp, options, observations.values, request.seed)
@@ -37,7 +37,7 @@ def run(request: ConvertRequest) -> None:
         request.to.write_image(converted.compilation.image)
         request.to.write_report(findings.to_dict(), str(request.file))
         if (out := request.to.out) is not None:
-            write(out, converted.lint, walker)
+            write_conversion(out, converted.lint, walker)
     console = Console(highlight=False)
     console.print(f"policy: {', '.join(in_words(request, mlp))}")
     console.print(f"observations: {observations.origin}")

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from spikeport.atomic import check_apart, check_new_folder, check_output, locked
+from spikeport.atomic import check_apart, check_output, check_results_folder, locked
 from spikeport.commands.image_file import IMAGE
 from spikeport.commands.options import written
 
@@ -43,7 +43,7 @@ class Destinations:
         Also for the folder of a run, and for one that another process writes into at the moment.
         """
         if self.out is not None:
-            check_new_folder("--out", self.out)
+            check_results_folder("--out", self.out)
             if self.out.exists():
                 with self.alone():
                     pass
@@ -99,9 +99,14 @@ class Destinations:
             write_page(self.html, report, title)
 
     def write_refusal(self, report: "Json", title: str) -> None:
-        """Write the report on a refused network: not to the folder, where an image may lie."""
-        in_folder = self.json is not None and self._holds_report(self.json)
-        outside = replace(self, out=None, json=None if in_folder else self.json)
+        """Write the report on a refused network, but not in place of the one on an image."""
+        outside = replace(self, out=None)
+        if self.out is not None and self.json is not None and self._holds_report(self.json):
+            if (self.out / IMAGE).exists():
+                outside = replace(outside, json=None)
+                print(f"not written: {self.json}, which is the report on {self.out / IMAGE}")
+            else:
+                self.out.mkdir(parents=True, exist_ok=True)
         outside.write_report(report, title)
         outside.note()
 

@@ -10,10 +10,11 @@ from spikeport.commands.checks import (
     check_needed,
     check_target,
     check_whole_steps,
+    refuse_compile_options,
     seconds_of,
     seeds_from,
 )
-from spikeport.commands.console import ScreenTable, lines
+from spikeport.commands.console import ScreenTable, line_console
 from spikeport.commands.options_of_experiments import EvaluateRequest
 from spikeport.commands.points import check_workers, print_failures, run_points
 from spikeport.commands.screen import print_written
@@ -71,6 +72,8 @@ def planned(request: EvaluateRequest) -> "EvaluationSweep":
     experiment, target = registry.get(EXPERIMENT), request.target
     experiment.check_backend_of_many(target.backend, "an evaluation")
     check_target(target)
+    if target.backend == WITHOUT_NEURONS:
+        refuse_compile_options(target)
     settings = experiment.parse_settings(request.settings)
     _refuse_others(settings)
     seconds = EPISODE_S if request.seconds is None else seconds_of(request.seconds, experiment)
@@ -173,7 +176,7 @@ def _title(evaluation: "EvaluationSweep") -> str:
 
 
 def _show(rows: "list[TableRow]", title: str, folder: Path) -> None:
-    console = lines()
+    console = line_console()
     console.print(title)
     console.print(screen_table(rows))
     console.print("intervals of 95 %, and all figures: table.md")

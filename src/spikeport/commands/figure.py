@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from spikeport.commands import run, sweep
-from spikeport.commands.checks import check_target, seeds_from
+from spikeport.commands.checks import check_seeds, check_target
 from spikeport.commands.options import RunOptions, Target, Workers
 from spikeport.commands.options_of_experiments import SweepRequest
 from spikeport.errors import UsageError, unknown
@@ -74,7 +74,7 @@ class PaperSweep:
             )
         self._check_varied(request)
         _check_neurons(request)
-        seeds_from(asked.seed, self.n_seeds, "runs")
+        check_seeds(asked.seed, self.n_seeds, "runs")
         return sweep.run(
             SweepRequest(
                 experiment=self.experiment,

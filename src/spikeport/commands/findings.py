@@ -44,7 +44,7 @@ class Compiled:
     loss_s: float | None
 
 
-def find(compiled: Compiled, progress: Progress) -> Findings:
+def findings_on(compiled: Compiled, progress: Progress) -> Findings:
     """Return the findings on a compile, with hints from a compile of the network as written."""
     rewritten = is_rewritten(compiled.network, compiled.passes)
     beside = compiled.network

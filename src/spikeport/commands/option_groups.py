@@ -68,7 +68,10 @@ def _is_asked(hint: Any) -> bool:
 
 
 def given(*groups: Any) -> str:
-    """Return the names of the options in groups whose values differ from their defaults."""
+    """Return the names of the options in groups whose values differ from their defaults.
+
+    The groups hold options alone, which have the names of their fields.
+    """
     return ", ".join(
         "--" + one.name.replace("_", "-")
         for group in groups

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from spikeport.commands.console import lines
+from spikeport.commands.console import line_console
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Workers
 from spikeport.commands.progress import progress_bar
@@ -25,7 +25,7 @@ def check_workers(workers: Workers) -> None:
             "--scheduler out"
         )
     if not scheduler.startswith("tls://"):
-        lines(stderr=True).print(
+        line_console(stderr=True).print(
             f"note: --scheduler {scheduler}: anyone who can reach this cluster can run code on "
             "it, and on this machine as you; only the cluster's own security protects it. "
             "tls://... asks both sides for certificates.",
@@ -51,4 +51,4 @@ def run_points(
 def print_failures(failures: Iterable[Failure]) -> None:
     """Print the points that failed, with the reasons."""
     for point, reason in failures:
-        lines().print(f"failed: {point.name}: {reason}")
+        line_console().print(f"failed: {point.name}: {reason}")

@@ -32,7 +32,7 @@ def file_of(request: ConvertRequest) -> Path:
     return request.file
 
 
-def read(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
+def read_policy(request: ConvertRequest) -> tuple[WalkingPolicy | None, Mlp]:
     """Return the walking policy, if the file holds one, and the layers."""
     if request.description is None and file_format(file_of(request)) != "npz":
         return None, load_mlp(file_of(request), request.activation, request.output)

@@ -51,7 +51,7 @@ def run(request: RunRequest) -> None:
     check_needed(given, [experiment.trial(chosen, Options(seconds, target.backend))])
     check_target(target)
     check_counts(asked.counts, target)
-    if target.backend == WITHOUT_NEURONS:  # in float Nengo, passes may fuse the policy's ensembles
+    if target.backend == WITHOUT_NEURONS:
         refuse_compile_options(target)
     with (
         ended_in_order(),

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from spikeport.commands.checks import check_needed, check_target, seconds_of, seeds_from
-from spikeport.commands.console import lines
+from spikeport.commands.console import line_console
 from spikeport.commands.options import Target
 from spikeport.commands.options_of_experiments import SweepRequest
 from spikeport.commands.points import check_workers, print_failures, run_points
@@ -122,6 +122,6 @@ def _check(sweep: Sweep, experiment: Experiment) -> None:
 
 
 def _show(folder: Path, n_points: int, n_failed: int) -> None:
-    console = lines()
+    console = line_console()
     console.print(f"{n_points - n_failed} of {n_points} points finished")
     print_written(console, folder)

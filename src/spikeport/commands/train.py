@@ -2,7 +2,7 @@
 
 from dataclasses import asdict
 
-from spikeport.atomic import check_new_folder, locked
+from spikeport.atomic import check_results_folder, locked
 from spikeport.commands.console import Console, ScreenTable
 from spikeport.commands.ending import resumable
 from spikeport.commands.options import Workers
@@ -19,7 +19,7 @@ def run(request: TrainRequest) -> None:
     policy, out, seed, steps = request.policy, request.out, request.seed, request.steps
     if policy not in POLICIES:
         raise unknown("policy", policy, POLICIES)
-    check_new_folder("--out", out)
+    check_results_folder("--out", out)
     try:
         from spikeport.training.curriculum import STAGES, without_hidden_noise
         from spikeport.training.train import TrainOptions

@@ -41,12 +41,8 @@ def probes_by_name(network: nengo.Network) -> dict[str, nengo.Probe]:
 
 def _labelled(probe: nengo.Probe, names: Names) -> str:
     """Return a probe's label, with its networks' labels, but without a number that `Names` adds."""
-    number = NUMBER.search(names[probe])
-    return (
-        names[probe]
-        if number is None or NUMBER.search(probe.label)
-        else names[probe][: number.start()]
-    )
+    name = names[probe]
+    return name if name.endswith(probe.label) else NUMBER.sub("", name)
 
 
 def _described(probe: nengo.Probe, names: Names) -> str:

@@ -133,8 +133,8 @@ def test_a_torque_that_is_not_finite_is_reported_as_divergence(law):
     with pytest.raises(DivergedError) as caught:
         rig.loop.step(np.array([0.0, np.nan, 0.0, np.inf]))
     assert str(caught.value) == (
-        "the controller's torque has nan as value 1 of 0 to 3 at 0.000 s, limit finite numbers; "
-        "cure: look at its inputs in the last states"
+        "the controller's torque in N m is not finite at 0.000 s: value 1 of 4, counted from 0, is "
+        "nan; cure: look at its inputs in the last states"
     )
 
 

@@ -231,8 +231,8 @@ def test_an_infinite_torque_ends_the_run_and_leaves_the_last_states(
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error == (
-        f"error: the controller's torque has {value} as value 0 of 0 to 3 at 0.050 s, limit "
-        "finite numbers; cure: look at its inputs in the last states; "
+        "error: the controller's torque in N m is not finite at 0.050 s: value 0 of 4, counted "
+        f"from 0, is {value}; cure: look at its inputs in the last states; "
         f"the last states are in {out}/last_states.npz\n"
     )
     assert names(out) == ["last_states.npz"]
@@ -378,7 +378,7 @@ def test_the_exact_controller_is_one_step_late(law):
     assert sim.data[probe][2] == pytest.approx(exact)
 
 
-def test_results_are_kept_for_the_numbers_of_a_box_however_they_are_typed():
+def test_the_values_of_a_box_do_not_depend_on_how_it_is_typed():
     def values(box):
         return ReachTrial(ReachSettings(box=box), Options(1.0)).rehearsed_values
 

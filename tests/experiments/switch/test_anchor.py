@@ -7,6 +7,7 @@ from spikeport.experiments.switch.anchor import RAISING_S, Anchor
 from spikeport.robot.perturbation import Perturbation
 from spikeport.robot.perturbed_plant import PerturbedPlant
 from spikeport.robot.plant import Plant
+from spikeport.robot.terrain import find_terrain
 
 
 def turned(yaw_rad, tilt_rad):
@@ -57,6 +58,14 @@ def test_a_robot_on_a_slope_is_held_at_its_starting_height_above_it(degrees):
     assert plant.height_m == pytest.approx(begun_m, abs=0.02)
 
 
+@pytest.mark.parametrize("stride_rad", [-0.5, 0.5])
+def test_on_a_slope_the_stride_does_not_change_the_height(stride_rad):
+    plant = PerturbedPlant(Perturbation(terrain="slope:6"))
+    anchor = Anchor(plant)
+    plant.data.joint("left_hip_pitch").qpos += stride_rad
+    assert anchor._way()[-1][2] == pytest.approx(plant.data.qpos[2])
+
+
 @pytest.mark.parametrize(("beneath_m", "around_m"), [(0.1, 0.0), (0.0, 0.1)])
 def test_a_robot_is_held_by_the_floor_beneath_its_soles(beneath_m, around_m, plant, monkeypatch):
     def floor_m(place):
@@ -65,6 +74,7 @@ def test_a_robot_is_held_by_the_floor_beneath_its_soles(beneath_m, around_m, pla
         return beneath_m if off_m < 0.01 else around_m
 
     anchor, begun_m = Anchor(plant), plant.height_m
+    monkeypatch.setattr(plant, "floor", find_terrain("boxes:0.01"))
     monkeypatch.setattr(plant, "_floor_m", floor_m)
     plant.data.qpos[2] += around_m
     assert anchor._way()[-1][2] == pytest.approx(begun_m + around_m)

@@ -256,9 +256,9 @@ def test_an_action_that_is_not_finite_ends_the_run(tmp_path, spikeport, monkeypa
     code, printed, error = spikeport(*ANALYTIC, "--out", out)
     assert (code, printed) == (1, "")
     assert error == (
-        "error: the controller's action or command has inf as value 0 of 0 to 20 at 0.050 s, limit "
-        "finite numbers; cure: look at its inputs in the last states; the last states are in "
-        f"{out}/last_states.npz\n"
+        "error: the controller's action or command is not finite at 0.050 s: value 0 of 21, "
+        "counted from 0, is inf; cure: look at its inputs in the last states; the last states are "
+        f"in {out}/last_states.npz\n"
     )
     assert names(out) == ["last_states.npz"]
 
@@ -393,8 +393,9 @@ def test_the_experiments_pipeline_is_used_unless_the_command_names_passes(
         raise UsageError("seen")
 
     monkeypatch.setattr(driver, "prepare", prepare)
-    spikeport(*ANALYTIC, "--out", tmp_path / "a")
-    spikeport(*ANALYTIC, "--passes", "as_written", "--out", tmp_path / "b")
+    run = ("run", "walk", "--seconds", "0.5")
+    spikeport(*run, "--out", tmp_path / "a")
+    spikeport(*run, "--passes", "as_written", "--out", tmp_path / "b")
     assert asked == ["compact", "as_written"]
 
 

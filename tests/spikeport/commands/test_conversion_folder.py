@@ -1,6 +1,6 @@
 """The files of a conversion in its folder."""
 
-from spikeport.commands.conversion_folder import POLICY, write
+from spikeport.commands.conversion_folder import POLICY, write_conversion
 from spikeport.experiments.policy.lint import ConversionLint
 from spikeport.experiments.policy.settings import load_policy
 
@@ -9,9 +9,9 @@ def test_an_earlier_conversion_in_the_folder_is_replaced(tmp_path):
     lint = ConversionLint((), 0.1, 0.2, 0.004)
     (tmp_path / POLICY).write_bytes(b"the user's own")
     for _ in range(2):
-        write(tmp_path, lint, None)
+        write_conversion(tmp_path, lint, None)
         assert (tmp_path / POLICY).read_bytes() == b"the user's own"
-    write(tmp_path, lint, load_policy())
+    write_conversion(tmp_path, lint, load_policy())
     assert load_policy(tmp_path / POLICY) is not None
-    write(tmp_path, lint, None)
+    write_conversion(tmp_path, lint, None)
     assert [path.name for path in tmp_path.iterdir()] == ["conversion.json"]

@@ -138,8 +138,20 @@ def test_the_report_on_a_refused_network_does_not_replace_the_one_beside_another
     page, report = tmp_path / "page.html", tmp_path / "out" / "report.json"
     options = ("--out", tmp_path / "out", "--json", report, "--html", page)
     done = spikeport("compile", f"{net_py}:does_not_fit", *options)
-    assert (done.code, done.out) == (1, f"written: {page}\n")
+    image = tmp_path / "out" / "image.npz"
+    kept = f"not written: {report}, which is the report on {image}\n"
+    assert (done.code, done.out) == (1, f"{kept}written: {page}\n")
     assert {path.name: path.read_bytes() for path in (tmp_path / "out").iterdir()} == before
+
+
+def test_the_report_on_a_refused_network_is_written_to_a_folder_without_an_image(
+    spikeport, net_py, tmp_path
+):
+    report = tmp_path / "out" / "report.json"
+    options = ("--out", tmp_path / "out", "--json", report)
+    done = spikeport("compile", f"{net_py}:does_not_fit", *options)
+    assert (done.code, done.out) == (1, f"written: {report}\n")
+    assert json.loads(report.read_text())["violations"]
 
 
 def test_diff_writes_a_page_of_two_reports(spikeport, net_py, tmp_path):
