@@ -10,8 +10,9 @@ SECONDS = (4, 6, 8, 12, 20)
 QUIET_POLICY = "build/quiet/h1_walk.npz"
 """A policy whose hidden units never had noise."""
 TRAINING = (
-    "git worktree add build/f82d95d f82d95d && PYTHONPATH=build/f82d95d/src python -m spikeport"
-    " train walk --seed 2 --threads 1 --steps 14745600 --no-hidden-noise --out build/quiet"
+    "(test -e build/f82d95d || git worktree add build/f82d95d f82d95d)"
+    " && PYTHONPATH=build/f82d95d/src python -m spikeport train walk"
+    " --seed 2 --threads 1 --steps 14745600 --no-hidden-noise --out build/quiet"
 )
 """Makes that policy in 43 minutes of CPU time or so, by the stages of that commit: later ones
 train another policy."""

@@ -7,13 +7,14 @@
 `figure_runs` has the runs, `stated` makes sentences from their results. Each run has a folder in
 ``build/figures``, and a finished run is not repeated: delete its folder to measure again, as a
 sweep of other code of spikeport asks for. The figures of results are kept in
-``benchmarks/figures``, in the repository, so that anyone can compare; results of a finished run
-replace no others. Speeds are not kept. Pictures of the documents are replaced by those of their
-runs.
+``benchmarks/figures``, in the repository, so that anyone can compare; results of a folder are kept
+once, so that they replace no newer ones. Speeds are not kept. Pictures of the documents are
+replaced by those of their runs.
 """
 
 import argparse
 import difflib
+import hashlib
 import json
 import os
 import re
@@ -38,6 +39,8 @@ KEPT = (
 DETAILS = ("terms", "cores")
 """Parts of an estimate that no document states; they would be nine tenths of the kept figures."""
 SPEED = "real_time_factor"
+MARK = "kept.txt"
+"""A file in a run's folder: the digest of the results that were kept from it."""
 UNSTATED = (AssertionError, ArithmeticError, LookupError, TypeError, ValueError)
 """Errors of a statement whose results are other ones than it is for."""
 
@@ -82,7 +85,12 @@ class Outcome(Enum):
     KEPT = 0
     FAILED = 1
     NOT_RUN = 3
-    """The policy of the run is missing; figures or pictures of it that were kept before stay."""
+    """Its policy is missing; what was kept of it before stays."""
+
+    @property
+    def words(self) -> str:
+        """Return the outcome as it is printed."""
+        return self.name.lower().replace("_", " ")
 
 
 def run(names: Iterable[str]) -> int:
@@ -93,7 +101,7 @@ def run(names: Iterable[str]) -> int:
     outcomes = [_run(name) for name in names]
     for outcome in (Outcome.FAILED, Outcome.NOT_RUN):
         if n := outcomes.count(outcome):
-            print(f"{n} of {len(outcomes)} {outcome.name.lower().replace('_', ' ')}, see above")
+            print(f"{n} of {len(outcomes)} {outcome.words}, see above")
     worst = (one for one in (Outcome.FAILED, Outcome.NOT_RUN) if one in outcomes)
     return next(worst, Outcome.KEPT).value
 
@@ -102,11 +110,12 @@ def _run(name: str) -> Outcome:
     before = results_in(FOLDERS / name)
     # Sweeps and evaluations, which have a plan, try their missing and failed points again.
     if before and not (FOLDERS / name / "sweep.json").exists():
-        return _keep(name, before) if _is_of(FOLDERS / name, RUNS[name]) else Outcome.FAILED
+        return _keep(name) if _is_of(FOLDERS / name, RUNS[name]) else Outcome.FAILED
     if QUIET_POLICY in RUNS[name] and (reason := _without_policy(ROOT / QUIET_POLICY)):
-        print(f"not run: {name}: {QUIET_POLICY} {reason} with: {TRAINING}")
-        return Outcome.NOT_RUN if _is_kept(name) else Outcome.FAILED
-    return _keep(name, before) if _carried_out(name) else Outcome.FAILED
+        outcome = Outcome.NOT_RUN if _is_kept(name) else Outcome.FAILED
+        print(f"{outcome.words}: {name}: {QUIET_POLICY} {reason} with: {TRAINING}")
+        return outcome
+    return _keep(name) if _carried_out(name) else Outcome.FAILED
 
 
 def _without_policy(policy: Path) -> str:
@@ -129,18 +138,24 @@ def _carried_out(name: str) -> bool:
     return subprocess.run(line, cwd=ROOT, env=alone, check=False).returncode == 0
 
 
-def _keep(name: str, before: Results) -> Outcome:
-    """Write the results of a run, and its picture, unless others are kept than it had before."""
+def _keep(name: str) -> Outcome:
+    """Write the results of a run, and its picture.
+
+    Results that were kept once, and replaced by others since, stay replaced.
+    """
     found, kept = results_in(FOLDERS / name), RESULTS / f"{name}.json"
     if not found:
         print(f"{name}: {FOLDERS / name} has no result; delete it to run again")
         return Outcome.FAILED
     text = json.dumps(found, indent=1) + "\n"
-    if found == before and kept.exists() and kept.read_text() != text:
-        print(f"{name}: {FOLDERS / name} has older results than those kept; delete it to run again")
+    digest, mark = hashlib.sha256(text.encode()).hexdigest(), FOLDERS / name / MARK
+    was_kept = mark.exists() and mark.read_text() == digest
+    if was_kept and kept.exists() and kept.read_text() != text:
+        print(f"{name}: {FOLDERS / name} has other results than those kept; delete it to run again")
         return Outcome.FAILED
     RESULTS.mkdir(exist_ok=True)
     kept.write_text(text)
+    mark.write_text(digest)
     if name in PICTURES:
         shutil.copyfile(FOLDERS / name / "figure.png", ROOT / PICTURES[name])
     return Outcome.KEPT

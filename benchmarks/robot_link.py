@@ -9,6 +9,7 @@ a priority applies to both processes at the three rates.
 """
 
 import argparse
+import contextlib
 import itertools
 import json
 import os
@@ -16,7 +17,7 @@ import signal
 import statistics
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NoReturn, TypeVar
 
 import numpy as np
@@ -120,25 +121,35 @@ def with_controller(robot: Callable[[Bus], R], n: int) -> tuple[R, int, list[flo
         The controller has ended before the robot, or without its result.
     """
     read, write = os.pipe()
-    # Without its controller, the robot would wait for ever.
-    before = signal.signal(signal.SIGCHLD, _lost)
-    try:
-        child = os.fork()
-        if child == 0:
-            _serve(n, write)
-        os.close(write)
+    with os.fdopen(read) as pipe, _controlled(n, write) as watch:
         with Bus(Place(domain=DOMAIN), reliable=n > 0) as bus:
             found = robot(bus)
-            signal.signal(signal.SIGCHLD, before)
-    finally:
-        signal.signal(signal.SIGCHLD, before)
-    with os.fdopen(read) as pipe:
+            watch.close()  # the controller ends as the bus closes
         report = pipe.read()
-    os.waitpid(child, 0)
     if not report:
         raise ChildProcessError("the controller ended without its result; see the error above")
     came, times = json.loads(report)
     return found, came, times
+
+
+@contextlib.contextmanager
+def _controlled(n: int, pipe: int) -> Iterator[contextlib.ExitStack]:
+    """Have a controller in a process, and yield its watch, which raises an error if it ends."""
+    with contextlib.ExitStack() as watch:
+        # Without its controller, the robot would wait for ever.
+        watch.callback(signal.signal, signal.SIGCHLD, signal.signal(signal.SIGCHLD, _lost))
+        child = os.fork()
+        if child == 0:
+            _serve(n, pipe)
+        try:
+            os.close(pipe)
+            yield watch
+        except BaseException:
+            watch.close()
+            os.kill(child, signal.SIGKILL)
+            raise
+        finally:
+            os.waitpid(child, 0)
 
 
 def _serve(n: int, pipe: int) -> NoReturn:

@@ -46,7 +46,7 @@ def image(n: int, drive: int = 1) -> ChipImage:
 def main() -> None:
     """Measure both, and print them."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--neurons", type=int, default=8000)
+    parser.add_argument("--neurons", type=at_least(FAN_OUT), default=8000)
     parser.add_argument("--drive", type=int, default=1)
     parser.add_argument("--rounds", type=at_least(1), default=15)
     arguments = parser.parse_args()

@@ -3,14 +3,18 @@
 import sys
 
 import compile_versions
+import estimators
 import first_step
 import growth
 import learning
+import link
+import policy_conversion
 import pytest
 import robot_faults
 import scale
 import scattered
 import speed
+import sweep_points
 import versions
 
 
@@ -20,6 +24,12 @@ import versions
         (speed, ["--rounds", "0"]),
         (learning, ["--rounds", "0"]),
         (scattered, ["--rounds", "0"]),
+        (scattered, ["--neurons", "0"]),
+        (estimators, ["--seeds", "0"]),
+        (link, ["image.npz", "--steps", "0"]),
+        (link, ["image.npz", "--rounds", "0"]),
+        (policy_conversion, ["--seeds", "0"]),
+        (sweep_points, ["--n-neurons", "0"]),
         (scale, ["--rounds", "0"]),
         (first_step, ["--n-neurons", "0"]),
         (growth, ["--n", "0"]),
@@ -34,7 +44,7 @@ def test_zero_is_refused(script, words, monkeypatch, capsys):
     with pytest.raises(SystemExit) as ended:
         run(script, words, monkeypatch)
     assert ended.value.code == 2
-    assert "0 is less than 1" in capsys.readouterr().err
+    assert ": 0 is less than " in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("n", [512, 1000, 1025])

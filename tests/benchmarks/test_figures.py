@@ -1,6 +1,7 @@
 """Figures that documents state, compared with results."""
 
 import json
+import subprocess
 
 import figures
 import pytest
@@ -193,9 +194,22 @@ def test_a_missing_policy_is_reported_with_the_command_that_makes_it(tmp_path, m
     monkeypatch.setattr(figures.subprocess, "run", pytest.fail)
     assert figures.run(["quiet_exact"]) == 1
     lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("failed: quiet_exact: ")
     assert lines[0].endswith(f" is missing; make it with: {TRAINING}")
     assert lines[1:] == ["1 of 1 failed, see above"]
-    assert TRAINING.startswith("git worktree add build/f82d95d f82d95d && ")
+
+
+def test_the_command_that_makes_the_policy_can_be_repeated(tmp_path):
+    """Its first part, the checkout of a commit, is not made a second time."""
+    git = tmp_path / "git"
+    git.write_text("#!/bin/sh\nmkdir -p $3 && echo made >> log\n")
+    git.chmod(0o755)
+    checkout, _, training = TRAINING.partition(" && ")
+    for _ in range(2):
+        path = {"PATH": f"{tmp_path}:/usr/bin:/bin"}
+        subprocess.run(checkout, shell=True, cwd=tmp_path, env=path, check=True)
+    assert (tmp_path / "log").read_text() == "made\n"
+    assert training.startswith("PYTHONPATH=build/f82d95d/src ")
 
 
 def test_a_run_without_its_policy_is_not_run_where_its_figures_or_picture_are_kept(
@@ -210,7 +224,12 @@ def test_a_run_without_its_policy_is_not_run_where_its_figures_or_picture_are_ke
     picture.parent.mkdir(parents=True)
     picture.touch()
     assert figures.run(["quiet_exact", "fig5b"]) == 3
-    assert capsys.readouterr().out.splitlines()[-1] == "2 of 2 not run, see above"
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(": ")[:2] for line in lines[:-1]] == [
+        ["not run", "quiet_exact"],
+        ["not run", "fig5b"],
+    ]
+    assert lines[-1] == "2 of 2 not run, see above"
 
 
 @pytest.mark.parametrize("card", [None, "- **step**: a\n- **late**: b\n"])
@@ -241,14 +260,14 @@ def reach(tmp_path, monkeypatch):
     monkeypatch.setattr(figures, "RESULTS", tmp_path / "kept")
     folder = tmp_path / "build" / "reach"
 
-    def carry_out(result, kept, plan=False):
+    def carry_out(result, kept, plan=False, code=0):
         def call(line, **_):
             folder.mkdir(parents=True, exist_ok=True)
             if plan:
                 (folder / "sweep.json").touch()
             if result:
                 (folder / "result.json").write_text(json.dumps(result))
-            return figures.subprocess.CompletedProcess(line, 0)
+            return figures.subprocess.CompletedProcess(line, code)
 
         monkeypatch.setattr(figures.subprocess, "run", call)
         (tmp_path / "kept").mkdir(exist_ok=True)
@@ -273,7 +292,15 @@ def test_results_of_a_finished_run_replace_no_others(reach, plan, capsys):
     assert (code, json.loads(own)) == (0, [{"metrics": {"reaches": 54}}])
     assert reach(reached(54), own, plan) == (0, own)
     assert reach(reached(54), "newer", plan) == (1, "newer")
-    assert "older results than those kept; delete it to run again" in capsys.readouterr().out
+    assert "other results than those kept; delete it to run again" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("plan", [False, True])
+def test_results_that_were_never_kept_are_kept_at_the_next_try(reach, plan):
+    """A sweep can have all points and still fail, or be interrupted before they are kept."""
+    assert reach(reached(54), "kept", plan, code=1) == (1, "kept")
+    code, own = reach(reached(54), "kept", plan)
+    assert (code, json.loads(own)) == (0, [{"metrics": {"reaches": 54}}])
 
 
 def test_an_unknown_run_is_refused_with_the_known_ones(capsys):

@@ -1,15 +1,17 @@
 """Runs whose costs can be recomputed, and those that are refused."""
 
+import hashlib
 import json
 
 import pytest
 import recount
 
 
-def folder(path, *words, counts=True):
-    """Make the folder of a run by a command."""
+def folder(path, *words, counts=True, files=None):
+    """Make the folder of a run by a command, which read files with these digests."""
     (path / "counts").mkdir()
-    (path / "result.json").write_text(json.dumps({"command": ["spikeport", "run", *words]}))
+    result = {"command": ["spikeport", "run", *words], "files": files or {}}
+    (path / "result.json").write_text(json.dumps(result))
     if counts:
         (path / "counts" / "messages.npz").touch()
     return str(path)
@@ -23,6 +25,17 @@ def refusal(path, capsys):
 
 def test_a_run_on_loihi_with_counts_is_accepted(tmp_path):
     assert recount.counted(folder(tmp_path, "reach", "--chip", "loihi")) == tmp_path
+
+
+def test_a_run_on_loihis_file_is_accepted_and_on_another_of_that_name_refused(tmp_path, capsys):
+    words = "reach", "--chip", "./chips/loihi.toml"
+    for name, content in (("own", recount.LOIHI.read_bytes()), ("other", b"name = 'loihi'")):
+        (tmp_path / name).mkdir()
+        digest = hashlib.sha256(content).hexdigest()[:12]
+        folder(tmp_path / name, *words, files={"chips/loihi.toml": digest})
+    assert recount.counted(str(tmp_path / "own")) == tmp_path / "own"
+    line = refusal(str(tmp_path / "other"), capsys)
+    assert line.endswith("is a run on ./chips/loihi.toml; only loihi is recounted")
 
 
 @pytest.mark.parametrize("words", [("--chip", "loihi2"), ("--chip=loihi2",)])
