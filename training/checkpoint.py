@@ -68,7 +68,7 @@ def load(path: Path) -> Checkpoint:
         found = Checkpoint(**torch.load(io.BytesIO(_undamaged(path)), weights_only=True))
         _check(found)
         if path.stem != _stem(found.segment):
-            raise MismatchError(f"segment {path.stem}, as the file is named", str(found.segment))
+            raise MismatchError(f"a file {_stem(found.segment)}.pt, by its segment", path.name)
         return found
 
 
@@ -113,5 +113,6 @@ def _is_entry(entry: object) -> bool:
 
 def latest(folder: Path) -> Path | None:
     """Return the last checkpoint of a run, if there is one; other names are the user's copies."""
-    numbered = (path for path in folder.glob("checkpoints/*.pt") if path.stem.isdecimal())
-    return max(numbered, key=lambda path: int(path.stem), default=None)
+    found = (path for path in folder.glob("checkpoints/*.pt") if path.stem.isdecimal())
+    own = (path for path in found if path.stem == _stem(int(path.stem)))
+    return max(own, key=lambda path: int(path.stem), default=None)

@@ -42,17 +42,20 @@ def test_the_latest_checkpoint_is_that_of_the_last_segment(tmp_path):
     assert latest(tmp_path) == path_of(tmp_path, 10)
 
 
-def test_a_copy_of_a_checkpoint_is_not_the_latest(tmp_path):
+@pytest.mark.parametrize("name", ["best.pt", "3.pt", "000003.pt"])
+def test_a_copy_of_a_checkpoint_is_not_the_latest(tmp_path, name):
     for segment in (1, 2):
         save(tmp_path, checkpoint(segment))
-    (tmp_path / "checkpoints" / "best.pt").write_bytes(path_of(tmp_path, 1).read_bytes())
+    (tmp_path / "checkpoints" / name).write_bytes(path_of(tmp_path, 1).read_bytes())
     assert latest(tmp_path) == path_of(tmp_path, 2)
 
 
 def test_a_checkpoint_of_another_segment_than_its_name_says_is_refused(tmp_path):
     save(tmp_path, checkpoint(1))
     path_of(tmp_path, 1).rename(path_of(tmp_path, 9))
-    with pytest.raises(UsageError, match="expected segment 00009, as the file is named, found 1"):
+    with pytest.raises(
+        UsageError, match=r"expected a file 00001\.pt, by its segment, found 00009\.pt"
+    ):
         load(path_of(tmp_path, 9))
 
 
