@@ -12,6 +12,7 @@ import numpy as np
 from mujoco.rollout import Rollout
 
 from spikeport.arrays import Flags, Floats
+from spikeport.robot.description import KD, KP
 from spikeport.robot.engine import mujoco
 from spikeport.robot.walk_interface import (
     ACTION_SIZE,
@@ -210,7 +211,7 @@ class WalkEnvironment:
 
     def _reward_step(self, dq_before: Floats, feet_before: FeetMotion, fallen: Flags) -> Step:
         motion = self.motion
-        torque = models.KP * (self._arrived_targets - motion.q) - models.KD * motion.dq
+        torque = KP * (self._arrived_targets - motion.q) - KD * motion.dq
         return Step(
             motion=motion,
             feet=self.feet,

@@ -3,16 +3,13 @@
 import numpy as np
 
 from spikeport.robot import actuators
-from spikeport.robot.description import GAINS, JOINTS, MODEL_PATH
+from spikeport.robot.description import JOINTS, KD, KP, MODEL_PATH
 from spikeport.robot.engine import mujoco
 from spikeport.robot.feet import FOOT_PARTS, SIDES
 from spikeport.robot.foot_sensors import add_foot_sensors
 
 HEEL_RADIUS_M, TOE_RADIUS_M = 0.02, 0.015
 """Radii of the contact shapes of a foot in ``h1.xml``."""
-
-KP = np.array([GAINS[joint].kp for joint in JOINTS])
-KD = np.array([GAINS[joint].kd for joint in JOINTS])
 
 PLANES = ("left_ground", "right_ground")
 """Floor geoms, one for each foot alone, left first; see `spikeport.training.terrain`."""

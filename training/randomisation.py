@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from spikeport.robot import actuators
+from spikeport.robot.description import KD, KP
 from spikeport.robot.engine import mujoco
 from spikeport.robot.walk_interface import OBSERVATION_SIZE, PARTS
-from spikeport.training.model import KD, KP, floor_pairs
+from spikeport.training.model import floor_pairs
 from spikeport.training.terrain import Terrain
 from spikeport.training.velocity_belief import EstimatorErrors
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from spikeport.robot.description import DEFAULT_POSE, GAINS, JOINTS
+from spikeport.robot.description import JOINTS, KD, KP, POSE_RAD
 from spikeport.robot.link.admission import LATEST_S, too_old
 from spikeport.robot.link.controller_states import MOVING, Event, State, after
 from spikeport.robot.link.h1 import DAMPING, ZERO_TORQUE, check_commands
@@ -22,9 +22,7 @@ RAMP_S = 2.0
 """Time in which the joints move to the default pose. Source: unitree_rl_gym, ``deploy_real.py``."""
 
 _NONE = np.zeros(len(JOINTS))
-_POSE_RAD = np.array([DEFAULT_POSE[joint] for joint in JOINTS])
-_KP, _KD = np.array([GAINS[joint] for joint in JOINTS]).T
-HOLD = MotorCommands(_POSE_RAD, _NONE, _KP, _KD, _NONE)
+HOLD = MotorCommands(POSE_RAD, _NONE, KP, KD, _NONE)
 """The command that holds the default pose."""
 
 
@@ -145,7 +143,7 @@ class Controller:
         if share == 1.0:
             self.happen(Event.RAMPED)
         begun = self._ramp_from_rad
-        return HOLD._replace(q=begun + share * (_POSE_RAD - begun))
+        return HOLD._replace(q=begun + share * (POSE_RAD - begun))
 
     def _run(self, sensors: Sensors) -> MotorCommands:
         """Return the policy's command; damp the robot if motors must not obey it."""

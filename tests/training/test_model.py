@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spikeport.robot.description import JOINTS, load
+from spikeport.robot.description import JOINTS, KD, KP, load
 from spikeport.robot.engine import mujoco
 from spikeport.robot.foot_sensors import SENSORS
 from spikeport.training import model
@@ -24,9 +24,9 @@ def test_the_model_has_joints_and_masses_of_the_deployed_robot(built):
 
 
 def test_actuators_hold_positions_with_the_robots_gains(built):
-    np.testing.assert_array_equal(built.actuator_gainprm[:, 0], model.KP)
-    np.testing.assert_array_equal(built.actuator_biasprm[:, 1], -model.KP)
-    np.testing.assert_array_equal(built.actuator_biasprm[:, 2], -model.KD)
+    np.testing.assert_array_equal(built.actuator_gainprm[:, 0], KP)
+    np.testing.assert_array_equal(built.actuator_biasprm[:, 1], -KP)
+    np.testing.assert_array_equal(built.actuator_biasprm[:, 2], -KD)
 
 
 def test_sensors_of_the_left_foot_come_first(built):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from spikeport.robot.description import KD, KP
 from spikeport.robot.walk_interface import PARTS
 from spikeport.training import model
 from spikeport.training.randomisation import (
@@ -53,7 +54,7 @@ def test_draws_are_within_their_ranges_and_lengths_stay(nominal):
         assert np.ptp(scale) < 1e-9
         assert 0.3 <= scale[0] <= 1.1
         kp, kd = other.actuator_gainprm[:, 0], -other.actuator_biasprm[:, 2]
-        for gain in (kp / model.KP, kd / model.KD):
+        for gain in (kp / KP, kd / KD):
             assert 0.9 <= gain.min() < gain.max() <= 1.1
         assert np.array_equal(other.actuator_biasprm[:, 1], -kp)
         assert abs(other.body_mass[torso] - nominal.body_mass[torso]) <= 2.0
