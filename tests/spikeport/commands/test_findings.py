@@ -5,7 +5,7 @@ from dataclasses import replace
 import nengo
 import pytest
 
-from spikeport.commands.findings import Compiled, find
+from spikeport.commands.findings import Compiled, findings_on
 from spikeport.compile.image.expected import Rates
 from spikeport.compile.pipeline import compile_network
 from spikeport.progress import silent
@@ -22,17 +22,17 @@ def compiled() -> Compiled:
 
 
 def test_a_compile_alone_has_no_costs(compiled: Compiled) -> None:
-    found = find(compiled, silent)
+    found = findings_on(compiled, silent)
     assert (found.activity, found.modules, found.loss) == (None, None, None)
     assert found.report == compiled.compilation.report
 
 
 def test_costs_are_those_at_stated_rates_or_of_a_run(compiled: Compiled) -> None:
-    stated = find(replace(compiled, rates=Rates(100.0, {})), silent)
+    stated = findings_on(replace(compiled, rates=Rates(100.0, {})), silent)
     assert stated.activity is not None
     assert (stated.rates, stated.loss) == (Rates(100.0, {}), None)
     stages: list[str] = []
-    ran = find(replace(compiled, loss_s=0.02), lambda what, _share: stages.append(what))
+    ran = findings_on(replace(compiled, loss_s=0.02), lambda what, _share: stages.append(what))
     assert ran.activity is not None
     assert ran.activity.n_steps == 20
     assert ran.loss is not None
