@@ -49,6 +49,7 @@ def test_the_helper_finds_listening_sockets(tmp_path):
 @pytest.mark.slow
 def test_a_sweep_opens_no_port_and_no_listening_socket(sweep_of, marks):
     points = sweep_of(varied={"speed": ("waits",)}, seeds=(0, 1)).points()
+    others = listening(family(os.getpid()))  # other tests of this process may have left a socket
     with workers.outcomes(2, points, sweeps.do_as_told) as outcomes:
         ended = []
         thread = Thread(target=lambda: ended.extend(outcomes))
@@ -56,7 +57,7 @@ def test_a_sweep_opens_no_port_and_no_listening_socket(sweep_of, marks):
         wait_for(lambda: len(begun(marks)) == 2)
         processes = family(os.getpid())
         assert len(processes) >= 3
-        assert listening(processes) == []
+        assert set(listening(processes)) <= set(others)
         (marks / "go on").touch()
         thread.join(START_S)
     assert len(ended) == 2
