@@ -15,7 +15,7 @@ from spikeport.compile.check import rules
 from spikeport.compile.check.drive import duplicated, silenced
 from spikeport.compile.check.loops import LATE, components, loops
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.clusters import clusters, stays
+from spikeport.compile.ground.clusters import removable_clusters
 from spikeport.compile.ground.filters import Passage
 from spikeport.compile.ground.quantisation import BlockError
 from spikeport.compile.ground.scope import Scope, is_link
@@ -58,11 +58,8 @@ def _removed(network: nengo.Network) -> Iterator[nengo.Node]:
     read = {c.pre_obj for c in network.all_connections} | {p.obj for p in network.all_probes}
     fed = {c.post_obj for c in network.all_connections}
     unread = fed - read - set(_nodes_of_arrays(network))
-    for cluster, connections in clusters(network):
-        into = [c for c in connections if c.pre_obj not in cluster]
-        out_of = [c for c in connections if c.post_obj not in cluster]
-        if not stays(into, out_of):
-            yield from (node for node in cluster if node in unread)
+    for cluster, *_ in removable_clusters(network):
+        yield from (node for node in cluster if node in unread)
 
 
 def _in_cycles(scope: Scope) -> Iterator[nengo.Connection]:

@@ -56,16 +56,23 @@ def _sends_rates(connection: nengo.Connection) -> bool:
     return isinstance(pre, Neurons) and not pre.ensemble.neuron_type.spiking
 
 
+def removable_clusters(
+    network: nengo.Network,
+) -> Iterator[tuple[Nodes, Connections, Connections]]:
+    """Yield each cluster that need not stay, the connections into it, and those out of it."""
+    for cluster, connections in clusters(network):
+        into = [c for c in connections if c.pre_obj not in cluster]
+        out_of = [c for c in connections if c.post_obj not in cluster]
+        if not stays(into, out_of):
+            yield cluster, into, out_of
+
+
 def replaced_clusters(scope: Scope) -> Iterator[tuple[Nodes, Connections, Connections]]:
     """Yield each cluster that nengo-loihi replaces, the connections into it, and those out of it.
 
     These clusters lie between objects on the chip. Every source becomes connected to every target.
     """
-    for cluster, connections in clusters(scope.network):
-        into = [c for c in connections if c.pre_obj not in cluster]
-        out_of = [c for c in connections if c.post_obj not in cluster]
+    for cluster, into, out_of in removable_clusters(scope.network):
         before, behind = (c.pre_obj for c in into), (c.post_obj for c in out_of)
-        if stays(into, out_of):
-            continue
         if any(map(scope.on_chip, before)) and any(map(scope.on_chip, behind)):
             yield cluster, into, out_of

@@ -47,7 +47,6 @@ ELSEWHERE = {
     "backends/softcore/simulation.py": "backends/softcore/test_chip.py",
     "spikeport/cli_experiments.py": "spikeport/test_cli.py",
     "spikeport/cli_networks.py": "spikeport/test_cli.py",
-    "spikeport/commands/conversion_table.py": "experiments/policy/test_conversion.py",
     "spikeport/commands/options_of_experiments.py": "spikeport/commands/test_figure.py",
     "spikeport/commands/options_of_links.py": "spikeport/commands/test_links.py",
     "networks/spa_selection.py": "networks/test_action_selection.py",

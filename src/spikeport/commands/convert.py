@@ -5,8 +5,13 @@ from collections.abc import Iterator
 
 from spikeport.atomic import check_apart, check_output
 from spikeport.commands.console import Console
-from spikeport.commands.conversion_folder import CONVERSION, POLICY, write_conversion
-from spikeport.commands.conversion_table import lint_lines, lint_table
+from spikeport.commands.conversion_report import (
+    CONVERSION,
+    POLICY,
+    lint_lines,
+    lint_table,
+    write_conversion,
+)
 from spikeport.commands.options_of_networks import ConvertRequest
 from spikeport.commands.policy_file import file_of, in_words, observations_of, read_policy
 from spikeport.commands.progress import progress_bar

@@ -50,5 +50,6 @@ def run_points(
 
 def print_failures(failures: Iterable[Failure]) -> None:
     """Print the points that failed, with the reasons."""
+    console = line_console()
     for point, reason in failures:
-        line_console().print(f"failed: {point.name}: {reason}")
+        console.print(f"failed: {point.name}: {reason}")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from spikeport.commands.conversion_table import lint_lines
+from spikeport.commands.conversion_report import lint_lines
 from spikeport.experiments.policy.conversion import Conversion, convert
 from spikeport.experiments.policy.lint import ConversionLint, LayerLint
 from spikeport.networks.loading.mlp import Mlp

@@ -1,6 +1,6 @@
-"""The files of a conversion in its folder."""
+"""The files of a conversion in its folder; test_conversion tests its table and lines."""
 
-from spikeport.commands.conversion_folder import POLICY, write_conversion
+from spikeport.commands.conversion_report import POLICY, write_conversion
 from spikeport.experiments.policy.lint import ConversionLint
 from spikeport.experiments.policy.settings import load_policy
 
