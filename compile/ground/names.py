@@ -58,6 +58,10 @@ class Names:
         ends = (obj.pre_obj, obj.post_obj) if isinstance(obj, nengo.Connection) else ()
         return (self[obj], *(self[end] for end in ends if base(end) in self))
 
+    def name_as(self, obj: Named, name: str) -> None:
+        """Name an object that a builder made after the object that it stands for."""
+        self._names.setdefault(obj, name)
+
     def known(self, obj: Named) -> str:
         """Return the name that an object has already, or an empty text.
 

@@ -61,6 +61,9 @@ class OrderedModel(Model):
             return self._add_events(obj)
         if self.split is not None:
             self._order_passthrough()
+        if isinstance(obj, nengo.Connection) and obj.learning_rule_type is not None:
+            # A read-out that learns stands for this connection of the network.
+            self.names.name_as(obj, self.building[0])
         if isinstance(obj, NAMED):
             self.building = self.names.with_ends(obj)
         if self.seeds.get(obj, 0) is None:

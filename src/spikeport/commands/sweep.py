@@ -2,9 +2,17 @@
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from spikeport.commands.checks import check_needed, check_target, seconds_of, seeds_from
+from spikeport.commands.checks import (
+    check_needed,
+    check_target,
+    refuse_compile_options,
+    seconds_of,
+    seeds_from,
+)
 from spikeport.commands.console import line_console
 from spikeport.commands.options import Target
 from spikeport.commands.options_of_experiments import SweepRequest
@@ -13,7 +21,7 @@ from spikeport.commands.screen import print_written
 from spikeport.constants import MOST_POINTS
 from spikeport.errors import UsageError
 from spikeport.experiments import registry
-from spikeport.experiments.options import Experiment
+from spikeport.experiments.options import WITHOUT_NEURONS, Experiment
 from spikeport.experiments.run_folder import write_figure
 from spikeport.experiments.sweep.folder import opened
 from spikeport.experiments.sweep.inputs import with_inputs
@@ -67,6 +75,8 @@ def planned(request: SweepRequest) -> Sweep:
         probes=request.probes,
     )
     _check(sweep, experiment)
+    if set(_backends(sweep)) == {WITHOUT_NEURONS}:
+        refuse_compile_options(replace(target, backend=WITHOUT_NEURONS))
     return with_inputs(sweep)
 
 
@@ -97,11 +107,15 @@ def _value(key: str, text: str, experiment: Experiment) -> SettingValue:
     return experiment.parse_settings([f"{key}={text}"], option="--vary")[key]
 
 
+def _backends(sweep: Sweep) -> Iterable[Any]:
+    return sweep.varied.get(BACKEND, (sweep.backend,))
+
+
 def _check(sweep: Sweep, experiment: Experiment) -> None:
     for key in sweep.varied:
         if key in sweep.settings:
             raise UsageError(f"--vary {key}: also given with --set; choose one")
-    for backend in sweep.varied.get(BACKEND, (sweep.backend,)):
+    for backend in _backends(sweep):
         experiment.check_backend_of_many(backend, "a sweep")
     if BACKEND in sweep.varied and sweep.backend != Target.backend:
         raise UsageError(f"--vary {BACKEND}: also given with --{BACKEND}; choose one")

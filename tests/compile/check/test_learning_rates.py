@@ -48,7 +48,7 @@ def test_a_connection_that_learns_nothing_gets_a_hint() -> None:
 
     assert of(1e-4, 0.005) == []
     expected = (
-        "a -> read-out: SP422 learning that is rounded away: a spike adds 0 to its trace; cure: "
+        "a -> end: SP422 learning that is rounded away: a spike adds 0 to its trace; cure: "
         "raise its learning_rate, or take a shorter pre_synapse"
     )
     assert of(1e-7, 0.005) == of(1e-4, 5.0) == [expected]

@@ -41,7 +41,7 @@ def test_learning_weights_that_need_several_cores_are_refused(
 
 def test_the_ensemble_before_learning_weights_that_do_not_fit_is_offloaded() -> None:
     network = learning(10, 513)
-    with pytest.raises(DoesNotFitError, match=r"pre -> .*SP012 learning on several cores"):
+    with pytest.raises(DoesNotFitError, match=r"pre -> out: SP012 learning on several cores"):
         compile_network(network)
     with Simulator(network, offload=True) as simulator:
         simulator.run_steps(2)

@@ -195,6 +195,11 @@ BACKENDS = "analytic, board, native, native-threads, nengo-loihi, reference"
         ),
         (("--set", "m1=x"), "--set m1=x: expected a whole number"),
         (
+            ("--backend", "analytic", "--passes", "compact"),
+            "--passes: for backend 'analytic' nothing is compiled; leave it out, or choose "
+            "--backend native",
+        ),
+        (
             ("--seconds", "0"),
             "--seconds 0: reach simulates at least 0.005 s, and at most 1,000,000,000 steps of "
             "0.001 s",
