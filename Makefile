@@ -3,8 +3,10 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-# Without --no-compile, pip would compile 20,000 modules, few of which are ever imported.
+# pip would compile modules on one core; those of programs that tests compare with need not be.
 PIP    := pip install --quiet --disable-pip-version-check --no-compile
+# Set, it would let every process compile spikeport anew.
+unexport PYTHONDONTWRITEBYTECODE
 
 # Programs that tests compare with; tests whose program is not there are skipped.
 REFEREES := .referees
@@ -41,6 +43,7 @@ $(STAMP): pyproject.toml constraints.txt
 	  { echo "python3-venv is missing; install it with: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m $(PIP) -c constraints.txt -e '.[test,check]'
+	$(BIN)/python -m compileall -q -j 0 $(VENV)/lib > /dev/null || true  # some are for other Pythons
 	@touch $@
 
 demo: $(STAMP)  ## the humanoid on the emulated chip walks, draws and walks on; writes runs/demo
