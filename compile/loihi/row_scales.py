@@ -23,6 +23,9 @@ up to rounding are scattered over all magnitudes, and a threshold has 17 bits.""
 def exponents(compartment: Compartment, largest: np.ndarray, profiles: int) -> np.ndarray:
     """Return the k of each compartment, (n,), with at most ``profiles`` different values.
 
+    They are 0 if compartments have noise or a lower bound of the voltage other than zero, which are
+    the same for a whole block, or if their thresholds differ already.
+
     Compartments with k = 0 keep their threshold. If it is large beside the weights, it limits the
     block's scale: scaled compartments would lose bits, and others gain none. Then k is smaller, or
     0.
@@ -37,14 +40,19 @@ def exponents(compartment: Compartment, largest: np.ndarray, profiles: int) -> n
         The most thresholds in the block.
     """
     wanted = _wanted(largest)
-    if not wanted.any():
-        return wanted
+    if not wanted.any() or not _is_plain(compartment):
+        return np.zeros_like(wanted)
     unscaled = _weight_exponent(compartment, largest, np.zeros_like(wanted))
     for most in range(wanted.max(), 0, -1):
         k = _thinned(wanted.clip(max=most), profiles)
         if _weight_exponent(compartment, largest, k) >= unscaled:
             return k
     return np.zeros_like(wanted)
+
+
+def _is_plain(compartment: Compartment) -> bool:
+    alike = np.unique(compartment.vth).size == 1 and compartment.vmin == 0
+    return alike and not compartment.enable_noise.any()
 
 
 def _weight_exponent(compartment: Compartment, largest: np.ndarray, k: np.ndarray) -> float:

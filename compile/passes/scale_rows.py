@@ -23,8 +23,8 @@ class ScaleRows(BlockPass):
     changing when it spikes; powers of two make that exact. Each value of k takes a threshold
     profile of the core.
 
-    A block stays as it is if it learns, has noise or a lower bound of the voltage other than zero,
-    or if its current or voltage is read.
+    A block stays as it is if it learns, is the target of a convolution, has noise or a lower bound
+    of the voltage other than zero, or if its current or voltage is read.
 
     Attributes
     ----------
@@ -66,10 +66,7 @@ def _read(floats: FloatBlocks) -> set[LoihiBlock]:
 
 
 def _can_scale(block: LoihiBlock) -> bool:
-    state = block.compartment
-    # Noise and the lower bound of voltages are the same for all compartments of a block.
-    plain = np.unique(state.vth).size == 1 and not state.enable_noise.any() and state.vmin == 0
-    return plain and not any(synapse.learning or _shifted(synapse) for synapse in block.synapses)
+    return not any(synapse.learning or _shifted(synapse) for synapse in block.synapses)
 
 
 def _shifted(synapse: Synapse) -> bool:

@@ -39,7 +39,7 @@ class DirectErrors:
     solver : ParameterSolver
         Solves the network's ensembles.
     profiles : int
-        The most thresholds in one block.
+        The most thresholds in one block that a following `scale_rows` scales.
     in_axons : float
         The most input axons of a core.
     """
@@ -62,6 +62,7 @@ class DirectErrors:
         self._into = defaultdict(list)
         for c in links:
             self._into[c.post_obj].append(c)
+        self._unscaled = self._posts_as_they_are(scope)
         self._fixed = {post: self._of_others(post, scope) for post in self._into}
         self._axons_of_others = {
             post: sum(
@@ -205,7 +206,16 @@ class DirectErrors:
             compartment.configure_filter(tau_s, dt=self._dt_s)
         except BuildError:
             return None
-        return RowScales.of(compartment, largest, self._profiles)
+        return RowScales.of(compartment, largest, 1 if post in self._unscaled else self._profiles)
+
+    def _posts_as_they_are(self, scope: Scope) -> set[nengo.Ensemble]:
+        """Return the ensembles whose blocks `scale_rows` leaves as they are, whatever they hold."""
+        probes = scope.network.all_probes
+        return {base(probe.obj) for probe in probes if scope.in_chip_units(probe)} | {
+            post
+            for post, others in self._others.items()
+            if any(not isinstance(c.transform, MATRICES) for c in others)  # but a convolution
+        }
 
     def _of_others(self, post: nengo.Ensemble, scope: Scope) -> np.ndarray:
         """Return the largest weights (n,) of the inputs of an ensemble that are no links."""
@@ -230,10 +240,13 @@ class DirectErrors:
     def _to_neurons(self, connection: nengo.Connection, spikes: bool) -> np.ndarray:
         post = base(connection.post_obj)
         largest = np.zeros(post.n_neurons)
+        height = _height(connection) / self._dt_s if spikes else 1.0
+        weights = self._solver.transform(connection)
         if isinstance(connection.transform, MATRICES):
-            matrix = full(self._solver.transform(connection), connection.size_mid)
-            height = _height(connection) / self._dt_s if spikes else 1.0
+            matrix = full(weights, connection.size_mid)
             np.maximum.at(largest, target_rows(connection), height * np.abs(matrix).max(axis=1))
+        else:  # a convolution, whose targets have equal gains
+            largest[:] = height * np.abs(weights).max()
         gained: np.ndarray = largest * self._solver.ensemble(post).gain
         return gained
 

@@ -1,6 +1,7 @@
 """Errors of direct wiring, before there are any blocks, against those of blocks."""
 
 import warnings
+from collections.abc import Callable
 
 import nengo
 import numpy as np
@@ -94,6 +95,44 @@ def test_a_filter_that_the_chip_does_not_have_loses_all() -> None:
 def test_scaled_rows_lose_less() -> None:
     network = pair(1.0, 0.05)
     assert estimated(network, profiles=3) < estimated(network, profiles=1) / 2
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda network: nengo.Probe(network.ensembles[1].neurons[:2], "voltage"),
+        lambda network: nengo.Probe(network.ensembles[1].neurons, "input"),
+        lambda network: setattr(network.ensembles[1], "neuron_type", nengo.LIF(min_voltage=-1)),
+    ],
+    ids=["voltage", "input", "min_voltage"],
+)
+def test_rows_of_blocks_that_are_never_scaled_lose_what_they_lose_unscaled(
+    change: Callable[[nengo.Network], object],
+) -> None:
+    network = pair(1.0, 0.05, n_host=1)
+    scaled = estimated(network)
+    with network:
+        change(network)
+    assert estimated(network) > 2 * scaled
+    assert measured(network) / 2 < estimated(network) < measured(network) * 2
+
+
+def test_a_strong_convolution_coarsens_the_weights_beside_it() -> None:
+    def convolved(weight: float) -> nengo.Network:
+        network = pair(1.0, 0.05)
+        with network:
+            b = network.ensembles[1]
+            b.gain, b.bias = np.ones(N), np.linspace(0.5, 2.0, N)
+            pixels = nengo.Ensemble(N, 1, gain=np.ones(N), bias=np.ones(N))
+            kernel = np.full((1, 1, 1, 1), weight)
+            shared = nengo.Convolution(1, (10, 10, 1), kernel_size=(1, 1), init=kernel)
+            nengo.Connection(pixels.neurons, b.neurons, transform=shared)
+        return network
+
+    weak, strong = convolved(1e-5), convolved(1e-2)
+    assert estimated(strong) > 2 * estimated(weak)
+    for network in (weak, strong):
+        assert measured(network) / 2 < estimated(network) < measured(network) * 2
 
 
 def test_a_lossy_path_that_is_set_is_hinted_at() -> None:
