@@ -21,6 +21,7 @@ from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.recorder import Recorder
 from spikeport.backends.rerun import TAU_S, Rerun, check
 from spikeport.backends.step_log import LogOptions
+from spikeport.compile.check.lost_values import readout_hints
 from spikeport.compile.ground.quantisation import relative_rms
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.modules import by_module
@@ -102,7 +103,7 @@ def measure(
     spikes, activity, against_float = _run(network, compilation, seconds, seed)
     rerun, exact = Rerun(image, spikes), wanted(blocks)
     baseline, rounded = rerun.floats(exact), rerun.integers()
-    _check_baseline(baseline, rounded)
+    _check_baseline(baseline, rounded, activity)
     loss = Loss(
         n_steps=len(spikes),
         tau_s=TAU_S,
@@ -117,14 +118,17 @@ def measure(
     return MeasuredLoss(loss, activity, _counts(by_module(compilation.image), spikes))
 
 
-def _check_baseline(baseline: np.ndarray, rounded: np.ndarray) -> None:
+def _check_baseline(baseline: np.ndarray, rounded: np.ndarray, run: Activity) -> None:
     """Refuse outputs whose error would be relative to zero."""
-    if not baseline.any():
-        chip = "but not on the chip" if rounded.any() else "and on the chip"
-        raise BackendError(
-            f"cannot measure the loss: the outputs are 0 in floating point, {chip}, and no error "
-            "is relative to 0; measure a longer time, or give the network an input"
-        )
+    if baseline.any():
+        return
+    chip = "but not on the chip" if rounded.any() else "and on the chip"
+    saturated = [str(hint) for hint in readout_hints(run.readout_spikes, run.n_steps)]
+    why = saturated or ["measure a longer time, or give the network an input"]
+    raise BackendError(
+        f"cannot measure the loss: the outputs are 0 in floating point, {chip}, and no error is "
+        f"relative to 0; {why[0]}"
+    )
 
 
 def _counts(image: ChipImage, spikes: Sequence[np.ndarray]) -> Activity:

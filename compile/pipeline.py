@@ -37,6 +37,7 @@ from spikeport.compile.check.loops import loop_hints
 from spikeport.compile.check.memory import over_memory
 from spikeport.compile.check.offload import Offload
 from spikeport.compile.check.overflow import overflow_hints
+from spikeport.compile.check.read_outs import single_spike_hints
 from spikeport.compile.check.saturation import saturation_hints
 from spikeport.compile.check.verify import (
     verify,
@@ -447,6 +448,7 @@ def _hints(job: Job, values: StageValues) -> tuple[Violation, ...]:
         *host_neuron_hints(scope, dt_s),
         *learning_rate_hints(scope),
         *unlearnt_hints(unplaced),
+        *single_spike_hints(unplaced),
         *filter_hints(blocks.floats.passages, dt_s, rewritten),
         *image_hints(unplaced, blocks.errors, blocks.rounded_away, rewritten),
         *overflow_hints(unplaced),

@@ -247,6 +247,16 @@ def test_an_error_relative_to_outputs_of_0_is_refused() -> None:
         measured_of(network, 0.5)
 
 
+def test_read_outs_that_lose_every_spike_are_named_where_no_output_is_left() -> None:
+    with nengo.Network(seed=1) as network:
+        slow, bent = nengo.dists.Choice([60.0]), nengo.dists.Choice([-0.5])
+        few = nengo.Ensemble(2, 1, max_rates=slow, intercepts=bent, encoders=[[1], [-1]])
+        nengo.Connection(nengo.Node(0.9), few)
+        nengo.Probe(few)
+    with pytest.raises(BackendError, match=r"0 in floating .*; read-outs: SP406 .*or by more"):
+        measured_of(network, 0.3)
+
+
 def network_with(node: object) -> nengo.Network:
     with nengo.Network(seed=1) as network:
         ensemble = nengo.Ensemble(5, 1)

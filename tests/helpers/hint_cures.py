@@ -102,6 +102,13 @@ def read_out(scale: float) -> None:
     nengo.Connection(a, nengo.Node(lambda t, x: x, size_in=1), function=lambda x: scale * x)
 
 
+def slow(n: int = 2, rate_hz: float = 60.0, factor: float = 1.0) -> None:
+    """Add neurons that are read out, with a maximum rate, and a factor on what is decoded."""
+    kind = nengo.dists.Choice([rate_hz])
+    a = nengo.Ensemble(n, 1, max_rates=kind, intercepts=nengo.dists.Choice([-0.5]))
+    nengo.Connection(a, nengo.Node(lambda t, x: x / factor, size_in=1), transform=factor)
+
+
 def rates(max_rate: float) -> None:
     kind = nengo.LIF(tau_ref=0.0001)
     nengo.Probe(nengo.Ensemble(20, 1, neuron_type=kind, max_rates=nengo.dists.Choice([max_rate])))
@@ -335,9 +342,9 @@ CASES = [
     ),
     Case(
         "SP406",
-        "divide what is decoded by its full scale",
+        "divide what is decoded by its full scale, or by more",
         measured(partial(read_out, 30)),
-        (measured(partial(read_out, 1)),),
+        (measured(partial(read_out, 1)), measured(partial(read_out, 0.5))),
     ),
     Case(
         "SP407",
@@ -470,6 +477,17 @@ CASES = [
         (
             hinted(partial(relayed_pair, "direct"), "compact"),
             hinted(partial(relayed_pair, "direct"), "decode_path,as_written"),
+        ),
+    ),
+    Case(
+        "SP426",
+        "decode more neurons, or neurons with higher maximum rates, or divide what is decoded by "
+        "{factor}, and multiply on the host",
+        hinted(slow),
+        (
+            hinted(partial(slow, n=50)),
+            hinted(partial(slow, rate_hz=200.0)),
+            hinted(partial(slow, factor=1 / 4)),
         ),
     ),
 ]

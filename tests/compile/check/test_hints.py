@@ -39,7 +39,7 @@ def test_weights_of_zero_that_learn_get_no_hint() -> None:
         plain = nengo.Node(lambda t, x: None, size_in=1)
         nengo.Connection(a, plain, **zero)
     found = [hint for hint in compile_network(network).report.hints if hint.id == "SP402"]
-    assert [hint.object for hint in found] == ["ensembles[0] -> read-out#2"]
+    assert [hint.object for hint in found] == ["ensembles[0] -> read-out"]
 
 
 @pytest.mark.parametrize(("copies", "n_hints"), [(1, 0), (2, 0), (3, 1)])

@@ -19,7 +19,7 @@ def test_spikes_of_read_outs_are_counted_against_none():
     (hint,) = readout_hints(1234, 2000)
     assert str(hint) == (
         "read-outs: SP406 read-out saturation: 1,234 spikes in 2,000 steps, limit 0; cure: divide "
-        "what is decoded by its full scale, and multiply on the host"
+        "what is decoded by its full scale, or by more, and multiply on the host"
     )
 
 

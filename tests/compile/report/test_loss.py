@@ -67,7 +67,7 @@ def test_every_hint_on_a_loss_has_a_cure() -> None:
     )
     assert [str(hint) for hint in several.hints] == [
         "read-outs: SP406 read-out saturation: 3 spikes in 10 steps, limit 0; cure: divide what is "
-        "decoded by its full scale, and multiply on the host",
+        "decoded by its full scale, or by more, and multiply on the host",
         "a: SP407 rate aliasing: 50 % off; cure: lower the maximum rates, or, from Python, take a "
         "shorter dt: Simulator(network, dt=0.0005)",
         "input 0: SP408 input saturation: spikes lost in 50 % of steps; cure: widen the ensemble's "
