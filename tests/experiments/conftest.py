@@ -17,6 +17,7 @@ from spikeport.experiments.options import Options, Outcome
 from spikeport.experiments.sweep.folder import SweepFolder
 from spikeport.experiments.sweep.plan import Sweep
 from spikeport.experiments.sweep.table import table
+from spikeport.experiments.switch import rehearsal
 from spikeport.experiments.walk import gait, trial
 from spikeport.experiments.walk.gait import record_gait
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -93,16 +94,27 @@ def sweep_of() -> Callable[..., Sweep]:
     return make
 
 
-@pytest.fixture
-def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
+def shorten_gaits(monkeypatch: pytest.MonkeyPatch, gait_s: float, straight_s: float) -> None:
     """Shorten the gaits from which the ranges and calibrations of walks are made."""
 
     def short(policy, perturbations=(NONE,)):
-        return record_gait(policy, perturbations, seconds=1.0)
+        return record_gait(policy, perturbations, seconds=gait_s)
 
-    for module in (gait, trial):
+    for module in (gait, rehearsal, trial):
         monkeypatch.setattr(module, "record_gait", short)
-    monkeypatch.setattr(gait, "STRAIGHT_S", 2.5)
+    monkeypatch.setattr(gait, "STRAIGHT_S", straight_s)
+
+
+@pytest.fixture
+def short_gait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shorten gaits to the least that a calibration takes; a robot may fall on it."""
+    shorten_gaits(monkeypatch, 1.0, 2.5)
+
+
+@pytest.fixture
+def fair_gait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shorten gaits so much that robots still walk for a while on their calibrations."""
+    shorten_gaits(monkeypatch, 12.0, 8.0)
 
 
 @pytest.fixture(scope="session")

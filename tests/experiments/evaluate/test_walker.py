@@ -16,8 +16,6 @@ from spikeport.experiments.evaluate.stage import Stage
 from spikeport.experiments.evaluate.walker import ExactWalker, SpikingWalker, find_walker
 from spikeport.experiments.options import Options
 from spikeport.experiments.sweep.store import Store
-from spikeport.experiments.walk import trial as walk_trial
-from spikeport.experiments.walk.gait import record_gait
 from spikeport.experiments.walk.settings import WalkSettings
 from spikeport.experiments.walk.trial import WalkTrial
 from spikeport.networks import walking_policy
@@ -62,9 +60,9 @@ def test_an_episode_depends_on_its_seed_and_perturbation():
 
 
 @pytest.mark.slow
-def test_a_spiking_walker_repeats_an_episode_bit_for_bit_after_another(monkeypatch):
-    monkeypatch.setattr(walk_trial, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
-    settings = WalkSettings(n_neurons=2, calibrated=False)
+@pytest.mark.usefixtures("short_gait")
+def test_a_spiking_walker_repeats_an_episode_bit_for_bit_after_another(pocket):
+    settings = WalkSettings(n_neurons=2, policy=pocket, calibrated=False)
     trial = WalkTrial(settings, Options(1.0, backend="native", pipeline="compact"))
     walker = SpikingWalker(trial)
     first = walker.walk(NONE, 0.5, 3).plant.data.qpos.copy()
@@ -75,9 +73,11 @@ def test_a_spiking_walker_repeats_an_episode_bit_for_bit_after_another(monkeypat
 
 
 @pytest.mark.slow
-def test_a_robot_that_is_called_in_its_own_steps_alone_walks_as_if_called_in_all(monkeypatch):
-    monkeypatch.setattr(walk_trial, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
-    settings = WalkSettings(n_neurons=2, calibrated=False)
+@pytest.mark.usefixtures("short_gait")
+def test_a_robot_that_is_called_in_its_own_steps_alone_walks_as_if_called_in_all(
+    monkeypatch, pocket
+):
+    settings = WalkSettings(n_neurons=2, policy=pocket, calibrated=False)
     walker = SpikingWalker(WalkTrial(settings, Options(1.0, backend="native", pipeline="compact")))
     actions, advance = [], Stage.advance
 
@@ -95,10 +95,10 @@ def test_a_robot_that_is_called_in_its_own_steps_alone_walks_as_if_called_in_all
 
 
 @pytest.mark.slow
-def test_a_walker_that_is_replaced_is_closed_and_freed(monkeypatch):
-    monkeypatch.setattr(walk_trial, "record_gait", lambda *asked: record_gait(*asked, seconds=1.0))
+@pytest.mark.usefixtures("short_gait")
+def test_a_walker_that_is_replaced_is_closed_and_freed(monkeypatch, pocket):
     options = dataclasses.replace(OPTIONS, backend="native")
-    settings = WalkSettings(n_neurons=2, calibrated=False)
+    settings = WalkSettings(n_neurons=2, policy=pocket, calibrated=False)
     closed, close = [], Simulator.close
     first = weakref.ref(find_walker(settings, options))
     assert first() is not None

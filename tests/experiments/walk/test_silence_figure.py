@@ -66,9 +66,16 @@ def test_tilts_are_positive_forwards_and_to_the_right(tilt, axis, degrees):
 
 
 @pytest.mark.slow
-def test_silence_ends_the_gait(tmp_path, short_gait):
+@pytest.mark.usefixtures("short_gait")
+def test_silence_ends_the_gait(tmp_path, pocket):
     settings = WalkSettings(
-        path="line", n_neurons=4, calibrated=False, silence=1.0, silence_at=0.3, follower="exact"
+        path="line",
+        policy=pocket,
+        n_neurons=4,
+        calibrated=False,
+        silence=1.0,
+        silence_at=0.3,
+        follower="exact",
     )
     options = Options(0.5, backend="native", pipeline="compact")
     run(WalkTrial(settings, options), tmp_path)
