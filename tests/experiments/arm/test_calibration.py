@@ -13,10 +13,11 @@ from spikeport.experiments.arm.reach import ReachSettings, ReachTrial
 from spikeport.experiments.arm.reach_task import BOXES, rehearsals
 from spikeport.experiments.arm.region import record_region
 from spikeport.experiments.calibration import Refitted
-from spikeport.experiments.driver import perform, prepare, run
+from spikeport.experiments.driver import perform, prepare
 from spikeport.experiments.options import Options
 from spikeport.networks.arm import ArmSizes, arm
 from spikeport.simulator import Simulator
+from tests.helpers.unwritten import outcome
 
 SMALL = ArmSizes(m1=40, cb=30, s1=10)
 HOLD_S = 0.065
@@ -100,9 +101,20 @@ def test_a_file_gives_the_controller_that_a_refit_in_place_gives(few_states, tmp
     assert calibration.image_digest not in digests  # it has no relays of decoded torques
 
 
+@pytest.fixture
+def no_refit(monkeypatch):
+    """Leave out rehearsal and refit: the decoders are zeros."""
+    monkeypatch.setattr(ReachTrial, "_rehearsed", lambda _: None)
+    monkeypatch.setattr(ReachTrial, "_arm", lambda *_: None)
+    monkeypatch.setattr(arm_trial, "draw_states", lambda *_: None)
+    decoders = {name: np.zeros(shape) for name, shape in ReachSettings().sizes.decoders.items()}
+    monkeypatch.setattr(arm_trial, "refit_arm", lambda *_: Refitted(decoders, ""))
+
+
 @pytest.mark.slow
-def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
-    settings, options = ReachSettings(m1=40, cb=30, s1=10), Options(0.1)
+@pytest.mark.usefixtures("no_refit")
+def test_a_file_made_for_another_network_is_refused(tmp_path):
+    settings, options = ReachSettings(), Options(0.1)
     path = tmp_path / "decoders.npz"
     ReachTrial(settings, options).calibrate().save(path)
     other = dataclasses.replace(settings, network_seed=1, box="large", calibrated=str(path))
@@ -115,13 +127,9 @@ def test_a_file_made_for_another_network_is_refused(few_states, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("no_refit")
 def test_a_file_made_by_another_method_is_refused(tmp_path, monkeypatch):
     path, settings, options = tmp_path / "decoders.npz", ReachSettings(), Options(0.1)
-    monkeypatch.setattr(ReachTrial, "_rehearsed", lambda _: None)
-    monkeypatch.setattr(arm_trial, "draw_states", lambda *_: None)
-    decoders = {name: np.zeros(shape) for name, shape in settings.sizes.decoders.items()}
-    monkeypatch.setattr(arm_trial, "refit_arm", lambda *_: Refitted(decoders, ""))
-    monkeypatch.setattr(ReachTrial, "_arm", lambda *_: None)
     ReachTrial(settings, options).calibrate().save(path)
     read = ReachTrial(dataclasses.replace(settings, calibrated=str(path)), options)
     read.check()
@@ -141,8 +149,12 @@ def test_a_drawing_is_calibrated_for_its_sheet_and_time_but_not_for_its_digit():
 
 
 @pytest.mark.slow
-def test_a_calibrated_controller_draws(tmp_path, kept):
+def test_a_calibrated_controller_draws(kept, monkeypatch):
     settings = draw.DrawSettings(calibrated=True)
-    metrics = run(draw.DrawTrial(settings, Options(12.0, cache=kept)), tmp_path).result["metrics"]
+    region = draw.DrawTrial(settings, Options(12.0, cache=kept))._rehearsed()
+    monkeypatch.setattr(draw.DrawTrial, "_rehearsed", lambda _: region)
+    # A third of the states are enough to draw well; decoders made from so few must not be kept.
+    monkeypatch.setattr(arm_trial, "draw_states", functools.partial(draw_states, n=500))
+    metrics = outcome(draw.DrawTrial(settings, Options(12.0))).result["metrics"]
     assert metrics["shape_error_rms_m"] <= 0.003
     assert metrics["readout_spikes"] == 0

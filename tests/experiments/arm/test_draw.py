@@ -9,20 +9,21 @@ from spikeport.errors import MissingExtraError, UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.arm import digit_reader, draw
 from spikeport.experiments.options import Options
+from tests.helpers.unwritten import outcome
 
 FILES = ["figure.png", "probes.nc", "result.json"]
 
 
-def run(folder, seconds=12.0, backend="analytic", cache=NOTHING, **settings):
+def trial(seconds=12.0, backend="analytic", cache=NOTHING, **settings):
     options = Options(seconds, backend=backend, cache=cache)
-    return driver.run(draw.DrawTrial(draw.DrawSettings(**settings), options), folder).result
+    return draw.DrawTrial(draw.DrawSettings(**settings), options)
 
 
 @pytest.fixture(scope="module")
 def five(tmp_path_factory):
     """Return the folder of a hasty 5, drawn by the exact law."""
     folder = tmp_path_factory.mktemp("five")
-    run(folder, 6.0)
+    driver.run(trial(6.0), folder)
     return folder
 
 
@@ -30,9 +31,9 @@ def five(tmp_path_factory):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("digit", range(10))
-def test_the_exact_law_draws_every_digit(tmp_path, digit):
-    metrics = run(tmp_path, digit=digit)["metrics"]
+@pytest.mark.parametrize("digit", [1, 4, 8])
+def test_the_exact_law_draws_straight_lines_corners_and_curves(digit):
+    metrics = outcome(trial(digit=digit)).result["metrics"]
     assert metrics["shape_error_rms_m"] <= 0.002
     assert metrics["recognised_as"] == digit
     assert metrics["joint_limit_steps"] == 0
@@ -40,17 +41,17 @@ def test_the_exact_law_draws_every_digit(tmp_path, digit):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("digit", range(10))
-def test_the_lean_controller_draws_every_digit_on_the_chip(tmp_path, kept, digit):
-    metrics = run(tmp_path, backend="native", cache=kept, digit=digit)["metrics"]
+def test_the_lean_controller_draws_every_digit_on_the_chip(kept, digit):
+    metrics = outcome(trial(backend="native", cache=kept, digit=digit)).result["metrics"]
     assert metrics["shape_error_rms_m"] <= 0.005
     assert metrics["recognised_as"] == digit
     assert metrics["readout_spikes"] == metrics["joint_limit_steps"] == 0
 
 
 @pytest.mark.slow
-def test_float_neurons_draw(tmp_path, kept):
-    metrics = run(tmp_path, backend="reference", cache=kept)["metrics"]
-    assert metrics["shape_error_rms_m"] <= 0.003
+def test_float_neurons_draw():
+    metrics = outcome(trial(6.0, backend="reference")).result["metrics"]
+    assert metrics["shape_error_rms_m"] <= 0.006
     assert metrics["recognised_as"] == 5
 
 
@@ -89,9 +90,9 @@ def test_the_folder_has_a_figure_and_the_whole_path(five):
 
 
 @pytest.mark.slow
-def test_a_drawing_is_not_recognised_without_the_readers_package(tmp_path, monkeypatch):
+def test_a_drawing_is_not_recognised_without_the_readers_package(monkeypatch):
     monkeypatch.setattr(digit_reader, "find_spec", lambda name: None)
-    assert run(tmp_path, 4.0)["metrics"]["recognised_as"] is None
+    assert outcome(trial(4.0)).result["metrics"]["recognised_as"] is None
 
 
 @pytest.mark.parametrize(
@@ -101,8 +102,7 @@ def test_a_drawing_is_read_if_the_reader_is_installed_and_recognise_is_not_false
     monkeypatch, asked, there, reads
 ):
     monkeypatch.setattr(digit_reader, "can_read", lambda: there)
-    trial = draw.DrawTrial(draw.DrawSettings(recognise=asked), Options(12.0))
-    assert trial._reads is reads
+    assert trial(recognise=asked)._reads is reads
 
 
 # refusals

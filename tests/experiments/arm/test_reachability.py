@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from spikeport.errors import UsageError
+from spikeport.experiments.arm import reachability
 from spikeport.experiments.arm.reach_task import BOXES
 from spikeport.experiments.arm.reachability import (
     check_in_region,
@@ -18,6 +19,13 @@ def test_a_reachable_point_is_its_own_nearest_point():
     low, high = arm.limits_rad.T
     q = np.random.RandomState(0).uniform(0.3, 0.7, (20, 4)) * (high - low) + low
     points = arm.batch(q).position
+    assert np.array(list(nearest_reachable(points))) == pytest.approx(points, abs=1e-3)
+
+
+def test_points_of_a_box_are_reached_without_a_search(monkeypatch):
+    """A search for each point would take a second for 20 points."""
+    monkeypatch.setattr(reachability, "_least_gap", None)
+    points = BOXES["small"].grid(3)
     assert np.array(list(nearest_reachable(points))) == pytest.approx(points, abs=1e-3)
 
 
