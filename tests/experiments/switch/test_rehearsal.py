@@ -24,6 +24,8 @@ from spikeport.robot.walk_interface import PARTS
 @pytest.mark.parametrize(("anchor", "knows"), [(True, False), (False, True)])
 def test_only_a_policy_that_balances_observes_the_arm_at_work(brief, monkeypatch, anchor, knows):
     monkeypatch.setattr(rehearsal, "record_gait", lambda *_asked: np.zeros((1, 69)))
+    monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
+    monkeypatch.setattr(Rehearsals, "_reaches", lambda _: [])
     settings = SwitchSettings(schedule=brief, anchor=anchor)
     trial = SwitchTrial(settings, Options(6.0))
     found = trial.rehearsals(trial.exact()).record()

@@ -4,11 +4,13 @@ import json
 
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from spikeport import cache
 from spikeport.experiments import driver
+from spikeport.experiments.arm.reach_task import rehearsals
 from spikeport.experiments.switch import rehearsal
-from spikeport.experiments.walk import gait
+from spikeport.experiments.switch.trial import SwitchTrial
 from spikeport.networks.arm import PRESETS, ArmSizes
 
 
@@ -26,7 +28,9 @@ def small(monkeypatch, spikeport, short, short_gait, pocket, tmp_path):
     monkeypatch.setitem(PRESETS, "lean", ArmSizes(m1=60, cb=40, s1=10))
     monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
     monkeypatch.setattr(driver, "draw_scenes", lambda *_: ())
-    monkeypatch.setattr(rehearsal, "record_gait", gait.record_gait)  # the short one
+    monkeypatch.setattr(
+        rehearsal, "rehearsals", lambda box: [rehearsals(box)[1]._replace(seconds=3.0)]
+    )
 
     def command(name, out, *settings, backend="native"):
         chosen = (f"schedule={short}", "n_neurons=2", f"policy={pocket}", *settings)
@@ -47,6 +51,12 @@ def kept(monkeypatch, folder_of_cache):
     monkeypatch.setenv(cache.FOLDER, str(folder_of_cache))
 
 
+@pytest.fixture
+def undrawn(monkeypatch):
+    """Leave out the figure of runs in tests that make many; other tests of this file draw it."""
+    monkeypatch.setattr(SwitchTrial, "figure", lambda *_: Figure())
+
+
 def result(folder):
     found = json.loads((folder / "result.json").read_text())
     del found["metrics"]["real_time_factor"]
@@ -54,6 +64,7 @@ def result(folder):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("undrawn")
 def test_a_calibration_is_made_once_and_used_again(small, tmp_path):
     file = tmp_path / "c.npz"
     code, printed, _ = small("calibrate", "c.npz")
@@ -73,7 +84,7 @@ def test_a_calibration_is_made_once_and_used_again(small, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("kept")
+@pytest.mark.usefixtures("kept", "undrawn")
 def test_conversions_give_humanoids_of_different_images_whose_readouts_do_not_spike(
     small, tmp_path
 ):

@@ -10,10 +10,12 @@ from spikeport.errors import UsageError
 from spikeport.experiments import driver
 from spikeport.experiments.calibration import DecoderCalibration
 from spikeport.experiments.options import Options
+from spikeport.experiments.switch import rehearsal
 from spikeport.experiments.switch.settings import SwitchSettings
 from spikeport.experiments.switch.trial import SwitchTrial
 from spikeport.networks import walking_policy
 from spikeport.robot.description import JOINTS
+from tests.helpers.unwritten import outcome
 
 ANALYTIC = ("run", "switch", "--backend", "analytic")
 FILES = ["figure.png", "probes.nc", "result.json"]
@@ -109,8 +111,11 @@ def test_an_anchored_pelvis_stays_and_a_free_one_does_not(exact):
 
 
 @pytest.mark.slow
-def test_a_spiking_humanoid_does_the_four_phases_on_the_chip(tmp_path):
-    result = switched(tmp_path, backend="native")
+@pytest.mark.usefixtures("fair_gait")
+def test_a_spiking_humanoid_does_the_four_phases_on_the_chip(monkeypatch):
+    monkeypatch.setattr(rehearsal, "SEEDS", (1000,))
+    options = Options(60.0, backend="native", pipeline="compact")
+    result = outcome(SwitchTrial(SwitchSettings(), options)).result
     figures = result["metrics"]
     assert figures["falls"] == 0
     assert all(phase["success"] for phase in figures["phases"])
