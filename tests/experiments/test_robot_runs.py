@@ -3,9 +3,11 @@
 The runs must agree in the robot's motion (float64), the time series and the counts of every core.
 """
 
+import functools
 import hashlib
 import itertools
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +45,8 @@ def run(
     ``folder`` and ``kept`` are those of the run and of its cache, if any.
     """
     experiment = registry.get(name)
-    with tempfile.TemporaryDirectory() as made:
+    with tempfile.TemporaryDirectory() as made, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(driver, "draw_scenes", lambda *_: ())  # they take longer than a short run
         out = Path(folder or made)
         options = Options(
             seconds=seconds,
@@ -74,12 +77,21 @@ def _values(path: Path) -> bytes:
         return b"".join(np.asarray(series[name]).tobytes() for name in sorted(series.variables))
 
 
-@pytest.mark.slow
-def test_a_walk_is_the_same_in_one_process_and_in_two() -> None:
-    inline = run("walk", "analytic", "inline", 1.0)
-    assert inline["steps"] == inline["states"] == 200
-    stub = in_namespace(run, "walk", "analytic", "stub", 1.0)
-    assert stub == inline
+WALKS: dict[str, tuple[tuple[str, ...], str | None]] = {
+    "plain": ((), None),
+    "faulty": (
+        ("loss:0.2", "jitter=5:1", "state-delay=10:1", "state-loss:0.1", "state-reorder:0.1"),
+        "odometer",
+    ),
+    "estimate": ((), "ekf"),
+}
+"""For each walk the faults of its link, and its estimator."""
+
+
+def walk(name: str, robot: str) -> dict[str, Any]:
+    """Return one of `WALKS`, for half a second."""
+    faults, estimator = WALKS[name]
+    return run("walk", "analytic", robot, 0.5, faults=faults, estimator=estimator)
 
 
 def states_in_real_time() -> int | None:
@@ -94,34 +106,63 @@ def states_in_real_time() -> int | None:
     return int(states)
 
 
+def walks_in_two() -> dict[str, Any]:
+    """Return all walks with the robot in a process of its own, and the states in real time."""
+    return {**{name: walk(name, "stub") for name in WALKS}, "real time": states_in_real_time()}
+
+
+@pytest.fixture(scope="module")
+def in_two() -> dict[str, Any]:
+    """Return all walks from one namespace: to enter one and import takes longer than a walk."""
+    found: dict[str, Any] = in_namespace(walks_in_two)
+    return found
+
+
+@pytest.fixture(scope="module")
+def inline() -> Callable[[str], dict[str, Any]]:
+    """Return a function that walks one of `WALKS` once, with the robot in this process."""
+    return functools.cache(lambda name: walk(name, "inline"))
+
+
 @pytest.mark.slow
-def test_a_walk_in_real_time_goes_on_after_its_first_step() -> None:
+@pytest.mark.parametrize("name", WALKS)
+def test_a_walk_is_the_same_in_one_process_and_in_two(
+    name: str, inline: Callable[[str], dict[str, Any]], in_two: dict[str, Any]
+) -> None:
+    walked = inline(name)
+    assert in_two[name] == walked
+    assert walked["steps"] == 100
+    assert (walked["motion"] == inline("plain")["motion"]) == (name == "plain")
+
+
+@pytest.mark.slow
+def test_a_walk_in_real_time_goes_on_after_its_first_step(in_two: dict[str, Any]) -> None:
     """Its length depends on the machine: a robot whose commands are too late damps itself."""
-    states = in_namespace(states_in_real_time)
-    if states is None:
+    if in_two["real time"] is None:
         pytest.skip("this machine is too busy for a robot in real time")
-    assert states > 1
+    assert in_two["real time"] > 1
 
 
 @pytest.mark.slow
-def test_a_walk_on_odometry_with_faulty_states_is_the_same_in_one_process_and_in_two() -> None:
-    faults = ["state-delay=10:1", "state-loss:0.1", "state-reorder:0.1"]
-    asked = ("walk", "analytic", "inline", 0.5, "", faults, "odometer")
-    inline = run(*asked)
-    assert inline["states"] < inline["steps"] == 100
-    assert 0.01 < max(inline["estimator"]["velocity_error_m_s"]) < 0.05
-    stub = in_namespace(run, *(one if one != "inline" else "stub" for one in asked))
-    assert stub == inline
+def test_only_faults_lose_states(inline: Callable[[str], dict[str, Any]]) -> None:
+    assert inline("plain")["states"] == 100
+    assert inline("faulty")["states"] < 100
 
 
 @pytest.mark.slow
-def test_a_walk_on_an_estimate_is_the_same_in_one_process_and_in_two() -> None:
-    inline = run("walk", "analytic", "inline", 1.0, estimator="ekf")
-    assert inline["estimator"]["name"] == inline["set"] == "ekf"
-    assert max(inline["estimator"]["velocity_error_m_s"]) < 0.05
-    stub = in_namespace(run, "walk", "analytic", "stub", 1.0, "", [], "ekf")
-    assert stub == inline
-    assert inline["motion"] != run("walk", "analytic", "inline", 1.0)["motion"]
+def test_faulty_commands_change_a_walk(inline: Callable[[str], dict[str, Any]]) -> None:
+    faulty = run("walk", "analytic", "inline", 0.5, faults=("loss:0.2", "jitter=5:1"))
+    assert faulty["motion"] != inline("plain")["motion"]
+
+
+@pytest.mark.slow
+def test_an_estimate_is_near_the_robots_velocity(
+    inline: Callable[[str], dict[str, Any]],
+) -> None:
+    odometer, ekf = inline("faulty"), inline("estimate")
+    assert 0.01 < max(odometer["estimator"]["velocity_error_m_s"]) < 0.05
+    assert max(ekf["estimator"]["velocity_error_m_s"]) < 0.05
+    assert ekf["estimator"]["name"] == ekf["set"] == "ekf"
 
 
 @pytest.mark.slow
@@ -132,14 +173,6 @@ def test_a_reach_on_the_chip_is_the_same_with_board_and_robot_in_processes_of_th
     inline = run("reach", "native", "inline", 0.3, *options)
     assert inline["activity"]["spikes"] > 0
     assert in_namespace(run, "reach", "board", "stub", 0.3, *options) == inline
-
-
-@pytest.mark.slow
-def test_a_walk_with_faulty_commands_is_the_same_in_one_process_and_in_two() -> None:
-    faults = ["loss:0.2", "jitter=5:1"]
-    inline = run("walk", "analytic", "inline", 0.5, "", tuple(faults))
-    assert in_namespace(run, "walk", "analytic", "stub", 0.5, "", faults) == inline
-    assert inline["motion"] != run("walk", "analytic", "inline", 0.5)["motion"]
 
 
 @pytest.mark.parametrize(
