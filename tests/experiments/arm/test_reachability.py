@@ -22,11 +22,18 @@ def test_a_reachable_point_is_its_own_nearest_point():
     assert np.array(list(nearest_reachable(points))) == pytest.approx(points, abs=1e-3)
 
 
-def test_points_of_a_box_are_reached_without_a_search(monkeypatch):
-    """A search for each point would take a second for 20 points."""
-    monkeypatch.setattr(reachability, "_least_gap", None)
+def test_few_points_of_a_box_take_a_search(monkeypatch):
+    """Searches for all points would take most of the time of a check."""
+    searched, search = [], reachability._least_gap
+
+    def counted(arm, point, *found):
+        searched.append(point)
+        return search(arm, point, *found)
+
+    monkeypatch.setattr(reachability, "_least_gap", counted)
     points = BOXES["small"].grid(3)
     assert np.array(list(nearest_reachable(points))) == pytest.approx(points, abs=1e-3)
+    assert len(searched) < 0.1 * len(points)
 
 
 @pytest.mark.slow

@@ -15,9 +15,9 @@ SAME = ("metrics", "activity", "image_digest", "resources", "energy", "seeds", "
 
 
 @pytest.fixture
-def run(tmp_path, monkeypatch):
+def run(tmp_path, monkeypatch, kept):
     """Return a function that runs points as a worker does, and drop its network at the end."""
-    monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))
+    monkeypatch.setenv(cache.FOLDER, str(kept.folder))
     worker = PointRun.new()
     yield lambda point: worker(point, str(tmp_path))
     sweep_point.KEEPER.drop()
@@ -38,25 +38,38 @@ def prepared(monkeypatch):
 
 
 SWEEPS = [
-    ("reach", {"m1": 40, "cb": 30, "s1": 10}, {}),
-    ("draw", {"m1": 40, "cb": 30, "s1": 10, "recognise": False}, {"digit": (3, 7)}),
-    ("walk", {"n_neurons": 2, "follower": "exact"}, {"path": ("line", "s-curve")}),
+    ("reach", {"m1": 40, "cb": 30, "s1": 10}, {}, (1, 2)),
+    ("draw", {"m1": 40, "cb": 30, "s1": 10, "recognise": False}, {"digit": (3, 7)}, (1,)),
+    ("walk", {"n_neurons": 2, "follower": "exact"}, {"path": ("line", "s-curve")}, (1, 2)),
 ]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("experiment", "settings", "varied"), SWEEPS, ids=[experiment for experiment, *_ in SWEEPS]
+    ("experiment", "settings", "varied", "seeds"),
+    SWEEPS,
+    ids=[experiment for experiment, *_ in SWEEPS],
 )
 def test_points_of_a_network_equal_single_runs(
-    run, prepared, sweep_of, short_gait, pocket, tmp_path, experiment, settings, varied
+    run,
+    prepared,
+    sweep_of,
+    short_gait,
+    pocket,
+    tmp_path,
+    monkeypatch,
+    experiment,
+    settings,
+    varied,
+    seeds,
 ):
+    monkeypatch.setattr(driver, "draw_scenes", lambda *_: ())
     settings = {"network_seed": 0, **settings}
     if experiment == "walk":
         settings["policy"] = pocket
     seconds = 4.0 if experiment == "draw" else 0.1  # which the region of a drawing depends on
     asked = {"experiment": experiment, "settings": settings, "varied": varied, "seconds": seconds}
-    points = sweep_of(**asked, seeds=(1, 2)).points()
+    points = sweep_of(**asked, seeds=seeds).points()
     found = [run(point).result for point in points]
     assert len(prepared) == 1
     for point, result in list(zip(points, found, strict=True))[1:]:
