@@ -73,9 +73,9 @@ class Problem:
     def cost(self, bins: Bins) -> tuple[int, float]:
         """Return the number of cores, and the spikes within cores, negated."""
         blocks = np.array([block for mine in bins for block in mine], dtype=int)
-        cores = np.repeat(np.arange(len(bins)), [len(mine) for mine in bins])
+        ends = np.cumsum([0, *map(len, bins)])
         shape = (len(bins), len(self.loads))
-        on_core = sparse.csr_matrix((np.ones(len(blocks), int), (cores, blocks)), shape)
+        on_core = sparse.csr_matrix((np.ones(len(blocks), int), blocks, ends), shape)
         # The number of blocks of each audience on each core: pairs of blocks would be too many.
         heard = on_core @ self.traffic.members
         pairs = heard.data * (heard.data - 1)

@@ -65,7 +65,7 @@ def test_loads_of_cores_are_added_up_once_for_all_attempts(
 
 
 @pytest.mark.slow
-@settings(max_examples=300)
+@settings(max_examples=150)
 @given(of=problems(most_blocks=14))
 def test_room_known_from_earlier_attempts_does_not_change_the_result(of: Problem) -> None:
     bins = filled(of, range(len(of.loads)), first)
