@@ -46,6 +46,9 @@ CONTEXT = multiprocessing.get_context("fork")
 METADATA = "metadata"
 """A group that may hold anything, and does not affect what a NIR graph computes."""
 
+OPENED_WITH = ("h5netcdf.legacyapi", "dask.array")
+"""Modules that xarray imports as it opens a file; Dask only if it is installed."""
+
 DAMAGES = (
     OSError,
     KeyError,
@@ -87,9 +90,17 @@ def read_dataset(path: Path) -> "xr.Dataset":
         If h5py is absent.
     """
     _h5py("reading time series", "runs")
-    import xarray  # noqa: F401, imported once, for all children
-
+    _import_once()
     return _in_a_child(_dataset, read_bytes(path))
+
+
+def _import_once() -> None:
+    """Import what opening a file imports, so that no child spends a second on it."""
+    import xarray  # noqa: F401
+
+    for name in OPENED_WITH:
+        with contextlib.suppress(ModuleNotFoundError):
+            import_module(name)
 
 
 def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:

@@ -7,6 +7,7 @@ import sys
 import h5py
 import numpy as np
 import pytest
+import xarray as xr
 
 from spikeport.errors import MissingExtraError
 from spikeport.extras import install_command
@@ -70,6 +71,18 @@ def test_time_series_in_another_file_are_refused_whatever_their_name(path, tmp_p
         file.create_dataset(name, (1,), "f8", external=[(str(tmp_path / "secret"), 0, 8)])
     wanted = f"expected {name.rpartition('/')[2]} in the file itself"
     assert refusal(path, hdf5.read_dataset) == f"{wanted}, found data in another file"
+
+
+def test_a_child_imports_nothing_that_its_parent_could_import_once(path, monkeypatch):
+    def imported(content: bytes) -> list[str]:
+        before = set(sys.modules)
+        opened(content)
+        return [name.partition(".")[0] for name in set(sys.modules) - before]
+
+    opened = hdf5._dataset
+    monkeypatch.setattr(hdf5, "_dataset", imported)
+    xr.Dataset({"x": ("time", np.arange(3.0))}).to_netcdf(path, engine="h5netcdf")
+    assert {"dask", "h5netcdf", "xarray"}.isdisjoint(hdf5.read_dataset(path))
 
 
 def test_metadata_of_a_graph_that_are_a_link_are_refused(path):
