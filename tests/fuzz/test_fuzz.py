@@ -1,5 +1,6 @@
 """A few hundred spoilt files for each loader; `python -m tests.fuzz` can run for hours."""
 
+import functools
 import os
 import random
 
@@ -12,15 +13,21 @@ from tests.fuzz.mutations import mutated
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 MUTATIONS = 300
-FEWER = {"NIR": 100}
-"""Fewer files, for a loader that reads each in a process of its own."""
+FEWER = {"NIR": 60, "run": 60}
+"""Fewer files, for loaders that read each in a process of its own."""
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """Return a function that writes a loader's good files once for all tests."""
+    return functools.cache(lambda name: good_files(LOADERS[name], tmp_path_factory.mktemp("good")))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LOADERS)
-def test_spoilt_files_are_read_or_refused(name, tmp_path):
-    loader, tally, mutations = LOADERS[name], Tally(), FEWER.get(name, MUTATIONS)
-    fuzz(loader, good_files(loader, tmp_path), mutations, seed=0, tally=tally)
+def test_spoilt_files_are_read_or_refused(name, good):
+    tally, mutations = Tally(), FEWER.get(name, MUTATIONS)
+    fuzz(LOADERS[name], good(name), mutations, seed=0, tally=tally)
     assert tally.failures == []
     assert tally.tried == mutations
     assert tally.refused > mutations / 10
@@ -35,17 +42,16 @@ IN_FOLDERS = "sweep's"
 @pytest.mark.parametrize(
     "name", [name for name in LOADERS if not name.startswith((*MESSAGES, IN_FOLDERS))]
 )
-def test_a_path_that_is_not_a_regular_file_is_refused(name, tmp_path):
-    loader = LOADERS[name]
-    good, *_ = good_files(loader, tmp_path / "good")
-    places = [tmp_path / f"{place}{good.suffix}" for place in ("none", "folder", "loop", "n" * 300)]
+def test_a_path_that_is_not_a_regular_file_is_refused(name, good, tmp_path):
+    path, *_ = good(name)
+    places = [tmp_path / f"{place}{path.suffix}" for place in ("none", "folder", "loop", "n" * 300)]
     places[1].mkdir()
     places[2].symlink_to(places[2])
-    os.mkfifo(pipe := tmp_path / f"pipe{good.suffix}")
-    for path in (*places, pipe, good / good.name):
+    os.mkfifo(pipe := tmp_path / f"pipe{path.suffix}")
+    for odd in (*places, pipe, path / path.name):
         with pytest.raises(SpikeportError) as caught:
-            loader.load(path)
-        assert path.name in str(caught.value)
+            LOADERS[name].load(odd)
+        assert odd.name in str(caught.value)
 
 
 def test_files_that_are_neither_read_nor_refused_are_kept(tmp_path):
