@@ -11,7 +11,7 @@ from spikeport.compile.passes.base import Context, NetworkPass
 from spikeport.hardware_models import chip as chips
 
 DT_S = 0.001
-N_STEPS = 120
+N_STEPS = 60
 KINDS = (LoihiLIF(), LoihiSpikingRectifiedLinear(), LoihiLIF(tau_rc=0.03))
 """Neuron types whose decoders float Nengo solves for the chip's rates, as nengo-loihi does."""
 TAUS = (0.002, 0.005)
@@ -87,7 +87,9 @@ def float_run(rewrite: Rewrite) -> dict[nengo.Probe, np.ndarray]:
     """Return the values that a network's probes record in plain Nengo."""
     model = Model(dt=DT_S)
     model.seeds.update(rewrite.all_seeds())
-    with nengo.Simulator(rewrite.network, model=model, progress_bar=False) as simulator:
+    # To merge operators takes longer than all steps.
+    plain = {"model": model, "progress_bar": False, "optimize": False}
+    with nengo.Simulator(rewrite.network, **plain) as simulator:
         simulator.run_steps(N_STEPS, progress_bar=False)
         return {probe: simulator.data[probe] for probe in rewrite.network.all_probes}
 
