@@ -23,7 +23,7 @@ from tests.helpers.lava_witness import ran_on_lava
 
 INSTALLED = Path(__file__).parents[2] / ".referees" / "lava" / "bin" / "python"
 PYTHON = Path(os.environ.get("LAVA_PYTHON", INSTALLED))
-N_STEPS = 200
+N_STEPS = 100
 LOWEST = -(2**23) + 1
 
 pytestmark = [

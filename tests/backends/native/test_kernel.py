@@ -350,7 +350,7 @@ def test_blocks_of_a_thousand_compartments_step_as_on_the_emulator_and_the_oracl
             Route(axon=rng.randint(-1, 1, n), block=0, group=1),
         ],
     ).image()
-    states = assert_equal_steps(image, 0, random_spikes(image, 60, 1))
+    states = assert_equal_steps(image, 0, random_spikes(image, 20, 1))
     assert states[-1].spike_count[:n].sum() > 1000 < states[-1].spike_count[n:].sum()
 
 

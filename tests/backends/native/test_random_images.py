@@ -15,7 +15,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:Overflow in")
 
 
 @pytest.mark.slow
-@settings(max_examples=400)
+@settings(max_examples=200)
 @given(
     image=images(),
     seed=st.integers(0, 2**32 - 1),
