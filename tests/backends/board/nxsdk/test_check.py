@@ -93,10 +93,10 @@ def test_a_quiet_image_has_neither_noise_nor_learning() -> None:
 
 @pytest.mark.slow
 def test_the_arm_runs_from_registers_alone() -> None:
-    image = compile_network(find_network("arm", [])).image
+    image = compile_network(find_network("arm", ["m1=300"])).image
     single = check(image, Placement.single(image), 100)
     packed = check(image, Placement.packed(image), 100)
-    assert (single.n_cores, packed.n_cores) == (image.n_blocks, image.n_cores) == (26, 6)
+    assert (single.n_cores, packed.n_cores) == (image.n_blocks, image.n_cores) == (26, 4)
     assert single.equal
     assert packed.equal
     assert single.n_synapses == len(image.synapses)
