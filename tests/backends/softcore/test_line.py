@@ -30,6 +30,11 @@ ONE_CORE = Parts(
     outputs=[Output("spiked", [0, 1, 2])],
 )
 """An image for a chip of one core, so that messages can name one that is not there."""
+ON = {BAUD_CYCLES: (ONE_CORE.image(), 3), FIFO: (SMALL, 6)}
+"""The image, and its number of outputs, that boards of each link are built for.
+
+To build another board takes 15 s.
+"""
 ROW_BYTE, CORE_BYTE = 1, 3
 """Bytes of a message, {core 8, row 16}, counted from its end."""
 
@@ -69,11 +74,12 @@ def assert_same(
     ],
 )
 def test_a_board_has_the_native_outputs(baud_cycles: int, baud_error: float) -> None:
+    image, n_outputs = ON[baud_cycles]
     crowd = [np.repeat(np.arange(3), 100)]  # more messages than a part of a step holds
     printed = assert_same(
-        board_line(small_image(), baud_cycles, baud_error), spike_train(30) + crowd * 3
+        board_line(image, baud_cycles, baud_error), spike_train(30) + crowd * 3, image
     )
-    assert printed[0] == "198 states compared in 33 steps; differing: outputs 0"
+    assert printed[0] == f"{33 * n_outputs} states compared in 33 steps; differing: outputs 0"
     assert printed[1].startswith("cycles a step: ")
 
 
@@ -115,11 +121,12 @@ def test_a_line_without_an_answer_is_closed(monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
-@pytest.mark.parametrize(("image", "flips"), [(SMALL, ROW_BYTE), (ONE_CORE.image(), CORE_BYTE)])
+@pytest.mark.parametrize(("link", "flips"), [(FIFO, ROW_BYTE), (BAUD_CYCLES, CORE_BYTE)])
 def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_is_right(
-    image: ChipImage, flips: int
+    link: int, flips: int
 ) -> None:
-    line = Disturbed(board_line(image, FIFO))
+    image, _ = ON[link]
+    line = Disturbed(board_line(image, link))
     chip = DeviceChip(image, 0, line)
     chip.step(np.array([0]), {})
     line.flips = flips
@@ -134,7 +141,7 @@ def test_a_bit_that_flips_on_the_line_ends_the_session_and_the_next_one_is_right
 @pytest.mark.skipif(shutil.which("verilator") is None, reason="no verilator: make referees")
 def test_a_step_of_an_image_without_outputs_returns_an_empty_list() -> None:
     image = replace(ONE_CORE, outputs=[]).image()
-    chip = DeviceChip(image, 0, board_line(image, FIFO))
+    chip = DeviceChip(image, 0, board_line(image, BAUD_CYCLES))
     assert chip.step(np.array([0]), {}) == []
     chip.close()
 
