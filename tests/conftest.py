@@ -128,12 +128,14 @@ def bare_environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> C
 
     def make(*packages: str) -> Run:
         folder = tmp_path_factory.mktemp("bare")
-        done = _run(sys.executable, "-m", "venv", folder / "venv", cwd=folder)
+        done = _run(sys.executable, "-m", "venv", "--without-pip", folder / "venv", cwd=folder)
         assert done.returncode == 0, done.stderr
         programs = folder / "venv" / "bin"
-        _pip(programs / "python", "install", "--no-deps", wheel, cwd=folder)
+        # Modules are compiled when a test imports them: it imports few of those installed.
+        install = ("--python", programs / "python", "install", "--no-compile")
+        _pip(sys.executable, *install, "--no-deps", wheel, cwd=folder)
         constraints = ("-c", ROOT / "constraints.txt")
-        _pip(programs / "python", "install", *constraints, *packages, cwd=folder)
+        _pip(sys.executable, *install, *constraints, *packages, cwd=folder)
         return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)
 
     return make
