@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.ndimage import gaussian_filter, map_coordinates
 
 from spikeport.arrays import Floats
 from spikeport.errors import UsageError
@@ -187,6 +186,8 @@ class Uneven:
 
     def height_m(self, x: Floats, y: Floats) -> Floats:
         """Return heights; 0 beyond the edge."""
+        from scipy.ndimage import map_coordinates  # slow to import, and flat floors need none
+
         places = (np.stack(self.pose.inside(x, y)) + SIZE_M / 2) / self.cell_m
         # Relief is interpolated between points, a box is level.
         column, row = places if self.smooth else np.floor(places)
@@ -198,6 +199,8 @@ class Uneven:
 @functools.cache
 def _drawn(smooth: bool) -> Floats:
     """Return heights (n, n) of boxes, or of the points of a relief, as shares of the largest."""
+    from scipy.ndimage import gaussian_filter  # as in `Uneven.height_m`
+
     n = round(SIZE_M / (GRID_M if smooth else BOX_M)) + int(smooth)
     drawn = np.random.RandomState(SEED).uniform(size=(n, n))
     if smooth:
