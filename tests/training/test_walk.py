@@ -7,7 +7,7 @@ pytest.importorskip("rsl_rl")
 
 from spikeport.networks.walking_policy import load
 from spikeport.robot.description import JOINTS
-from spikeport.training import evaluate, selection, walk
+from spikeport.training import evaluate, selection, settled, walk
 from spikeport.training.curriculum import STAGES
 from spikeport.training.learner import LearnerOptions
 from spikeport.training.train import TrainOptions
@@ -17,6 +17,8 @@ from spikeport.training.walk import train_walk
 @pytest.mark.slow
 def test_a_run_leaves_a_policy_and_its_card(tmp_path, monkeypatch):
     monkeypatch.setattr(evaluate, "EPISODE_STEPS", 3)
+    monkeypatch.setattr(settled, "SECONDS", 0.1)
+    monkeypatch.setattr(settled, "SETTLED_S", 0.04)
     for module in (selection, walk):
         monkeypatch.setattr(module, "EPISODES", 2)
     options = TrainOptions(
