@@ -23,6 +23,11 @@ def silent(_what, _share):
     """Report nothing."""
 
 
+def differing(one, other):
+    """Return the names of the weights that are not the same to the last bit."""
+    return [name for name in one if not torch.equal(one[name], other[name])]
+
+
 @pytest.fixture
 def options(tmp_path, monkeypatch):
     """Return options of three segments with an update each; the last one has hidden noise."""
@@ -59,18 +64,25 @@ def weights(options):
     return last.learner["actor_state_dict"]
 
 
-@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_a_resumed_run_ends_with_the_weights_of_an_uninterrupted_one(options, tmp_path, workers):
-    """With several workers, all of them start over with the weights that the first one kept."""
-    options = replace(options, workers=workers)
+def test_a_resumed_run_ends_with_the_weights_of_an_uninterrupted_one(options, tmp_path):
     whole = replace(options, folder=tmp_path / "whole")
     train(whole, silent)
     with pytest.raises(KilledError):
         train(options, killed_after(0.5))
     assert checkpoint.latest(options.folder).name == "00001.pt"
     train(options, silent)
-    one, other = weights(whole), weights(options)
-    assert [name for name in one if not torch.equal(one[name], other[name])] == []
+    assert differing(weights(whole), weights(options)) == []
+
+
+@pytest.mark.slow
+def test_all_of_several_workers_start_over_with_the_weights_that_the_first_one_kept(options):
+    options = replace(options, workers=2)
+    train(options, silent)
+    whole = weights(options)
+    for segment in (2, 3):
+        checkpoint.path_of(options.folder, segment).unlink()
+    train(options, silent)
+    assert differing(whole, weights(options)) == []
 
 
 def test_training_changes_the_weights_and_logs_every_segment(options):
