@@ -1,5 +1,4 @@
 import multiprocessing
-import os
 import signal
 import time
 from datetime import timedelta
@@ -9,20 +8,13 @@ import pytest
 pytest.importorskip("torch")
 pytest.importorskip("rsl_rl")
 
-import torch
 from torch import distributed
 
 from spikeport.errors import WorkerLostError
 from spikeport.training import workers
 from spikeport.training.learner import Learner, LearnerOptions
 from spikeport.training.workers import ALONE, Worker, others
-
-
-def add(worker, values):
-    """Return the sum of one value of every worker."""
-    total = torch.tensor(values[worker.rank])
-    distributed.all_reduce(total)
-    return total.item()
+from tests.helpers.torch_workers import add, answer_late, die, note_mask
 
 
 @pytest.mark.slow
@@ -32,22 +24,11 @@ def test_workers_sum_their_values():
         assert add(Worker(0, 2), values) == 11.0
 
 
-def note_mask(worker, folder):
-    """Note whether a worker may be interrupted, and wait for the others."""
-    blocked = signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ())
-    (folder / str(worker.rank)).write_text(str(blocked))
-    distributed.barrier()
-
-
 @pytest.mark.slow
 def test_only_the_first_worker_can_be_interrupted(tmp_path):
     with others(1, note_mask, tmp_path):
         note_mask(Worker(0, 2), tmp_path)
     assert [(tmp_path / str(rank)).read_text() for rank in range(2)] == ["False", "True"]
-
-
-def die(_worker):
-    os.kill(os.getpid(), signal.SIGKILL)
 
 
 @pytest.mark.slow
@@ -66,12 +47,6 @@ def test_a_worker_that_does_not_come_is_not_awaited_for_ever(tmp_path, monkeypat
     with pytest.raises(RuntimeError, match="timeout"):
         Worker(0, 2).join(str(tmp_path / "meeting"))
     assert not distributed.is_initialized()
-
-
-def answer_late(worker):
-    """Take part in a sum after a while."""
-    time.sleep(3)
-    add(worker, [1.0, 10.0])
 
 
 @pytest.mark.slow
