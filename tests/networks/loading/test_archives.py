@@ -64,16 +64,19 @@ def largest(path: Path) -> zipfile.ZipInfo:
     return max(pickles, key=lambda info: info.file_size)
 
 
+BOMB_BYTES = 120_000_000
+
+
 def bomb(path: Path, claimed: int | None) -> str:
-    """Let a member inflate to 300 MB, whatever size it states, and return its name."""
+    """Let a member inflate to 120 MB, whatever size it states, and return its name."""
     name, content = largest(path).filename, members(path)
-    pack(path, {**content, name: bytes(300_000_000)})
+    pack(path, {**content, name: bytes(BOMB_BYTES)})
     if claimed is not None:
         written = bytearray(path.read_bytes())
         with zipfile.ZipFile(path) as read:
             info = read.getinfo(name)
         place = written.rfind(name.encode()) - 46
-        assert struct.unpack_from("<I", written, place + 24) == (300_000_000,)
+        assert struct.unpack_from("<I", written, place + 24) == (BOMB_BYTES,)
         struct.pack_into("<I", written, place + 24, claimed)
         struct.pack_into("<I", written, info.header_offset + 22, claimed)
         path.write_bytes(written)
