@@ -83,9 +83,15 @@ def run(
     )
 
 
+@pytest.fixture(scope="module")
+def small_run(law, region):
+    """Return the outputs and spikes of a small humanoid, see `run`."""
+    return run(shown(parts(law, region, SMALL, small_layers()), law, region))
+
+
 @pytest.mark.slow
-def test_one_action_silences_the_other(law, region):
-    outputs, spikes = run(shown(parts(law, region, SMALL, small_layers()), law, region))
+def test_one_action_silences_the_other(small_run):
+    outputs, spikes = small_run
     for part, closed in (("arm", (0, 2)), ("follower", (1,)), ("policy", (1,))):
         for phase in range(3):
             late = spikes[part][phase, CLOSED_STEPS:]
@@ -108,10 +114,10 @@ def test_nengo_spas_selection_silences_the_other_action_in_float(law, region):
 
 
 @pytest.mark.slow
-def test_an_open_policy_does_what_it_does_alone(law, region):
+def test_an_open_policy_does_what_it_does_alone(small_run):
     """Within 0.02: its bias comes from neurons, and its weights share their steps with the gate."""
     layers = small_layers()
-    outputs, _ = run(shown(parts(law, region, SMALL, layers), law, region))
+    outputs, _ = small_run
     with nengo.Network(seed=0) as network:
         alone = policy(layers, record_ranges(layers, observed(layers)))
         nengo.Connection(nengo.Node(np.full(6, 0.2)), alone.observation, synapse=None)
