@@ -1,5 +1,6 @@
 """Fixtures: the wheel of this checkout's files in git, environments with it, Nengo's defaults."""
 
+import fcntl
 import os
 import shutil
 import signal
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+
+from spikeport.cache import Cache
 
 pytest.register_assert_rewrite("tests.helpers")  # a failure there shows its values, as in a test
 
@@ -73,10 +76,45 @@ def _pip(python: Path | str, *arguments: object, cwd: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+def _new_environment(python: Path | str, folder: Path) -> Path:
+    """Return the folder of programs of a new environment; ours needs no pip of its own."""
+    # Another Python needs its own, as ours may be too old for it.
+    options = ["--without-pip"] if python == sys.executable else []
+    done = _run(python, "-m", "venv", *options, folder / "venv", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    return folder / "venv" / "bin"
+
+
+def _install(programs: Path, *arguments: object, cwd: Path) -> None:
+    """Install packages into an environment, with its own pip or else with that of this one."""
+    if (programs / "pip").exists():
+        _pip(programs / "python", "install", *arguments, cwd=cwd)
+    else:
+        _pip(sys.executable, "--python", programs / "python", "install", *arguments, cwd=cwd)
+
+
 @pytest.fixture(scope="session")
 def root() -> Path:
     """Return the folder of the checkout."""
     return ROOT
+
+
+@pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Path:
+    """Return a folder that tests share, also those of other workers."""
+    own = tmp_path_factory.getbasetemp()
+    folder = (own.parent if hasattr(request.config, "workerinput") else own) / "shared"
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def kept(shared: Path) -> Cache:
+    """Return a cache that tests share, also those of other workers: a rehearsal takes 8 to 30 s.
+
+    Tests that replace a function whose result is kept have caches of their own.
+    """
+    return Cache(shared / "kept")
 
 
 @pytest.fixture(scope="session")
@@ -93,10 +131,14 @@ def checkout(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def wheel(checkout: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the wheel that is built from that copy."""
-    folder = tmp_path_factory.mktemp("wheel")
-    _pip(sys.executable, "wheel", "--no-deps", "-w", folder, checkout, cwd=folder)
+def wheel(checkout: Path, shared: Path) -> Path:
+    """Return the wheel that is built from that copy, by the first worker that needs it."""
+    folder = shared / "wheel"
+    folder.mkdir(exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not list(folder.glob("*.whl")):
+            _pip(sys.executable, "wheel", "--no-deps", "-w", folder, checkout, cwd=folder)
     (built,) = folder.glob("*.whl")
     return built
 
@@ -111,12 +153,9 @@ def environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Callab
         if numpy is NUMPY_1 and sys.version_info >= (3, 13):
             pytest.skip("NumPy 1.26 has no wheels for this Python")
         folder = tmp_path_factory.mktemp("environment")
-        done = _run(python, "-m", "venv", folder / "venv", cwd=folder)
-        assert done.returncode == 0, done.stderr
-        programs = folder / "venv" / "bin"
+        programs = _new_environment(python, folder)
         # Modules are compiled when a test imports them: it imports few of those installed.
-        options = ("--no-compile", wheel)
-        _pip(programs / "python", "install", *options, *numpy, *packages, cwd=folder)
+        _install(programs, "--no-compile", wheel, *numpy, *packages, cwd=folder)
         return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)
 
     return make
@@ -128,14 +167,10 @@ def bare_environment(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> C
 
     def make(*packages: str) -> Run:
         folder = tmp_path_factory.mktemp("bare")
-        done = _run(sys.executable, "-m", "venv", "--without-pip", folder / "venv", cwd=folder)
-        assert done.returncode == 0, done.stderr
-        programs = folder / "venv" / "bin"
-        # Modules are compiled when a test imports them: it imports few of those installed.
-        install = ("--python", programs / "python", "install", "--no-compile")
-        _pip(sys.executable, *install, "--no-deps", wheel, cwd=folder)
+        programs = _new_environment(sys.executable, folder)
+        _install(programs, "--no-compile", "--no-deps", wheel, cwd=folder)
         constraints = ("-c", ROOT / "constraints.txt")
-        _pip(sys.executable, *install, *constraints, *packages, cwd=folder)
+        _install(programs, "--no-compile", *constraints, *packages, cwd=folder)
         return lambda program, *arguments, cwd: _run(programs / program, *arguments, cwd=cwd)
 
     return make

@@ -37,16 +37,6 @@ class Run(NamedTuple):
 
 
 @pytest.fixture(scope="session")
-def kept(tmp_path_factory: pytest.TempPathFactory, request: pytest.FixtureRequest) -> Cache:
-    """Return a cache that tests share, also those of other workers: a rehearsal takes 8 to 30 s.
-
-    Tests that replace a function whose result is kept have caches of their own.
-    """
-    own = tmp_path_factory.getbasetemp()
-    return Cache((own.parent if hasattr(request.config, "workerinput") else own) / "kept")
-
-
-@pytest.fixture(scope="session")
 def pocket(tmp_path_factory: pytest.TempPathFactory) -> str:
     """Return the file of a policy that is converted and compiled in a second."""
     return str(save_pocket(tmp_path_factory.mktemp("pocket") / "policy.npz"))

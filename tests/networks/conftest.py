@@ -2,6 +2,7 @@
 
 import pytest
 
+from spikeport.cache import Arrays, Cache
 from spikeport.experiments.arm.reach_task import BOXES, rehearsals
 from spikeport.experiments.arm.region import record_region
 from spikeport.networks.operational_space import OperationalSpaceLaw
@@ -15,5 +16,10 @@ def law() -> OperationalSpaceLaw:
 
 
 @pytest.fixture(scope="session")
-def region(law: OperationalSpaceLaw) -> ArmRegion:
-    return record_region(law, rehearsals(BOXES["small"]))
+def region(law: OperationalSpaceLaw, kept: Cache) -> ArmRegion:
+    def rehearse() -> Arrays:
+        return record_region(law, rehearsals(BOXES["small"])).arrays()
+
+    # With the inputs of the reach task, whose tests keep the same rehearsal.
+    inputs = {"experiment": "reach", "box": BOXES["small"]}
+    return ArmRegion.of(kept.kept("rehearsal", inputs, rehearse))

@@ -8,6 +8,8 @@ from typing import NamedTuple
 
 import pytest
 
+from spikeport import cache
+from spikeport.cache import Cache
 from spikeport.cli import main
 from tests.helpers import stages
 
@@ -173,6 +175,12 @@ def spikeport(
         return Done(int(end.value.code or 0), out, without_stages(err))
 
     return run
+
+
+@pytest.fixture
+def with_kept(monkeypatch: pytest.MonkeyPatch, kept: Cache) -> None:
+    """Let commands use the cache that tests share."""
+    monkeypatch.setenv(cache.FOLDER, str(kept.folder))
 
 
 @pytest.fixture

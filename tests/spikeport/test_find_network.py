@@ -16,6 +16,7 @@ def refusal(spec, *pairs):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("with_kept")
 def test_the_built_in_arm_takes_the_settings_of_its_experiment():
     network = find_network("arm", ["m1=60", "s1=10", "network_seed=3"])
     sizes = {e.label: e.n_neurons for e in network.all_ensembles}

@@ -78,6 +78,7 @@ def test_a_backend_without_neurons_is_refused_for_a_figure_of_neurons(spikeport,
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("with_kept")
 def test_a_figure_leaves_the_folder_of_its_run(spikeport, tmp_path):
     out = tmp_path / "figure"
     options = ("--backend", "reference", "--seconds", "0.05", "--out", out)
@@ -192,6 +193,7 @@ def test_the_backend_of_a_record_is_refused_for_a_figure(spikeport, asked):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("with_kept")
 def test_drawing_the_overview_gives_no_notice_of_the_build_timeout(
     spikeport, monkeypatch, tmp_path
 ):

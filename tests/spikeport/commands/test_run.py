@@ -7,9 +7,11 @@ import signal
 import time
 
 import pytest
+from matplotlib.figure import Figure
 
 from spikeport.commands.run import show_outcome
 from spikeport.experiments import registry
+from spikeport.experiments.arm.reach import ReachTrial
 from spikeport.experiments.options import Outcome
 from spikeport.experiments.switch.schedule import SHIPPED
 from spikeport.hardware_models import chip as chips
@@ -44,7 +46,14 @@ def test_options_of_a_compile_are_refused_without_neurons(spikeport, tmp_path, o
     )
 
 
+@pytest.fixture
+def without_figure(monkeypatch):
+    """Draw nothing: a figure takes a second."""
+    monkeypatch.setattr(ReachTrial, "figure", lambda *_: Figure())
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_figure")
 def test_a_run_without_out_goes_into_a_folder_of_its_own(spikeport, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert spikeport(*ANALYTIC).code == 0
@@ -188,6 +197,7 @@ def test_out_that_cannot_be_written_to_is_refused_before_the_run(spikeport, tmp_
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_figure")
 def test_overwrite_replaces_a_run(spikeport, tmp_path):
     first, second = (*ANALYTIC, "--out", tmp_path), (*ANALYTIC, "--seed", "1", "--out", tmp_path)
     assert spikeport(*first).code == 0
@@ -211,6 +221,7 @@ def test_overwrite_replaces_nothing_but_runs(spikeport, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_figure", "with_kept")
 def test_an_earlier_run_is_kept_if_the_new_network_does_not_fit(spikeport, tmp_path):
     out = tmp_path / "run"
     assert spikeport(*ANALYTIC, "--out", out).code == 0
@@ -228,6 +239,7 @@ def test_an_earlier_run_is_kept_if_the_new_network_does_not_fit(spikeport, tmp_p
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("without_figure")
 def test_a_full_disk_leaves_no_result_and_the_earlier_run(spikeport, tmp_path, monkeypatch):
     def full(_):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
