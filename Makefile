@@ -42,6 +42,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || \
 	  { echo "python3-venv is missing; install it with: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m $(PIP) --upgrade pip  # old ones resolve for a minute
 	$(BIN)/python -m $(PIP) -c constraints.txt -e '.[test,check]'
 	$(BIN)/python -m compileall -q -j 0 $(VENV)/lib > /dev/null || true  # some are for other Pythons
 	@touch $@

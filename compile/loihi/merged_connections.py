@@ -25,7 +25,7 @@ from nengo.exceptions import BuildError
 from nengo_loihi import passthrough
 
 from spikeport.compile.ground.matrices import full, placed
-from spikeport.compile.ground.scope import source_rows, target_rows
+from spikeport.compile.ground.scope import reads_twice, source_rows, target_rows
 from spikeport.compile.loihi.replaced import StandIn, replaced
 
 Synapse: TypeAlias = nengo.synapses.Synapse | None
@@ -117,9 +117,13 @@ def _by_solver(cluster: MergedCluster) -> Iterator[tuple[nengo.solvers.Solver, M
     solvers = {id(one.solver): one.solver for one in cluster.conns_in}
     into: dict[int, set[nengo.Connection]] = defaultdict(set)
     for one in cluster.conns_in:
-        # Functions and decoders apply to the values in the slice.
-        of_slice = isinstance(one.pre_obj, nengo.Ensemble) or one.function is not None
-        into[id(one.solver)].add(one if of_slice else _whole(one, source_rows(one)))
+        if one.function is not None:  # which reads the values in the slice, in their order
+            whole = one
+        elif isinstance(one.pre_obj, nengo.Ensemble):
+            whole = _each_once(one)
+        else:
+            whole = _whole(one, source_rows(one))
+        into[id(one.solver)].add(whole)
     conns_out = {_whole(one, target_rows(one)) for one in cluster.conns_out}
     for number, connections in into.items():
         part = copy.copy(cluster)
@@ -140,6 +144,26 @@ def _whole(connection: nengo.Connection, entries: np.ndarray) -> nengo.Connectio
         post,
         synapse=connection.synapse,
         transform=placed(matrix, target_rows(connection), post.size_in),
+        label=connection.label,
+        add_to_container=False,
+    )
+
+
+def _each_once(connection: nengo.Connection) -> nengo.Connection:
+    """Return a connection from an ensemble that decodes each entry of its slice once."""
+    factors = _factors(connection.transform)
+    if factors is None or not reads_twice(connection):
+        return connection
+    entries, number = np.unique(source_rows(connection), return_inverse=True)
+    matrix = full(factors, connection.size_mid)
+    return nengo.Connection(
+        connection.pre_obj[entries.tolist()],
+        connection.post,
+        synapse=connection.synapse,
+        transform=placed(matrix.T, number, len(entries)).T,
+        solver=connection.solver,
+        eval_points=connection.eval_points,
+        scale_eval_points=connection.scale_eval_points,
         label=connection.label,
         add_to_container=False,
     )

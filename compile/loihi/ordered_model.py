@@ -133,7 +133,7 @@ class OrderedModel(Model):
         stack = contextlib.ExitStack()
         if isinstance(obj, nengo.Connection):
             path = self._options.get(obj, "decode_path")
-            if path in RELAYS:
+            if path in RELAYS and self._ends_on_chip(obj):
                 after_s = self._options.get(obj, "target_filter_s")
                 stack.enter_context(relayed(self, obj, path, after_s))
             if path == "direct" and isinstance(obj.post_obj, Neurons):

@@ -1,5 +1,6 @@
 """A graph without its linear nodes: its populations, in the order in which they compute."""
 
+import itertools
 from collections.abc import Iterator, Sequence
 
 from spikeport.networks.loading.nir.checks import (
@@ -49,12 +50,10 @@ def _order(sources: dict[str, list[str]], edges: Sequence[tuple[str, str]]) -> l
     In a cycle, the edge by which a depth-first walk from the inputs returns to a node on its path
     is ignored. The walk takes edges in the order of the file, so that no name decides.
     """
-    first: dict[str, int] = {}
-    for number, edge in enumerate(edges):
-        for end in edge:
-            first.setdefault(end, number)
     names = {*sources, *(one for before in sources.values() for one in before)}
-    after: dict[str, list[str]] = {name: [] for name in sorted(names, key=first.__getitem__)}
+    found = dict.fromkeys([*itertools.chain.from_iterable(edges), *sorted(names)])
+    # A population may have no edge.
+    after: dict[str, list[str]] = {name: [] for name in found if name in names}
     for name in after:
         for source in sources.get(name, ()):
             after[source].append(name)

@@ -141,6 +141,18 @@ def test_lists_of_indices_at_a_node_give_the_same_spikes_as_a_matrix(
     np.testing.assert_array_equal(found, wanted)
 
 
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_a_value_that_is_decoded_once_may_reach_several_ensembles(pipeline: str) -> None:
+    with nengo.Network(seed=1) as network:
+        a, array = nengo.Ensemble(100, 2), nengo.networks.EnsembleArray(50, 3)
+        nengo.Connection(nengo.Node([0.5, -0.8]), a)
+        nengo.Connection(a[[1, 0, 1]], array.input, transform=[1.0, 0.5, -1.0])
+        probe = nengo.Probe(array.output, synapse=0.02)
+    found, wanted = compared(network, probe, pipeline)
+    assert np.abs(wanted).min() > 0.2
+    assert found == pytest.approx(wanted, abs=0.15)
+
+
 def test_a_sparse_transform_of_entries_that_are_read_twice_is_refused() -> None:
     with nengo.Network(seed=1) as network:
         a, b = nengo.Ensemble(20, 2), nengo.Ensemble(20, 2)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from nengo_loihi.passthrough import PassthroughSplit
 
+import spikeport
 from spikeport.compile.pipeline import compile_network
 from spikeport.simulator import Simulator
 
@@ -188,3 +189,19 @@ def test_a_factor_for_each_neuron_of_a_split_ensemble_equals_the_matrix_of_facto
 def test_one_factor_of_one_neuron_stays_a_factor() -> None:
     image = compile_network(spikes_to_node([2.0], neurons=slice(1))).image
     assert [one.weights for one in image.manifest.outputs] == ["scale"]
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_kinds_of_decode_neurons_are_set_for_targets_on_the_chip_alone(pipeline: str) -> None:
+    with nengo.Network(seed=1) as network:
+        spikeport.add_params(network)
+        network.config[nengo.Connection].decode_path = "preset10"
+        u, a = nengo.Node(0.5), nengo.Ensemble(20, 1)
+        # Targets and error sources of learning stay on the host.
+        error, post = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+        for end in (a, error):
+            nengo.Connection(u, end)
+        learned = nengo.Connection(a, post, learning_rule_type=nengo.PES())
+        nengo.Connection(error, learned.learning_rule)
+    blocks = compile_network(network, pipeline=pipeline).image.manifest.blocks
+    assert [block.kind for block in blocks] == ["ensemble", "readout"]

@@ -3,6 +3,7 @@
 from typing import Any
 
 import nengo
+import nengo_loihi
 import numpy as np
 import pytest
 from nengo.solvers import NoSolver
@@ -239,6 +240,23 @@ def test_values_for_all_of_a_target_on_the_host_take_no_matrix() -> None:
     (to_node,) = connections(assembly, post=node)
     assert to_node.transform.init.shape == (3,)
     np.testing.assert_allclose(dense(to_node) @ decoded.solver.values.T, values.T)
+
+
+def test_neurons_that_the_host_reads_keep_a_dense_transform() -> None:
+    with nengo.Network(seed=1) as network:
+        spikeport.add_params(network)
+        a, mean = nengo.Ensemble(50, 1), nengo.Node(size_in=1)
+        network.config[a].block_shape = nengo_loihi.BlockShape((25,), (50,))  # so that it stays
+        nengo.Connection(nengo.Node(0.5), a)
+        nengo.Connection(a.neurons[:10], mean, transform=np.full((1, 10), 0.1), synapse=0.02)
+        probe = nengo.Probe(mean)
+    rates_hz = []
+    for pipeline in ("as_written", "compact"):
+        with spikeport.Simulator(network, pipeline=pipeline) as sim:
+            sim.run(0.2)
+            rates_hz.append(sim.data[probe][-1])
+    assert rates_hz[0] > 10
+    assert rates_hz[1] == pytest.approx(rates_hz[0], rel=0.1)
 
 
 def test_groups_are_wired_from_neurons_to_dimensions_and_to_neurons() -> None:

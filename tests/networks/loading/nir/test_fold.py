@@ -19,6 +19,11 @@ def test_populations_come_after_their_sources(tmp_path):
     assert [one.depth for one in found.populations.values()] == [1, 2, 3]
 
 
+def test_a_population_without_an_edge_comes_first(tmp_path):
+    nodes = {"a": lif(2), "b": lif(2), "i": FIRST, "o": LAST}
+    assert list(folded(tmp_path, wired(nodes, "i>b b>o")).populations) == ["a", "b"]
+
+
 @pytest.mark.parametrize(
     ("edges", "order"),
     [
