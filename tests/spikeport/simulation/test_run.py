@@ -116,6 +116,18 @@ def test_float_nengo_runs_a_copy_of_the_network_if_it_can_be_copied(network, loc
     assert counter.calls == (20 if lock is None else 40) + round(100 * one.values[0, 0]) - 1
 
 
+def test_a_run_of_a_network_that_float_nengo_refuses_is_kept_without_a_comparison():
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(20, 1), nengo.Ensemble(20, 1)
+        nengo.Connection(a, b, transform=nengo.Sparse((1, 1), indices=[(0, 0)]))
+        nengo.Probe(b, label="b")
+    options = SimulationOptions(steps=5, pipeline="compact")
+    with pytest.warns(UserWarning, match="not compared with float Nengo: .*sparse transform"):
+        ran = run(network, options)
+    assert len(ran.recorded["b"].values) == 5
+    assert ran.recorded["b"].values_float is None
+
+
 def test_progress_names_compile_and_both_runs(network):
     reported = []
     run(network(), SimulationOptions(steps=60), lambda what, share: reported.append((what, share)))
