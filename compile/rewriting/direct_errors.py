@@ -62,7 +62,7 @@ class DirectErrors:
         self._into = defaultdict(list)
         for c in links:
             self._into[c.post_obj].append(c)
-        self._unscaled = self._posts_as_they_are(scope)
+        self._unscaled = self._unscaled_posts(scope)
         self._fixed = {post: self._of_others(post, scope) for post in self._into}
         self._axons_of_others = {
             post: sum(
@@ -208,14 +208,15 @@ class DirectErrors:
             return None
         return RowScales.of(compartment, largest, 1 if post in self._unscaled else self._profiles)
 
-    def _posts_as_they_are(self, scope: Scope) -> set[nengo.Ensemble]:
-        """Return the ensembles whose blocks `scale_rows` leaves as they are, whatever they hold."""
-        probes = scope.network.all_probes
-        return {base(probe.obj) for probe in probes if scope.in_chip_units(probe)} | {
+    def _unscaled_posts(self, scope: Scope) -> set[nengo.Ensemble]:
+        """Return the targets that `scale_rows` leaves as they are: read, or of a convolution."""
+        read = (base(probe.obj) for probe in scope.network.all_probes if scope.in_chip_units(probe))
+        convolved = (
             post
             for post, others in self._others.items()
-            if any(not isinstance(c.transform, MATRICES) for c in others)  # but a convolution
-        }
+            if not all(isinstance(c.transform, MATRICES) for c in others)
+        )
+        return {*read, *convolved}
 
     def _of_others(self, post: nengo.Ensemble, scope: Scope) -> np.ndarray:
         """Return the largest weights (n,) of the inputs of an ensemble that are no links."""

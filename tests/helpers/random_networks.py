@@ -83,14 +83,14 @@ def rewritten(network: nengo.Network, *passes: NetworkPass) -> tuple[Rewrite, di
     return rewrite, notes
 
 
-def float_run(rewrite: Rewrite) -> dict[nengo.Probe, np.ndarray]:
+def float_run(rewrite: Rewrite, n_steps: int = N_STEPS) -> dict[nengo.Probe, np.ndarray]:
     """Return the values that a network's probes record in plain Nengo."""
     model = Model(dt=DT_S)
     model.seeds.update(rewrite.all_seeds())
     # To merge operators takes longer than all steps.
     plain = {"model": model, "progress_bar": False, "optimize": False}
     with nengo.Simulator(rewrite.network, **plain) as simulator:
-        simulator.run_steps(N_STEPS, progress_bar=False)
+        simulator.run_steps(n_steps, progress_bar=False)
         return {probe: simulator.data[probe] for probe in rewrite.network.all_probes}
 
 

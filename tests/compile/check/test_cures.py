@@ -125,7 +125,7 @@ def non_compositional(**transform: float) -> None:
 
 def value_twice(output: Callable[[float, np.ndarray], np.ndarray] | None) -> None:
     a, node = nengo.Ensemble(10, 1), nengo.Node(output, size_in=2)
-    nengo.Connection(a[[0, 0]], node)
+    nengo.Connection(a[[0, 0]], node, function=lambda x: x)
     nengo.Connection(node, nengo.Ensemble(10, 2))
 
 

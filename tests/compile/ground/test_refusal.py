@@ -45,7 +45,7 @@ def test_no_host_helps_a_sparse_transform_of_decoded_values() -> None:
 def test_a_refusal_caused_by_removing_a_passthrough_node_is_not_everywhere() -> None:
     with nengo.Network(seed=1) as network:
         a, node = nengo.Ensemble(10, 1), nengo.Node(size_in=2)
-        nengo.Connection(a[[0, 0]], node)
+        nengo.Connection(a[[0, 0]], node, function=lambda x: x)
         nengo.Connection(node, nengo.Ensemble(10, 2))
     with pytest.raises(InvalidError, match="nengo-loihi refuses it") as raised:
         compile_network(network)

@@ -69,7 +69,7 @@ def test_random_networks_are_the_same_in_float(seed: int) -> None:
 def test_only_the_start_of_a_run_differs_if_the_constant_was_filtered() -> None:
     net = network(synapse=0.01)
     rewrite, _ = rewritten(net, ConstantInputs())
-    before, after = float_run(Rewrite(net, Names(net))), float_run(rewrite)
+    before, after = (float_run(one, 100) for one in (Rewrite(net, Names(net)), rewrite))
     for probe in net.probes:
         off = np.abs(after[rewrite.stand_ins.get(probe, probe)] - before[probe])
         assert off[:40].max() > 0.07  # the filtered constant arrives late, the bias does not

@@ -32,7 +32,8 @@ FILES = ["figure.png", "probes.nc", "report.html", "report.json", "result.json"]
 
 
 def names(folder):
-    return sorted(path.name for path in folder.iterdir())
+    # Python keeps the modules that it compiled in a folder beside them.
+    return sorted(path.name for path in folder.iterdir() if path.name != "__pycache__")
 
 
 def contents(folder):
