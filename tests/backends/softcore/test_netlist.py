@@ -48,7 +48,7 @@ class Netlist:
         # Verilator does not read values of ports that are left out; there are none.
         options = ["-DNO_ICE40_DEFAULT_ASSIGNMENTS", "-Wno-fatal", "-Wno-lint", "-Wno-style"]
         # To optimise its C++ would take half a minute, and all steps take less than a second.
-        return [*options, "-CFLAGS", "-O0"]
+        return [*options, "-MAKEFLAGS", "OPT_FAST=-O0"]
 
     @property
     def include(self) -> dict[str, str]:
