@@ -46,7 +46,7 @@ def do_as_told(point: Point, _scratch: str) -> PointFiles:
         case "dies once" if deaths > 1:
             pass
         case "deadly" | "dies once":
-            time.sleep(2)  # Dask gives up a worker that dies before its nanny knows that it started
+            time.sleep(3)  # Dask gives up a worker that dies before its nanny knows that it started
             os.kill(os.getpid(), signal.SIGKILL)
         case "exits":
             sys.exit(3)
