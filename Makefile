@@ -3,9 +3,9 @@ PYTHON ?= python3
 VENV   ?= .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
-# pip would compile modules on one core; those of programs that tests compare with need not be.
+# pip would compile modules on one core: .venv's are compiled on all, those of referees when used.
 PIP    := pip install --quiet --disable-pip-version-check --no-compile
-# Set, it would let every process compile spikeport anew.
+# If it were set, every process would compile spikeport anew.
 unexport PYTHONDONTWRITEBYTECODE
 
 # Programs that tests compare with; tests whose program is not there are skipped.

@@ -123,11 +123,11 @@ def _check_baseline(baseline: np.ndarray, rounded: np.ndarray, run: Activity) ->
     if baseline.any():
         return
     chip = "but not on the chip" if rounded.any() else "and on the chip"
-    saturated = [str(hint) for hint in readout_hints(run.readout_spikes, run.n_steps)]
-    why = saturated or ["measure a longer time, or give the network an input"]
+    saturated = map(str, readout_hints(run.readout_spikes, run.n_steps))
+    why = next(saturated, "measure a longer time, or give the network an input")
     raise BackendError(
         f"cannot measure the loss: the outputs are 0 in floating point, {chip}, and no error is "
-        f"relative to 0; {why[0]}"
+        f"relative to 0; {why}"
     )
 
 

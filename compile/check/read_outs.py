@@ -22,21 +22,22 @@ from spikeport.compile.image.tables import part
 
 def single_spike_hints(image: ChipImage) -> Iterator[Violation]:
     """Yield a hint on each read-out that loses single spikes."""
-    largest = _largest(image)
-    for block, entry in enumerate(image.manifest.blocks):
+    read_outs = np.array([entry.kind == "readout" for entry in image.manifest.blocks])
+    largest = _largest(image, read_outs)
+    for block in np.flatnonzero(read_outs).tolist():
         mine = part(image.blocks.start, block)
         times = float((largest[mine] / image.compartments.vth[mine]).max())
-        if entry.kind == "readout" and times > 1:
+        if times > 1:
             used = f"up to {times:.3g} times the threshold"
             # Two neurons may well spike in one step.
             factor = f"{2 * math.ceil(times)}"
-            yield rules.get("SP426").broken(entry.label, used, factor=factor)
+            label = image.manifest.blocks[block].label
+            yield rules.get("SP426").broken(label, used, factor=factor)
 
 
-def _largest(image: ChipImage) -> np.ndarray:
-    """Return the largest weight into each compartment of a read-out, (n_compartments,)."""
+def _largest(image: ChipImage, blocks: np.ndarray) -> np.ndarray:
+    """Return the largest weight into each compartment, (n_compartments,), of a mask of blocks."""
     largest = np.zeros(image.n_compartments)
-    read_outs = np.array([entry.kind == "readout" for entry in image.manifest.blocks])
-    for route in synapses_of(image, read_outs):
+    for route in synapses_of(image, blocks):
         np.maximum.at(largest, route.target, image.synapses.weight[route.number].astype(float))
     return largest

@@ -167,8 +167,8 @@ class Assembly:
         if old in self._computed:
             pre, options, old = self._computed[old], {}, None
         is_neurons = source.in_group or isinstance(source.obj, Neurons)
-        on_chip = self._from_chip(source) and self._to_chip(key.target)
-        may_be_sparse = is_neurons and on_chip
+        # nengo-loihi takes no sparse transform from values, from the host, or to it.
+        may_be_sparse = is_neurons and self._from_chip(source) and self._to_chip(key.target)
         # Nengo calls a function once to see how many values it returns.
         with warnings_about("" if old is None else self._scope.names[old]):
             connection = nengo.Connection(

@@ -125,8 +125,9 @@ def run(
         recorded = _recorded(sim, probes)
         activity, compilation, link = sim.activity, sim.compilation, sim.link
         report_json = None if compilation is None else sim.report()
-    for name, values in ({} if beside is None else _beside(beside, options, progress)).items():
-        recorded[name] = replace(recorded[name], values_float=values)
+    if beside is not None:
+        for name, values in _beside(beside, options, progress).items():
+            recorded[name] = replace(recorded[name], values_float=values)
     report = None if compilation is None else compilation.report
     return Ran(backend, recorded, activity, report, report_json, wall_s, link)
 
