@@ -461,5 +461,5 @@ def _hints(job: Job, values: StageValues) -> tuple[Violation, ...]:
 
 def _on_host(scope: Scope) -> tuple[OnHost, ...]:
     """Return the ensembles that are not meant for the chip."""
-    reasons = ((one, scope.off_chip(one)) for one in scope.network.all_ensembles)
+    reasons = ((one, scope.off_chip(one)) for one in dict.fromkeys(scope.network.all_ensembles))
     return tuple(OnHost(scope.names[one], one.n_neurons, why) for one, why in reasons if why)

@@ -14,7 +14,7 @@ from nengo.connection import LearningRule
 from spikeport.compile.check import rules
 from spikeport.compile.check.loops import LATE, Part, loops
 from spikeport.compile.check.violation import Violation
-from spikeport.compile.ground.filters import DECODE_TAU_S, time_constant_s
+from spikeport.compile.ground.filters import DECODE_TAU_S, delay_s
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.scope import Scope, is_passthrough
 
@@ -51,10 +51,10 @@ def host_loop_hints(scope: Scope, dt_s: float) -> Iterator[Violation]:
 
 
 def _fastest(connections: Sequence[nengo.Connection], scope: Scope) -> tuple[float, list[Part]]:
-    """Return the sum of time constants of the fastest path to the host and back, and its parts.
+    """Return the sum of delays of the fastest path to the host and back, and its parts.
 
     The result for a loop that is all on one side is 0 and no parts. Passthrough nodes are on
-    neither side.
+    neither side. Filters whose delay is not known do not count as paths.
     """
     parts = list(dict.fromkeys(base(end) for c in connections for end in (c.pre_obj, c.post_obj)))
     chip = [i for i, part in enumerate(parts) if scope.on_chip(part)]
@@ -74,16 +74,18 @@ def _fastest(connections: Sequence[nengo.Connection], scope: Scope) -> tuple[flo
         if whole.min() < fastest_s:
             fastest_s = float(whole.min())
             around = [*_path(after, turn, start)[::-1], *_path(before, turn, start)[1:]]
-    return fastest_s, [parts[i] for i in around]
+    return fastest_s - INSTANT_S * (len(around) - 1), [parts[i] for i in around]
 
 
 def _lengths(connections: Sequence[nengo.Connection], at: dict[Part, int]) -> sparse.csr_array:
-    """Return the time constants between parts as a matrix; the fastest of a pair's counts."""
-    length: dict[tuple[int, int], float] = {}
-    for c in sorted(connections, key=time_constant_s, reverse=True):
-        length[at[base(c.pre_obj)], at[base(c.post_obj)]] = INSTANT_S + time_constant_s(c)
-    rows, columns = zip(*length, strict=True)
-    return sparse.csr_array((list(length.values()), (rows, columns)), shape=(len(at),) * 2)
+    """Return the delays between parts as a matrix; the fastest connection of a pair counts."""
+    length = sparse.dok_array((len(at), len(at)))
+    for c in connections:
+        late_s = delay_s(c.synapse)
+        if late_s is not None:
+            ends, own_s = (at[base(c.pre_obj)], at[base(c.post_obj)]), INSTANT_S + max(late_s, 0.0)
+            length[ends] = min(length.get(ends, own_s), own_s)
+    return sparse.csr_array(length)
 
 
 def _path(before: np.ndarray, end: int, start: int) -> list[int]:

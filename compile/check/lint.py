@@ -21,8 +21,10 @@ from nengo_loihi.inputs import ChipProcess
 from spikeport.compile.check import rules
 from spikeport.compile.check.loops import components
 from spikeport.compile.check.violation import Violation
+from spikeport.compile.ground.filters import delay_s
 from spikeport.compile.ground.names import End, base
 from spikeport.compile.ground.scope import (
+    CONVOLUTIONS,
     MATRICES,
     Scope,
     full_weights,
@@ -36,7 +38,6 @@ from spikeport.compile.ground.scope import (
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.neurons import OWN_TYPES
 
-CONVOLUTIONS = (nengo.Convolution, nengo.transforms.ConvolutionTranspose)
 ARRAYS = ("gain", "bias", "encoders", "max_rates", "intercepts", "eval_points", "function")
 """Parameters of ensembles and connections that can be arrays, besides transforms."""
 
@@ -58,7 +59,7 @@ def some_ensemble(scope: Scope) -> Iterator[Violation]:
 
 def _kept_off(scope: Scope) -> str:
     """Say how many ensembles there are, and why none of them is on the chip."""
-    reasons = Counter(scope.off_chip(e) for e in scope.network.all_ensembles)
+    reasons = Counter(scope.off_chip(e) for e in dict.fromkeys(scope.network.all_ensembles))
     if not reasons:
         return "0"
     return f"0 of {reasons.total()}: " + ", ".join(f"{n} {why}" for why, n in reasons.items())
@@ -96,28 +97,11 @@ def synapse(scope: Scope) -> Iterator[Violation]:
         )
         kind = type(connection.synapse)
         if filtered_on_chip and kind not in (nengo.Lowpass, type(None)):
-            rule, tau_s = rules.get("SP005"), _tau_s(connection.synapse)
+            late_s = delay_s(connection.synapse) or 0.0
+            rule, tau_s = rules.get("SP005"), f"{late_s:g}" if late_s > 0 else "tau"
             broken = rule.broken(scope.names[connection], kind.__name__, tau_s=tau_s)
             by_host = is_link(connection, scope)
             yield broken.or_else(rule.in_case["decoded"]) if by_host else broken
-
-
-def _tau_s(synapse: nengo.synapses.Synapse) -> str:
-    """Return the time constant of a low-pass filter with a synapse's group delay, in s, as a text.
-
-    It is "tau" where the delay of slow signals is not known, or not above 0.
-
-    H(s) = n(s) / d(s),    delay = d'(0) / d(0) - n'(0) / n(0)
-    """
-    if isinstance(synapse, nengo.Triangle):
-        return f"{synapse.t / 3:g}"  # the centre of a response that falls to 0 at t
-    if not isinstance(synapse, nengo.synapses.LinearFilter) or not synapse.analog:
-        return "tau"
-    numerator, denominator = np.poly1d(synapse.num), np.poly1d(synapse.den)
-    if not (numerator(0) and denominator(0)):
-        return "tau"
-    delay_s = denominator.deriv()(0) / denominator(0) - numerator.deriv()(0) / numerator(0)
-    return f"{delay_s:g}" if delay_s > 0 else "tau"
 
 
 def post_slice(scope: Scope) -> Iterator[Violation]:

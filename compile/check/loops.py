@@ -25,7 +25,14 @@ from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.matrices import Matrix, full, placed
 from spikeport.compile.ground.names import base
-from spikeport.compile.ground.scope import MATRICES, Scope, is_passthrough, source_rows, target_rows
+from spikeport.compile.ground.scope import (
+    MATRICES,
+    Scope,
+    is_called,
+    is_passthrough,
+    source_rows,
+    target_rows,
+)
 
 KEPT = 0.95
 """Gain of a loop from which on an error lasts twenty time constants of the loop or more."""
@@ -87,10 +94,15 @@ def _is_decoded(connection: nengo.Connection) -> bool:
     return (
         all(_passes_values(end) for end in (connection.pre_obj, connection.post_obj))
         and connection.learning_rule_type is None
-        and (connection.function is None or isinstance(connection.pre_obj, nengo.Ensemble))
+        and (connection.function is None or _is_solved(connection))
         and isinstance(transform, MATRICES)
         and not isinstance(getattr(transform, "init", None), Distribution)
     )
+
+
+def _is_solved(connection: nengo.Connection) -> bool:
+    """Return whether decoders approximate a connection's function; a run then never calls it."""
+    return isinstance(connection.pre_obj, nengo.Ensemble) and not is_called(connection)
 
 
 def _passes_values(obj: object) -> bool:

@@ -15,12 +15,13 @@ from pathlib import Path
 
 import nengo
 import numpy as np
+from nengo.dists import Distribution
 from nengo.ensemble import Neurons
 
 from spikeport.compile.check import rules
 from spikeport.compile.check.violation import Violation
 from spikeport.compile.ground.names import base
-from spikeport.compile.ground.scope import full_weights
+from spikeport.compile.ground.scope import CONVOLUTIONS, full_weights
 from spikeport.errors import UsageError
 
 VARIABLE = "SPIKEPORT_MEMORY_GB"
@@ -130,14 +131,15 @@ def _connection_bytes(connection: nengo.Connection) -> Iterator[float]:
 def _weight_bytes(connection: nengo.Connection) -> float:
     """Return the bytes of the weights of a connection to neurons."""
     transform = connection.transform
-    if isinstance(transform, nengo.Convolution):
+    if isinstance(transform, CONVOLUTIONS):
         copies = KERNELS + connection.size_out / PER_KERNEL
         return WEIGHT * float(copies * math.prod(transform.kernel_shape))
     if isinstance(transform, nengo.Sparse):
         sparse = transform.init  # Nengo's matrix, or SciPy's
         return SPARSE_WEIGHT * float(sparse.nnz if hasattr(sparse, "nnz") else len(sparse.indices))
     spikes = 1 if isinstance(connection.pre_obj, Neurons) else 2  # the host sends on and off spikes
-    matrix = np.ndim(getattr(transform, "init", 1)) > 0
+    init = getattr(transform, "init", 1)
+    matrix = isinstance(init, Distribution) or np.ndim(init) > 0
     return WEIGHT * float(spikes * connection.size_mid * (connection.size_out if matrix else 1))
 
 

@@ -8,6 +8,7 @@ nengo-loihi filters them for another 5 ms in the compartments.
 from typing import NamedTuple
 
 import nengo
+import numpy as np
 from nengo.ensemble import Neurons
 
 from spikeport.compile.ground.scope import full_weights
@@ -40,8 +41,30 @@ class Passage(NamedTuple):
 
 
 def time_constant_s(connection: nengo.Connection) -> float:
-    """Return the time constant of a connection's low-pass filter, 0 without one."""
-    return float(getattr(connection.synapse, "tau", 0.0))  # lint refuses other filters
+    """Return the time constant of the filter of a connection on the chip, 0 without one."""
+    return float(getattr(connection.synapse, "tau", 0.0))  # lint refuses all but low-passes there
+
+
+def delay_s(synapse: nengo.synapses.Synapse | None) -> float | None:
+    """Return how late a filter passes slow signals, its group delay in seconds; None if unknown.
+
+    H(s) = n(s) / d(s),    delay = d'(0) / d(0) - n'(0) / n(0)
+    """
+    if synapse is None:
+        return 0.0
+    if isinstance(synapse, nengo.Triangle):
+        return float(synapse.t / 3)  # the centre of a response that falls to 0 at t
+    if not isinstance(synapse, nengo.synapses.LinearFilter) or not synapse.analog:
+        return None
+    numerator, denominator = np.poly1d(synapse.num), np.poly1d(synapse.den)
+    if not (numerator(0) and denominator(0)):
+        return None
+    return float(denominator.deriv()(0) / denominator(0) - numerator.deriv()(0) / numerator(0))
+
+
+def keeps_constants(synapse: nengo.synapses.Synapse | None) -> bool:
+    """Return whether a filter is known to pass a constant unchanged, once it has settled."""
+    return synapse is None or type(synapse) in (nengo.Lowpass, nengo.Alpha, nengo.Triangle)
 
 
 def sends_spikes(connection: nengo.Connection, from_chip: bool) -> bool:

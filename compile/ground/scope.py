@@ -15,6 +15,7 @@ from spikeport.neurons import HOST_TYPES
 
 NEURON_TYPES = (nengo.LIF, nengo.SpikingRectifiedLinear, LoihiLIF, LoihiSpikingRectifiedLinear)
 REGULAR_BASES = (nengo.LIFRate, nengo.RectifiedLinear)
+CONVOLUTIONS = (nengo.Convolution, nengo.transforms.ConvolutionTranspose)
 MATRICES = (nengo.Dense, nengo.Sparse, nengo.transforms.NoTransform)
 PROBEABLE = {
     nengo.Ensemble: ("decoded_output",),
@@ -98,7 +99,8 @@ class Scope:
     @property
     def ensembles(self) -> list[nengo.Ensemble]:
         """The ensembles meant for the chip."""
-        return [e for e in self.network.all_ensembles if self.on_chip(e)]
+        # One that several networks list is built once.
+        return [e for e in dict.fromkeys(self.network.all_ensembles) if self.on_chip(e)]
 
 
 def full_weights(connection: nengo.Connection) -> bool:
@@ -128,6 +130,18 @@ def is_plain(kind: nengo.neurons.NeuronType) -> bool:
 def height_in_rates(kind: nengo.neurons.NeuronType) -> float:
     """Return the factor in a type's rates that is the height of its spikes."""
     return 1.0 if isinstance(kind, nengo.RegularSpiking) else getattr(kind, "amplitude", 1.0)
+
+
+def is_called(connection: nengo.Connection) -> bool:
+    """Return whether a run calls a connection's function in each step; it may have a state then.
+
+    Functions of ensembles, unless these are of type Direct, are only called as decoders are solved.
+    """
+    pre = connection.pre_obj
+    runs = isinstance(pre, nengo.Node) or isinstance(
+        getattr(pre, "neuron_type", None), nengo.Direct
+    )
+    return runs and callable(connection.function)
 
 
 def probeable(obj: object) -> tuple[str, ...]:

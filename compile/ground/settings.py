@@ -73,7 +73,7 @@ class NetworkSettings:
 
     nengo-loihi reads ``on_chip`` in the config of the outermost network, and its other options in
     the config of the network that holds the object. Our options are read there first, then in the
-    networks around it.
+    networks around it; "auto" counts as not set.
 
     Parameters
     ----------

@@ -169,7 +169,8 @@ def stored(weights: np.ndarray, rows: np.ndarray, info: Mapping[str, Any]) -> np
         synapse.set_weights(weights[np.newaxis])
         synapse.indices = [rows[np.newaxis]]
         discretize_synapse(synapse, *_scale(synapse, info))
-    scale = np.broadcast_to(info["w_scale"], rows.max() + 1)[rows]
+    scale = np.asarray(info["w_scale"])
+    scale = scale[rows] if scale.size > 1 else scale
     result: np.ndarray = synapse.weights[0][0] / (scale * SynapseConfig.get_scale(info["w_exp"]))
     return result
 

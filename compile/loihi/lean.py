@@ -20,7 +20,10 @@ from spikeport.compile.loihi.solver import DENSE_FROM
 
 @contextlib.contextmanager
 def lean(model: Model, connection: nengo.Connection) -> Iterator[None]:
-    """Build a lean connection to neurons, from neurons or from the host, within the context."""
+    """Build a lean connection to neurons, from neurons or from the host, within the context.
+
+    Each axon has a row of weights of its own, as with matrices; convolutions share rows.
+    """
     target = model.objs[connection.post_obj]["in"]
     n_before = len(target.synapses)
     yield

@@ -23,6 +23,7 @@ from spikeport.compile.ground.filters import sends_spikes, time_constant_s
 from spikeport.compile.ground.names import base
 from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import MATRICES
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.events import EventSteps, event_steps
 from spikeport.compile.loihi.host_neurons import SparseInputNeurons, weighted
@@ -133,10 +134,13 @@ class OrderedModel(Model):
         stack = contextlib.ExitStack()
         if isinstance(obj, nengo.Connection):
             path = self._options.get(obj, "decode_path")
-            if path in RELAYS and self._ends_on_chip(obj):
-                after_s = self._options.get(obj, "target_filter_s")
+            on_chip = self._ends_on_chip(obj)
+            if path in RELAYS and on_chip:
+                from_chip = self.split.on_chip(base(obj.pre_obj))
+                after_s = self._options.get(obj, "target_filter_s") if from_chip else None
                 stack.enter_context(relayed(self, obj, path, after_s))
-            if path == "direct" and isinstance(obj.post_obj, Neurons):
+            lines = isinstance(obj.post_obj, Neurons) and isinstance(obj.transform, MATRICES)
+            if path == "direct" and on_chip and lines:
                 stack.enter_context(lean(self, obj))
             if self._is_sparse_input(obj):
                 stack.enter_context(weighted(self, obj))

@@ -68,7 +68,8 @@ def relayed(
         model.decode_tau = min(target_s, max(own_s, DECODE_TAU_S))  # no slower than needed
     try:
         yield
-        if target_s is not None:
+        # Full weights, and spikes to neurons, have no decode neurons.
+        if target_s is not None and "decoded" in model.objs[connection]:
             _set_filter(model, connection, target_s)
     finally:
         model.decode_neurons, model.decode_tau = usual
@@ -97,8 +98,10 @@ def relay_filter_s(connection: nengo.Connection, target_s: float, dt_s: float) -
 
 def fit_range(model: Model, connection: nengo.Connection) -> None:
     """Let decode neurons represent only the values that occur, if their weights are too small."""
-    parts = model.objs.get(connection, {})
-    if "mid_axon" not in parts or connection.learning_rule_type is not None:
+    parts, source = model.objs.get(connection, {}), base(connection.pre_obj)
+    # The values of event files are not known.
+    of_neurons = isinstance(source, nengo.Ensemble) and "mid_axon" in parts
+    if not of_neurons or connection.learning_rule_type is not None:
         return
     if _has_exponent(parts["decoded"]):
         return

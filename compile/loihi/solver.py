@@ -25,7 +25,7 @@ from spikeport.compile.check.finite import not_finite, refused_or_not_finite
 from spikeport.compile.ground.matrices import Matrix, full, placed, transformed
 from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite, Seeds
-from spikeport.compile.ground.scope import source_rows
+from spikeport.compile.ground.scope import is_called, source_rows
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.quick_builder import quick_builder, random_state
 
@@ -160,7 +160,9 @@ class ParameterSolver:
 
     def built(self, connection: nengo.Connection) -> BuiltConnection:
         """Return the built parameters of any connection, in Nengo's units."""
-        if isinstance(connection.pre_obj, nengo.Ensemble):
+        # A run calls the functions of Direct ensembles, which have no decoders: a call here would
+        # change the state that some keep.
+        if isinstance(connection.pre_obj, nengo.Ensemble) and not is_called(connection):
             return self.decoded(connection)
         transform = self.transform(connection)
         return BuiltConnection(None, None, weights=transform, transform=transform)

@@ -26,7 +26,8 @@ class ConstantInputs(NetworkPass):
 
     for a constant c behind a transform T, at encoders e. The decoders are those of the
     original ensemble. Passthrough nodes on the way are multiplied out; functions of a constant stay
-    inputs, and so do constants that the host adds to other values for the same dimension.
+    inputs, and so do constants that the host adds to other values for the same dimension, or behind
+    filters other than `Lowpass`, `Alpha` and `Triangle`, which may not let constants through.
 
     A bias acts from the first step. The first steps therefore differ where a connection has a
     synapse, and on the chip, which filters all values from the host for 5 ms. Later steps are the

@@ -162,7 +162,10 @@ class _Trials:
 
 
 def _image(rewrite: Rewrite, context: Context) -> ChipImage:
-    """Compile a network with the passes that follow."""
+    """Compile a network with the passes that follow, for its cores and energy alone.
+
+    The compile that runs this pass has made the checks, and makes the host's part.
+    """
     run = PassRun(Pipeline(context.following), context.chip, context.dt_s, observe_nothing)
     written = whole_targets(run.networks(rewrite), context.dt_s)
     floats = run.blocks(build(written, context.dt_s))

@@ -46,9 +46,10 @@ def sums(loads: Sequence[Load], room: Capacity) -> dict[str, int]:
     total = together(loads)
     # Settings that blocks of a core must share are left out: `_incompatible` takes account of them.
     counts = [mask.bit_count() for mask in total.profiles[: len(PROFILES)]]
-    used, most = (*total.amounts, *counts), (*room.amounts, *room.profiles)
+    used = (*total.amounts, *counts)
+    most = (*room.amounts, *room.profiles[: len(PROFILES)])
     names = AMOUNTS + PROFILES
-    return {name: math.ceil(a / b) for name, a, b in zip(names, used, most, strict=False)}
+    return {name: math.ceil(a / b) for name, a, b in zip(names, used, most, strict=True)}
 
 
 def _incompatible(loads: Sequence[Load], room: Capacity) -> int:

@@ -9,14 +9,16 @@ import scipy.sparse as sparse
 from nengo.ensemble import Neurons
 from nengo.solvers import NoSolver
 
+from spikeport.compile.ground.filters import keeps_constants
 from spikeport.compile.ground.names import End, span
 from spikeport.compile.ground.notices import warnings_about
 from spikeport.compile.ground.rewrite import Rewrite
+from spikeport.compile.ground.scope import is_called
 from spikeport.compile.loihi.quick_builder import FEW
 from spikeport.compile.loihi.readout import readout_scale
 from spikeport.compile.loihi.solver import ParameterSolver, nengo_transform
 from spikeport.compile.rewriting.edges import EdgeKey, Edges, EdgeSource, EdgeTarget, without_zeros
-from spikeport.compile.rewriting.flat_network import FlatNetwork, is_called, start
+from spikeport.compile.rewriting.flat_network import FlatNetwork, start
 from spikeport.compile.rewriting.partition import Partition
 
 FIRING = 1e3
@@ -213,7 +215,8 @@ def _is_constant(key: EdgeKey, filtered: bool) -> bool:
     node = source.connection is None and isinstance(source.obj, nengo.Node)
     fixed = node and isinstance(source.obj.output, np.ndarray)
     # The output of a filter starts at zero.
-    return fixed and (filtered or key.synapse is None) and key.target.in_group
+    passed = keeps_constants(key.synapse) if filtered else key.synapse is None
+    return fixed and passed and key.target.in_group
 
 
 class _Groups:

@@ -11,9 +11,9 @@ import nengo
 
 from spikeport.compile.ground.clusters import replaced_clusters
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope
+from spikeport.compile.ground.scope import Scope, is_called
 from spikeport.compile.loihi.solver import FLOAT, ParameterSolver
-from spikeport.compile.rewriting.flat_network import FlatNetwork, is_called
+from spikeport.compile.rewriting.flat_network import FlatNetwork
 
 
 def called_once(rewrite: Rewrite, dt_s: float) -> Rewrite:

@@ -119,18 +119,6 @@ def sums_up(connection: nengo.Connection) -> bool:
     return not computes and reads_twice(connection)
 
 
-def is_called(connection: nengo.Connection) -> bool:
-    """Return whether a run calls a connection's function in each step; it may have a state then.
-
-    Functions of ensembles, unless these are of type Direct, are only called as decoders are solved.
-    """
-    pre = connection.pre_obj
-    runs = isinstance(pre, nengo.Node) or isinstance(
-        getattr(pre, "neuron_type", None), nengo.Direct
-    )
-    return runs and callable(connection.function)
-
-
 def _of_whole_source(connection: nengo.Connection) -> Callable[[np.ndarray], object]:
     """Return the function of a connection from a slice as a function of its whole source."""
     # The function is not a table of values at points: Nengo refuses one where a slice is read.

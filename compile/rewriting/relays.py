@@ -19,6 +19,7 @@ from spikeport.compile.ground.scope import (
 )
 from spikeport.compile.ground.settings import NetworkSettings
 from spikeport.compile.loihi.build_settings import AS_USUAL, BuildSettings
+from spikeport.compile.loihi.merged_connections import ROUNDING
 from spikeport.compile.loihi.relay import RELAYS
 from spikeport.compile.rewriting.passthrough import foldable
 
@@ -29,7 +30,7 @@ def compartments_at_least(scope: Scope, build: BuildSettings = AS_USUAL) -> int:
     Read-outs, connections through nodes that nengo-loihi may keep, and connections whose path the
     user chose are left out.
     """
-    neurons: int = sum(ensemble.n_neurons for ensemble in dict.fromkeys(scope.ensembles))
+    neurons: int = sum(ensemble.n_neurons for ensemble in scope.ensembles)
     nodes = foldable(scope) if build.remove_passthrough else []
     return neurons + neurons_per_value(build) * _relayed_values(scope, nodes)
 
@@ -113,8 +114,9 @@ class _Sources:
     def count(self, connection: nengo.Connection) -> int:
         """Return how many connections from the chip reach a target through one from a node."""
         matrix, numbers = self._at(connection.pre_obj)
-        passed = _transform(connection) @ matrix[source_rows(connection)]
-        return len(np.unique(numbers[passed.indices]))
+        passed = sparse.coo_array(_transform(connection) @ matrix[source_rows(connection)])
+        # Products that are only rounding are left out of the build, too.
+        return len(np.unique(numbers[passed.col[np.abs(passed.data) > ROUNDING]]))
 
 
 def _into_whole(connection: nengo.Connection) -> sparse.csr_array:

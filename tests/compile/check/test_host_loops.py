@@ -103,3 +103,15 @@ def test_shorter_synapses_make_up_for_the_delay() -> None:
     mended = rise_ms(loop(0.01, 0.002, 0.8), spikeport.Simulator)
     assert late > 1.25 * wanted
     assert abs(mended - wanted) < 0.5 * (late - wanted)
+
+
+def test_other_filters_count_by_their_delay_and_unknown_delays_get_no_hint() -> None:
+    assert hints(loop(nengo.Triangle(0.6), None)) == []  # 200 ms
+    assert hints(loop(nengo.Triangle(0.03), None)) == [
+        ("robot -> a -> robot", "10 ms became about 18 ms")
+    ]
+    assert hints(loop(nengo.Alpha(0.01), None)) == [
+        ("robot -> a -> robot", "20 ms became about 28 ms")
+    ]
+    assert hints(loop(None, None)) == [("robot -> a -> robot", "0 ms became about 8 ms")]
+    assert hints(loop(nengo.LinearFilter([0.1, 0], [0.1, 1]), None)) == []

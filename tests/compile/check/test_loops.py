@@ -117,3 +117,19 @@ def test_functions_that_draw_random_numbers_leave_numpys_random_state_unchanged(
     drawn = np.random.random()
     np.random.seed(3)
     assert drawn == np.random.random()
+
+
+def test_functions_of_direct_ensembles_are_not_called() -> None:
+    called = []
+
+    def integral(x: np.ndarray) -> float:
+        called.append(x)
+        return float(len(called))
+
+    with nengo.Network(seed=1) as network:
+        spiking, exact = nengo.Ensemble(20, 1), nengo.Ensemble(1, 1, neuron_type=nengo.Direct())
+        nengo.Connection(spiking, exact)
+        nengo.Connection(exact, spiking, function=integral)
+    called.clear()
+    assert hints(network) == []
+    assert called == []

@@ -168,3 +168,18 @@ def test_memory_is_unlimited_if_the_system_gives_no_figures(
     monkeypatch.delenv(VARIABLE, raising=False)
     monkeypatch.setattr(memory, "_text", lambda path: "")
     assert available() == math.inf
+
+
+def test_random_matrices_count_as_full_ones_and_transposed_convolutions_by_their_kernels() -> None:
+    assert estimate(wired(nengo.dists.Gaussian(0, 1))) == estimate(wired(np.ones((300, 300))))
+
+    def transposed(init: object) -> int:
+        transform = nengo.transforms.ConvolutionTranspose(
+            1, (64, 64, 1), kernel_size=(2, 2), strides=(2, 2), init=init
+        )
+        with nengo.Network() as network:
+            pre, post = (nengo.Ensemble(n, 1) for n in (transform.size_in, transform.size_out))
+            nengo.Connection(pre.neurons, post.neurons, transform=transform)
+        return estimate(network)
+
+    assert transposed(nengo.dists.Uniform(-1, 1)) == transposed(np.ones((2, 2, 1, 1))) < 1e8

@@ -160,3 +160,10 @@ def test_neurons_read_lists_the_neurons_of_a_probes_slice(part: Any, read: list[
         neurons = nengo.Ensemble(4, 1).neurons
         probe = nengo.Probe(neurons if part is None else neurons[part])
     assert neurons_read(probe).tolist() == read
+
+
+def test_an_ensemble_that_is_listed_twice_counts_once() -> None:
+    with nengo.Network() as network:
+        a = nengo.Ensemble(4, 1)
+    network.ensembles.append(a)
+    assert scope_of(network).ensembles == [a]

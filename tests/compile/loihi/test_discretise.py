@@ -190,3 +190,12 @@ def test_the_error_of_a_block_without_a_weight_exponent_names_the_block() -> Non
         "a: nengo-loihi refuses it: Compartment(<Ensemble 'a'>): Could not find appropriate weight "
         f"exponent; cure: bring its weights, gains and biases closer together, {HOST}"
     )
+
+
+def test_weights_of_1e_12_into_some_neurons_of_an_ensemble_are_rounded() -> None:
+    """nengo-loihi scales such weights by a number for each neuron, here also for the last."""
+    with nengo.Network(seed=1) as network:
+        a = nengo.Ensemble(60, 2, encoders=np.tile([[1.0, 0], [1, 0], [0, 1]], (20, 1)))
+        b = nengo.Ensemble(30, 1)
+        nengo.Connection(b, a[0], transform=1e-12)
+    assert len(compile_network(network, pipeline="decode_path").image.synapses.weight)

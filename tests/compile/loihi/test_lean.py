@@ -110,3 +110,38 @@ def test_a_probe_of_a_fused_ensemble_reads_the_neurons_of_that_ensemble_alone(
     assert len(whole.in_axons.row) == 6 * 120 + inputs
     assert len(image.in_axons.row) == 6 * 20 + inputs
     np.testing.assert_array_equal(found, wanted)
+
+
+def wired_throughout(path: str) -> nengo.Network:
+    """Return a network in which one path is set for all connections.
+
+    They end in neurons on the host, and in neurons on the chip by a matrix and by a convolution,
+    one of whose two kernels is zero.
+    """
+    kernels = np.stack([np.full((3, 3, 1), 0.02), np.zeros((3, 3, 1))], axis=-1)
+    with nengo.Network(seed=5) as network:
+        spikeport.add_params(network)
+        network.config[nengo.Connection].decode_path = path
+        one = {"gain": nengo.dists.Choice([1.0]), "bias": nengo.dists.Choice([2.0])}
+        pixels, post, host = (nengo.Ensemble(n, 1, **one) for n in (64, 72, 4))
+        network.config[host].on_chip = False
+        channels = (kernels, kernels[..., ::-1])
+        for init in channels:
+            kernel = nengo.Convolution(2, (8, 8, 1), kernel_size=(3, 3), init=init)
+            nengo.Connection(pixels.neurons, post.neurons, transform=kernel, synapse=0.005)
+        nengo.Connection(nengo.Node([0.5]), host.neurons, transform=np.ones((4, 1)))
+        nengo.Connection(pixels.neurons, host.neurons, transform=np.ones((4, 64)) / 1e4)
+        for ensemble in (post, host):
+            nengo.Probe(ensemble.neurons, synapse=0.01)
+    return network
+
+
+def test_convolutions_and_neurons_on_the_host_are_wired_as_usual() -> None:
+    found = []
+    for path in ("auto", "direct"):
+        network = wired_throughout(path)
+        with spikeport.Simulator(network, pipeline="", progress_bar=False) as simulator:
+            simulator.run_steps(100)
+            found.append(np.hstack([simulator.data[probe] for probe in network.probes]))
+    assert found[0].any(axis=0).all()
+    np.testing.assert_array_equal(*found)

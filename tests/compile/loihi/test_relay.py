@@ -1,6 +1,7 @@
 """Decode neurons of its own kind for each connection."""
 
 import contextlib
+from pathlib import Path
 
 import nengo
 import numpy as np
@@ -9,9 +10,13 @@ from nengo_loihi.block import LoihiBlock, Synapse
 from nengo_loihi.builder import Model
 from nengo_loihi.decode_neurons import OnOffDecodeNeurons, Preset10DecodeNeurons
 
+from spikeport.compile.ground.settings import add_params
 from spikeport.compile.loihi.build import build
 from spikeport.compile.loihi.relay import ENCODERS, relay_filter_s, relayed
+from spikeport.compile.pipeline import compile_network
+from spikeport.simulator import Simulator
 from tests.helpers.chip_networks import integer_blocks
+from tests.helpers.event_files import camera_network, process_of, random_events, write_events
 from tests.helpers.small_networks import rewrite_of
 
 
@@ -131,3 +136,32 @@ def test_a_group_of_synapses_without_input_is_removed() -> None:
 def test_weights_that_have_an_exponent_stay_in_their_group_of_synapses() -> None:
     ensemble, *_ = build(rewrite_of(loop(0.9, 0.05)), 0.001).blocks
     assert len(ensemble.synapses) == 2
+
+
+def test_a_filter_that_all_connections_ask_for_changes_only_those_with_a_relay() -> None:
+    def run(filter_s: float | None, relayed_too: bool) -> np.ndarray:
+        with nengo.Network(seed=0) as network:
+            add_params(network)
+            ours = network.config[nengo.Connection]
+            ours.decode_path, ours.target_filter_s = "preset10", filter_s
+            a, b = nengo.Ensemble(50, 1), nengo.Ensemble(50, 1)
+            nengo.Connection(nengo.Node([0.5]), a)
+            nengo.Connection(a.neurons, b.neurons, transform=np.eye(50) / 1e3)
+            nengo.Connection(a, b, solver=nengo.solvers.LstsqL2(weights=True))
+            if relayed_too:
+                nengo.Connection(a, b, synapse=0.05)
+            probe = nengo.Probe(b.neurons)
+        with Simulator(network, pipeline="", progress_bar=False) as sim:
+            sim.run_steps(100)
+            return sim.data[probe]
+
+    np.testing.assert_array_equal(run(None, False), run(0.02, False))
+    assert not np.array_equal(run(None, True), run(0.02, True))
+
+
+def test_decode_neurons_of_event_files_keep_their_range_if_weights_are_tiny(tmp_path: Path) -> None:
+    path = write_events(tmp_path / "camera.events", **random_events(200, last_us=50_000))
+    network = camera_network(process_of(path))
+    network.connections[-1].transform = np.full((1, 384), 1e-7)
+    network.connections[-1].synapse = 0.1
+    assert len(compile_network(network, pipeline="").image.synapses.weight)

@@ -165,3 +165,24 @@ def test_functions_of_constants_stay_inputs() -> None:
         node, target = nengo.Node([0.5]), nengo.Ensemble(10, 1)
         nengo.Connection(node, target, function=np.square)
     assert notes_of(net) == {"targets": []}
+
+
+@pytest.mark.parametrize(
+    ("synapse", "passed"),
+    [
+        (nengo.LinearFilter([0.02, 0], [0.02, 1]), 0),
+        (nengo.LinearFilter([2], [0.02, 1]), 2),
+        (nengo.Alpha(0.02), 1),
+    ],
+)
+def test_a_constant_behind_a_filter_reaches_the_neurons_as_the_filter_passes_it(
+    synapse: nengo.synapses.Synapse, passed: float
+) -> None:
+    with nengo.Network(seed=1) as net:
+        target = nengo.Ensemble(100, 1)
+        nengo.Connection(nengo.Node([0.4]), target, synapse=synapse)
+        probe = nengo.Probe(target, synapse=0.02)
+    with Simulator(net, pipeline="constant_inputs", progress_bar=False) as sim:
+        sim.run_steps(300)
+        assert sim.data[probe][-50:].mean() == pytest.approx(0.4 * passed, abs=0.05)
+        assert sim.image.n_inputs == (0 if passed == 1 else 2)

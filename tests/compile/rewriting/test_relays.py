@@ -117,3 +117,13 @@ def test_values_that_a_slice_adds_up_are_counted_for_each_source() -> None:
         nengo.Connection(both, one[[0, 0]], synapse=None)
         nengo.Connection(one, c)
     assert bound(network) == 3 * 7 + 2 * PER_VALUE
+
+
+def test_products_that_are_only_rounding_are_not_counted() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b = nengo.Ensemble(7, 1), nengo.Ensemble(7, 1)
+        one, c = nengo.Node(size_in=1), nengo.Ensemble(7, 1)
+        nengo.Connection(a, one, transform=np.cos(np.pi / 2), synapse=None)  # 6e-17
+        nengo.Connection(b, one, synapse=None)
+        nengo.Connection(one, c)
+    assert bound(network) == 3 * 7 + PER_VALUE
