@@ -11,10 +11,12 @@ from spikeport.experiments import registry
 
 HEAD = """# Settings
 
-This page lists the settings of all experiments, which `run`, `calibrate`, `sweep` and `figure` take
-as `--set KEY=VALUE`; `compile arm` takes those of `reach`, `compile walk` those of `walk`, `compile
-humanoid` those of `switch`. `evaluate` takes those of [PolicySettings](#policysettings) alone, and
-perturbations by its `--row`. Every setting can be left out; where it has no default here, its
+This page lists the settings of all experiments, which `run`, `sweep` and `figure` take as `--set
+KEY=VALUE`. `calibrate` takes those that change the neurons: it refuses perturbations, `calibrated`,
+and settings of a run alone (`path`, `speed` and `ramp` of `walk`; `digit` and `recognise` of
+`draw`). `compile arm` takes those of `reach`, `compile walk` those of `walk`, `compile humanoid`
+those of `switch`. `evaluate` takes those of [PolicySettings](#policysettings) without `appearance`,
+and perturbations by its `--row`. Every setting can be left out; where it has no default here, its
 description says which value holds then. An experiment has the settings of its own section, and
 those of the sections that it names.
 
