@@ -114,9 +114,11 @@ class NengoLoihiChip:
 
     def close(self) -> None:
         """Free the emulator; see `spikeport.backends.chip.Chip.close`."""
-        self._counter.close()
-        self._emulator.close()
         self._closed = True
+        try:
+            self._counter.close()
+        finally:  # the disk may be full
+            self._emulator.close()
 
 
 def by_input(image: ChipImage, spikes: np.ndarray) -> list[np.ndarray]:

@@ -144,6 +144,7 @@ def _source(
     activity: Activity, calibration: EnergyCalibration, others: Iterable[Estimate | None]
 ) -> str:
     figures = [getattr(calibration.times, event.name) for event in core_events(activity)]
+    figures.append(calibration.times.message_on_bus)
     estimates = [figure.estimate for figure in figures if figure is not None]
     return merge_sources(e.source for e in [*estimates, *others] if e is not None)
 

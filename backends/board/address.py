@@ -128,7 +128,8 @@ def _socket_path(text: str) -> Path:
             f"unix:{text}: the path has {size} bytes, limit {MOST_PATH}; choose a shorter one"
         )
     path = Path(text)
-    if path.exists() and not path.is_socket():
+    # `Path.exists` raises for a folder that cannot be searched.
+    if os.path.exists(path) and not path.is_socket():
         kind = "folder" if path.is_dir() else "file"
         raise UsageError(f"unix:{text}: there is a {kind}, not a socket; choose another path")
     return path

@@ -57,7 +57,8 @@ class Frame(NamedTuple):
     flags : int
         The bits that describe the body, by kind.
     lasted_us : int
-        Time, in us, that the board took for the step.
+        Time, in us, that the board took for the step: with the time of sending, which every frame
+        has as well, a listener on the line can tell a slow board from a slow link.
     version : int
         The version of the link that the sender speaks.
     """

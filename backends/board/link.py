@@ -1,5 +1,6 @@
 """The options of a link: the board, its clock, and a record."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -57,7 +58,12 @@ class LinkOptions:
                 f"LinkOptions: faults={self.faults!r}: is one text, expected a sequence of texts; "
                 f"cure: faults=({self.faults!r},)"
             )
+        if not isinstance(self.faults, Sequence) or not all(
+            isinstance(one, str) for one in self.faults
+        ):
+            raise UsageError(f"LinkOptions: faults={self.faults!r}: expected a sequence of texts")
         object.__setattr__(self, "faults", tuple(self.faults))
+        self._check_certificates()
         if self.hold < 0:
             raise UsageError(f"LinkOptions: hold={self.hold}: must be 0 or more")
         for name in ("record", "replay"):
@@ -68,6 +74,17 @@ class LinkOptions:
                 raise UsageError(
                     f"LinkOptions: {name}={path!r}: expected a path; cure: name a file"
                 )
+
+    def _check_certificates(self) -> None:
+        if self.certificates is None:
+            return
+        from spikeport.backends.board.address import Certificates
+
+        if not isinstance(self.certificates, Certificates):
+            raise UsageError(
+                f"LinkOptions: certificates={self.certificates!r}: expected Certificates(...) of "
+                "spikeport.backends.board.address"
+            )
 
     def idle(self, backend: str) -> tuple[str, ...]:
         """Return the names of the fields that differ from their defaults, and do nothing."""

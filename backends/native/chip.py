@@ -177,10 +177,12 @@ class NativeChip:
 
     def close(self) -> None:
         """Close the log and end the threads; see `spikeport.backends.chip.Chip.close`."""
-        self.log.close()
         self._closed = True
-        if self._threads is not None:
-            self._threads.close()
+        try:
+            self.log.close()
+        finally:  # the disk may be full
+            if self._threads is not None:
+                self._threads.close()
 
 
 def _learning(image: ChipImage, wiring: Wiring, rng: np.random.RandomState) -> Learning | None:

@@ -93,12 +93,18 @@ def command(target: int, core: int, words: np.ndarray, first: int = 0) -> bytes:
 
 
 def loading(memory: MemoryImage, outputs: Sequence[Output]) -> bytes:
-    """Return the bytes that write a memory image and a list of outputs, values before spikes."""
+    """Return the bytes that write a memory image and a list of outputs, values before spikes.
+
+    Cores that the image does not use lose the compartments of an earlier one; a board ignores what
+    is written to a core that it does not have.
+    """
     parts = [
         command(select, number, words)
         for number, core in enumerate(memory.cores)
         for select, words in core.words
     ]
+    unused = range(len(memory.cores), 1 << memory.core_bits)
+    parts += [command(Select.SIZE, number, np.zeros(1, dtype=np.int64)) for number in unused]
     entries = [one.held << 24 | one.core << 16 | one.place for one in outputs]
     return b"".join([*parts, command(Target.OUTPUTS, 0, np.array([*entries, Held.END << 24]))])
 

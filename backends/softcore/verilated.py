@@ -3,7 +3,6 @@
 import ctypes
 import functools
 import shutil
-import subprocess
 import tempfile
 from collections.abc import Hashable
 from pathlib import Path
@@ -14,11 +13,12 @@ import numpy as np
 from spikeport import cache, hardware_models
 from spikeport.backends.softcore.memory import LOG_COMPARTMENTS, ROW_BITS, core_bits
 from spikeport.compile.image.manifest import SUM_BITS
-from spikeport.errors import BackendError
 from spikeport.extras import require_programs
+from spikeport.programs import output_of
 
 FOLDER = Path(hardware_models.__file__).parent / "softcore"
 PROGRAMS = ("verilator", "g++", "make")
+NOT_BUILT = "the soft core is not built"
 VERILATOR_S = 1800.0
 """Time after which a build is given up; it takes some 15 s, and longer on a busy machine."""
 LOG_PATIENCE = 12
@@ -135,7 +135,7 @@ def require_verilator() -> str:
         If Verilator does not start.
     """
     require_programs(PROGRAMS, "builds the soft core", "verilator g++ make")
-    return _said(["verilator", "--version"])
+    return output_of(["verilator", "--version"], NOT_BUILT, VERILATOR_S)
 
 
 @functools.cache
@@ -172,18 +172,6 @@ def _built(build: Design) -> np.ndarray:
         optimised = ["-MAKEFLAGS", "OPT_FAST=-O2 OPT_GLOBAL=-O0"]
         flags = ["-CFLAGS", "-fPIC", *optimised, "-LDFLAGS", "-shared", "--Mdir", "."]
         command = ["verilator", *options, *flags, "--top-module", build.top, *build.options]
-        _said([*command, *(path.name for path in build.files), "-o", "softcore.so"], folder)
+        command += [*(path.name for path in build.files), "-o", "softcore.so"]
+        output_of(command, NOT_BUILT, VERILATOR_S, folder)
         return np.fromfile(Path(folder) / "softcore.so", dtype=np.uint8)
-
-
-def _said(command: list[str], folder: str | None = None) -> str:
-    """Run a program to its end, and return its output; BackendError if it fails."""
-    try:
-        return subprocess.run(
-            command, cwd=folder, capture_output=True, text=True, check=True, timeout=VERILATOR_S
-        ).stdout
-    except subprocess.CalledProcessError as error:
-        first = next(iter(error.stderr.splitlines()), f"exit code {error.returncode}")
-        raise BackendError(f"the soft core is not built: {first}") from None
-    except subprocess.TimeoutExpired:
-        raise BackendError(f"the soft core is not built within {VERILATOR_S:,.0f} s") from None

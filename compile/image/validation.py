@@ -233,6 +233,8 @@ def _check_outputs(image: "ChipImage") -> None:
             raise _error(f"{place}.segments", entry.segments, bound)
         if entry.order is not None and sorted(entry.order) != list(range(entry.size)):
             raise _error(f"{place}.order", entry.order, f"no order of {entry.size} values")
+        if entry.order is not None and entry.weights == "matrix":
+            raise _error(f"{place}.order", entry.order, "of values of a matrix, which has its own")
 
 
 def _check_formats(image: "ChipImage") -> None:

@@ -84,9 +84,9 @@ def check_apart(outputs: Iterable[tuple[str, Path]]) -> None:
     UsageError
         Naming both options, and the path.
     """
-    known: dict[Path, str] = {}
+    known: dict[str, str] = {}  # `Path.resolve` raises for links in a circle
     for option, path in outputs:
-        if (other := known.setdefault(path.resolve(), option)) != option:
+        if (other := known.setdefault(os.path.realpath(path), option)) != option:
             raise UsageError(f"{option} {path}: would replace what {other} writes; choose another")
 
 
@@ -141,7 +141,7 @@ def atomic_path(path: Path) -> Iterator[Path]:
         If a folder, a pipe or a device is there: renaming would remove a device for everybody; or
         if nothing can be written there.
     """
-    if path.exists() and not path.is_file():
+    if os.path.exists(path) and not os.path.isfile(path):
         raise UsageError(f"{path}: is not a file that can be replaced; choose another")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

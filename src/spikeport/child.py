@@ -25,7 +25,7 @@ class Child:
     Parameters
     ----------
     name : str
-        The server's name in messages. Once it serves, its first line begins with ``NAME:``.
+        The server's name in messages. Once it serves, it prints a line that begins with ``NAME:``.
     arguments : sequence of str
         The arguments of ``spikeport``.
 
@@ -74,13 +74,17 @@ class Child:
         return self._process.poll() is None
 
     def _await_start(self, name: str) -> None:
-        """Wait for its first line."""
+        """Wait for the line that says that it serves; libraries may print warnings before it."""
         assert self._process.stdout is not None
-        # `readline` has no limit of its own.
+        before: deque[str] = deque(maxlen=LINES_KEPT)
+        # Reading has no limit of its own.
         with later(START_S, self._kill):
-            line = self._process.stdout.readline()
-        if not line.startswith(f"{name}:"):
-            raise BackendError(f"the {name}'s server did not start: {line.strip() or 'no word'}")
+            for line in self._process.stdout:
+                if line.startswith(f"{name}:"):
+                    return
+                before.append(line)
+        said = "".join(before).strip() or "no word"
+        raise BackendError(f"the {name}'s server did not start: {said}")
 
     def close(self) -> str:
         """Wait until it ends after its one session, or kill it; return its last output.
@@ -90,9 +94,13 @@ class Child:
         with self._process:  # which waits for a killed one, and closes its output
             try:
                 self._process.wait(STOP_S)
-            except subprocess.TimeoutExpired:
+            except BaseException as error:
                 self._kill()
-            self._reader.join()
+                # An interrupt ends it as well: nobody else could.
+                if not isinstance(error, subprocess.TimeoutExpired):
+                    raise
+            finally:
+                self._reader.join()
         return "".join(self._lines).strip() or self._ending()
 
     def _kill(self) -> None:

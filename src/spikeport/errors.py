@@ -30,6 +30,7 @@ too, and are imported when they are first used: importing Nengo takes a second.
 """
 
 import re
+import site
 import sysconfig
 import traceback
 from collections.abc import Iterable
@@ -68,11 +69,14 @@ __all__ = [
 
 LONGEST = 2000
 """Most letters of a user's error that are printed."""
-INSTALLED = (
-    "<",
-    *(f"{sysconfig.get_path(name)}/" for name in ("stdlib", "purelib", "platlib")),
-    f"{Path(__file__).parent}/",
+LIBRARIES = (
+    *(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib")),
+    # The system's, if this environment has its packages, too, and the user's own.
+    *site.getsitepackages(),
+    site.getusersitepackages(),
 )
+"""Folders of installed modules."""
+INSTALLED = ("<", *(f"{folder}/" for folder in LIBRARIES), f"{Path(__file__).parent}/")
 """Prefixes of the paths of files that are not the user's."""
 
 _HOMES = {

@@ -69,7 +69,10 @@ def install_command(extra: str = "") -> str:
 def origin() -> tuple[list[str], str]:
     """Return pip's options and the source that spikeport was installed from."""
     # Installers write down where a package came from, unless it is an index (PEP 610).
-    recorded = metadata.distribution("spikeport").read_text("direct_url.json")
+    try:
+        recorded = metadata.distribution("spikeport").read_text("direct_url.json")
+    except metadata.PackageNotFoundError:  # a checkout on Python's path
+        recorded = None
     if not recorded:
         return [], "spikeport"
     origin = json.loads(recorded)

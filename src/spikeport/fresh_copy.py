@@ -8,7 +8,6 @@ import contextlib
 import io
 import pickle
 import sys
-import sysconfig
 import warnings
 import weakref
 from collections.abc import Iterator
@@ -20,12 +19,9 @@ import cloudpickle
 import nengo
 
 from spikeport import user_code
-from spikeport.errors import UsageError
+from spikeport.errors import LIBRARIES, UsageError
 from spikeport.node_functions import Skippable
 from spikeport.parts import OWNERS, STRUCTS, Parts
-
-LIBRARIES = tuple(sysconfig.get_path(name) for name in ("stdlib", "purelib", "platlib"))
-"""Folders of installed modules: their functions are shared."""
 
 
 def fresh_copy(network: nengo.Network) -> nengo.Network:

@@ -131,9 +131,11 @@ def check_fields(value: object, owner: str) -> None:
         For a wrong value; the message names the owner, the field and the value.
     """
     for name, kind in _hints(type(value)).items():
-        # NumPy's numbers are as good, but pydantic does not take them for an int.
-        if _is_known(kind) and not isinstance(getattr(value, name), np.generic):
-            _valid(getattr(value, name), TypeAdapter(kind), f"{owner}{name}", strict=True)
+        found = getattr(value, name)
+        if _is_known(kind):
+            # NumPy's numbers are as good, but pydantic does not take them for an int.
+            plain = found.item() if isinstance(found, np.generic) else found
+            _valid(plain, TypeAdapter(kind), f"{owner}{name}", strict=True)
 
 
 def _convert(text: str, kind: Any, what: str) -> SettingValue:

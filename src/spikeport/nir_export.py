@@ -211,11 +211,11 @@ class _Exporter:
         """
         image, entry = self._image, self._image.manifest.outputs[number]
         values = image.decoders.weight[part(image.outputs.weight_start, number)]
-        order = np.arange(entry.size) if entry.order is None else np.array(entry.order)
         if entry.weights == "matrix":
-            np.add.at(matrix.T, local, values.reshape(entry.shape)[here][:, order])
+            np.add.at(matrix.T, local, values.reshape(entry.shape)[here])
             return
         # Each value is the one compartment that it reads, scaled.
+        order = np.arange(entry.size) if entry.order is None else np.array(entry.order)
         rows = np.flatnonzero(here[order])
         positions = np.cumsum(here)[order[rows]] - 1
         weight = values[0] if entry.weights == "scale" else 1.0

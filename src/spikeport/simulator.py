@@ -1,6 +1,7 @@
 """`Simulator`: a Nengo network on a chip, with the conventions of Nengo's own simulators."""
 
 import functools
+import os
 import sys
 import threading
 import warnings
@@ -23,7 +24,7 @@ from spikeport.backends import registry
 from spikeport.backends.board.link import OWN_STUB, LinkOptions
 from spikeport.backends.execution import Execution
 from spikeport.backends.sampling import sampled
-from spikeport.backends.step_log import counts_files
+from spikeport.backends.step_log import MESSAGES, counts_files
 from spikeport.cache import NOTHING, Cache
 from spikeport.compile.check.lost_values import lost_values
 from spikeport.compile.check.violation import Violation, hint_lines
@@ -344,8 +345,10 @@ class Simulator:
         """Close for a method that a user calls: warnings name the line of the user's."""
         if not self.closed:
             self.closed = True
-            self.data.freeze()
-            self._execution.close()
+            try:
+                self.data.freeze()
+            finally:  # a synapse of the user's may fail, or memory may not suffice
+                self._execution.close()
             for line in hint_lines(self._lost_values()):
                 warnings.warn(line, stacklevel=3)
 
@@ -418,7 +421,7 @@ def _counts_folder(folder: str | Path | None) -> Path | None:
     if folder is None:
         return None
     check_folder("counts", Path(folder), Path(folder))
-    if counts_files(Path(folder)):
+    if counts_files(Path(folder)) or os.path.lexists(Path(folder) / MESSAGES):
         raise UsageError(f"{folder}: holds the counts of another run; choose another folder")
     return Path(folder)
 

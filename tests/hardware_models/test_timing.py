@@ -6,6 +6,7 @@ from spikeport.errors import UsageError
 from spikeport.hardware_models.chip import ChipModel
 from spikeport.hardware_models.estimate import Estimate
 from spikeport.hardware_models.timing import timing
+from tests.hardware_models.conftest import figure
 
 SOURCE = "a paper [vendor]"
 
@@ -138,3 +139,10 @@ def test_to_dict_survives_json(chip, make_activity):
         "input and output of the host",
     ]
     assert plain["mean"]["unit"] == "s"
+
+
+def test_the_source_of_a_bus_is_named_where_there_is_one(data, make_activity):
+    on_bus = {**figure(50, "ns", 25, 100), "source": "the bus"}
+    data["calibrations"][0]["times"]["message_on_bus"] = on_bus
+    chip, activity = ChipModel.model_validate(data), make_activity(messages_in=[[30, 10], [0, 1]])
+    assert "the bus" in timing(activity, chip, chip.calibration("bench")).mean.source

@@ -6,7 +6,14 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
-from spikeport.atomic import atomic_path, check_output, check_results_folder, locked, write_text
+from spikeport.atomic import (
+    atomic_path,
+    check_apart,
+    check_output,
+    check_results_folder,
+    locked,
+    write_text,
+)
 from spikeport.errors import UsageError
 
 
@@ -229,3 +236,16 @@ def test_a_new_folder_is_neither_a_file_nor_a_runs_nor_of_too_long_a_name(tmp_pa
         (folder := tmp_path / f"{name}-folder").mkdir()
         (folder / name).touch()
         assert refusal(folder) == f"holds a run, {name}; choose another folder"
+
+
+def test_a_path_that_cannot_be_looked_up_is_refused_as_one_that_cannot_be_written(tmp_path):
+    with pytest.raises(UsageError, match="cannot be written"), atomic_path(tmp_path / ("n" * 300)):
+        pass
+
+
+def test_a_link_to_itself_is_replaced_by_a_file(tmp_path):
+    (path := tmp_path / "r.json").symlink_to(path)
+    check_apart([("--json", path), ("--html", tmp_path / "r.html")])
+    with atomic_path(path) as temporary:
+        temporary.write_text("new")
+    assert path.read_text() == "new"

@@ -92,3 +92,29 @@ def test_odd_bytes_of_a_child_are_replaced(monkeypatch: pytest.MonkeyPatch) -> N
         monkeypatch,
     )
     assert Child("chip", []).close() == "\N{REPLACEMENT CHARACTER} one"
+
+
+def test_lines_before_that_of_the_server_are_passed_over(monkeypatch: pytest.MonkeyPatch) -> None:
+    served_by("print('OpenBLAS WARNING'); print('chip: serves'); print('done')", monkeypatch)
+    assert Child("chip", []).close() == "done"
+
+
+def test_a_child_that_ends_before_it_serves_is_quoted_whole(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    served_by("print('a warning'); print('error: no such board')", monkeypatch)
+    with pytest.raises(BackendError, match=r"did not start: a warning\nerror: no such board$"):
+        Child("chip", [])
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_an_interrupt_kills_a_child_that_is_being_closed(monkeypatch: pytest.MonkeyPatch) -> None:
+    script = "import time; print('chip: serves', flush=True); time.sleep(100)"
+    processes = served_by(script, monkeypatch)
+    child, main = Child("chip", []), threading.get_ident()
+    with (
+        pytest.raises(KeyboardInterrupt),
+        later(0.3, lambda: signal.pthread_kill(main, signal.SIGINT)),
+    ):
+        child.close()
+    assert processes[0].wait(10) == -signal.SIGKILL

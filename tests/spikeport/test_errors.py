@@ -1,5 +1,6 @@
 import inspect
 import re
+import site
 import subprocess
 import sys
 
@@ -97,3 +98,8 @@ def test_in_words_includes_the_notes_of_an_error():
     error = ValueError("too large")
     error.add_note("in <Node 'stim'>")
     assert errors.in_words(error) == "ValueError: too large; in <Node 'stim'>"
+
+
+def test_folders_of_libraries_include_the_users_own():
+    assert site.getusersitepackages() in errors.LIBRARIES
+    assert set(site.getsitepackages()) <= set(errors.LIBRARIES)

@@ -93,3 +93,12 @@ def test_the_first_program_that_is_absent_is_named_with_its_packages() -> None:
 def test_a_package_that_is_not_installed_has_no_version():
     assert extras.version_of("numpy") == metadata.version("numpy")
     assert extras.version_of("no-such-package") is None
+
+
+def test_a_checkout_on_pythons_path_is_installed_by_name(monkeypatch):
+    def absent(name: str) -> metadata.Distribution:
+        raise metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(extras, "origin", ORIGIN)
+    monkeypatch.setattr(metadata, "distribution", absent)
+    assert extras.install_command("nir") == "pip install 'spikeport[nir]'"

@@ -668,3 +668,20 @@ def test_a_forked_process_goes_on_with_a_copy_of_the_simulator(backend):
         sim.run_steps(15)
         assert reader.recv() == sim.data[net.value].tobytes()
         assert os.waitpid(child, 0)[1] == 0
+
+
+def test_a_chip_is_closed_even_if_its_recordings_cannot_be_read(sim, monkeypatch):
+    closed = []
+    monkeypatch.setattr(sim._execution, "close", lambda: closed.append("chip"))
+    monkeypatch.setattr(type(sim.data), "freeze", lambda self: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        sim.close()
+    assert (sim.closed, closed) == (True, ["chip"])
+
+
+@pytest.mark.parametrize("name", ["counts-0.npz", "messages.npz"])
+def test_a_folder_with_files_of_counts_is_refused(tmp_path, name):
+    (tmp_path / name).write_text("the user's")
+    with pytest.raises(UsageError, match="holds the counts of another run"):
+        Simulator(network(), counts=tmp_path)
+    assert (tmp_path / name).read_text() == "the user's"

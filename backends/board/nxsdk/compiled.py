@@ -1,16 +1,17 @@
 """nengo-loihi's snips, compiled against spikeport's headers."""
 
 import ctypes
-import subprocess
 import tempfile
 from pathlib import Path
 
 from spikeport.backends.board.nxsdk.package import Phase
 from spikeport.backends.board.nxsdk.recording import Board
-from spikeport.errors import BackendError
 from spikeport.extras import require_programs
+from spikeport.programs import output_of
 
 SNIPS = Path(__file__).with_name("snips")
+GCC_S = 600.0
+"""Time after which a compiler is given up; it takes a few seconds."""
 
 
 def compiled(board: Board) -> ctypes.CDLL:
@@ -30,9 +31,9 @@ def compiled(board: Board) -> ctypes.CDLL:
         options = ["-O1", "-w", "-fPIC", f"-I{SNIPS}", f"-I{chip['includeDir']}"]
         snip, library = f"{folder}/chip.o", f"{folder}/board.so"
         # nengo-loihi's snip has `inline` functions without another definition
-        _gcc("gcc", *options, "-fgnu89-inline", "-c", str(chip["cFilePath"]), "-o", snip)
+        _run("gcc", *options, "-fgnu89-inline", "-c", str(chip["cFilePath"]), "-o", snip)
         sources = [str(host["cppFile"]), str(SNIPS / "board.cpp"), snip]
-        _gcc("g++", *options, "-shared", *sources, "-pthread", "-o", library)
+        _run("g++", *options, "-shared", *sources, "-pthread", "-o", library)
         return ctypes.CDLL(library)
 
 
@@ -41,8 +42,5 @@ def require_gcc() -> None:
     require_programs(("gcc", "g++"), "compiles nengo-loihi's snips", "g++")
 
 
-def _gcc(*command: str) -> None:
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        first = next(iter(done.stderr.splitlines()), f"exit code {done.returncode}")
-        raise BackendError(f"nengo-loihi's snips do not compile: {first}")
+def _run(*command: str) -> None:
+    output_of(command, "nengo-loihi's snips do not compile", GCC_S)

@@ -4,6 +4,7 @@ This module imports no Nengo: help does not wait for it.
 """
 
 import contextlib
+import os
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -63,7 +64,9 @@ class Destinations:
             yield "--html", self.html
 
     def _holds_report(self, path: Path) -> bool:
-        return self.out is not None and path.resolve() == (self.out / REPORT).resolve()
+        if self.out is None:
+            return False
+        return os.path.realpath(path) == os.path.realpath(self.out / REPORT)
 
     @contextlib.contextmanager
     def alone(self) -> Iterator[None]:

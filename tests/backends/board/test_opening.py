@@ -114,6 +114,13 @@ def test_paths_may_be_given_as_texts() -> None:
 @pytest.mark.parametrize(
     ("link", "reason"),
     [
+        ({"faults": None}, "faults=None: expected a sequence of texts"),
+        ({"faults": (1,)}, "faults=(1,): expected a sequence of texts"),
+        (
+            {"certificates": "c.pem"},
+            "certificates='c.pem': expected Certificates(...) of spikeport.backends.board.address",
+        ),
+        ({"hold": np.float64(2.5)}, "hold=2.5: input should be a valid integer"),
         (
             {"faults": "loss:0.1"},
             "faults='loss:0.1': is one text, expected a sequence of texts; cure: "

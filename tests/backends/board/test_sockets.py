@@ -1,5 +1,6 @@
 """Sockets of boards: their files, and protection from other machines."""
 
+import contextlib
 import socket
 import stat
 from pathlib import Path
@@ -96,3 +97,19 @@ def test_keepalive_detects_a_host_without_power_within_30_s() -> None:
             options = (socket.TCP_KEEPIDLE, socket.TCP_KEEPINTVL, socket.TCP_KEEPCNT)
             idle_s, every_s, n = (connected.getsockopt(socket.IPPROTO_TCP, o) for o in options)
             assert idle_s + n * every_s <= 30
+
+
+def test_a_server_that_accepts_nobody_is_not_waited_for(tmp_path: Path) -> None:
+    """Its queue is full: an attempt to connect would block until it accepts."""
+    path = tmp_path / "board"
+    with socket.socket(socket.AF_UNIX) as busy, contextlib.ExitStack() as waiting:
+        busy.bind(str(path))
+        busy.listen(0)
+        with contextlib.suppress(BlockingIOError):
+            while True:
+                host = waiting.enter_context(socket.socket(socket.AF_UNIX))
+                host.setblocking(False)
+                host.connect(str(path))
+        with pytest.raises(UsageError), listening(Address.parse(f"unix:{path}")):
+            pass
+    assert path.is_socket()

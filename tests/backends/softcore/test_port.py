@@ -1,6 +1,7 @@
 """The bytes of a board's port."""
 
 import binascii
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -76,3 +77,12 @@ def test_an_answer_of_another_length_is_refused(n_bytes: int) -> None:
     received = (content + binascii.crc_hqx(content, 0).to_bytes(2, "big"))[:n_bytes]
     with pytest.raises(BackendError, match=f"answer has {n_bytes} bytes, and 14 belong"):
         port.answered(b"", received, OUTPUTS)
+
+
+def test_loading_empties_the_cores_that_an_image_does_not_use() -> None:
+    memory = replace(written(small_image()), core_bits=2)
+    unused = range(len(memory.cores), 4)
+    sent = port.loading(memory, OUTPUTS[:3])
+    assert unused
+    for number in unused:
+        assert port.command(Select.SIZE, number, np.zeros(1, dtype=int)) in sent

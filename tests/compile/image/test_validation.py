@@ -209,6 +209,10 @@ def test_an_output_with_a_wrong_shape_segments_or_order_is_refused() -> None:
             "least 1",
         ),
         ({"order": (1,)}, "manifest.outputs[0].order is (1,), no order of 1 values"),
+        (
+            {"order": (0,)},
+            "manifest.outputs[0].order is (0,), of values of a matrix, which has its own",
+        ),
     ):
         first, *others = image.manifest.outputs
         outputs = (replace(first, **change), *others)
