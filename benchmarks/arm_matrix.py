@@ -42,8 +42,10 @@ def worst(task: str, runs: list[dict[str, Any]]) -> str:
         longest = max(run["seconds_per_reach_max"] for run in runs)
         return f"{least} to {max(r['reaches'] for r in runs)} reaches, {longest:.2f} s, {shared}"
     errors = [1000 * run["shape_error_rms_m"] for run in runs]
-    misread = sum(run["recognised_as"] != run["digit"] for run in runs)
-    return f"{min(errors):.1f} to {max(errors):.1f} mm, {misread} misread, {shared}"
+    read = [run for run in runs if run["recognised_as"] is not None]  # None without a classifier
+    misread = sum(run["recognised_as"] != run["digit"] for run in read)
+    found = f"{misread} of {len(read)} misread" if read else "not read"
+    return f"{min(errors):.1f} to {max(errors):.1f} mm, {found}, {shared}"
 
 
 def main() -> None:

@@ -231,13 +231,27 @@ def timed(times: Times, drawn: Power) -> str:
     return markdown_table.table(heads, rows)
 
 
+def on_a_chip(folder: str) -> tuple[str, dict[str, Any]]:
+    """Return the name and the results of a run on the chip, from its folder."""
+    path = Path(folder) / "result.json"
+    try:
+        found = json.loads(path.read_text())
+    except (OSError, ValueError) as error:
+        raise argparse.ArgumentTypeError(f"{path}: {error}") from None
+    if found.get("experiment") not in CONTROLLERS or not found.get("energy_by_unit"):
+        raise argparse.ArgumentTypeError(
+            f"{folder}: no run of {', '.join(CONTROLLERS)} on a chip; choose another folder"
+        )
+    return path.parent.name, found
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print the tables, or write them into a document."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("runs", nargs="+", type=Path, help="folders of runs on the chip")
+    parser.add_argument("runs", nargs="+", type=on_a_chip, help="folders of runs on the chip")
     parser.add_argument("--into", type=markdown_table.document)
     asked = parser.parse_args(arguments)
-    results = {run.name: json.loads((run / "result.json").read_text()) for run in asked.runs}
+    results = dict(asked.runs)
     times, drawn = in_numpy(), power()
     parts = [
         units(results, times, drawn),

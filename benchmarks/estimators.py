@@ -202,6 +202,8 @@ def main() -> None:
     parser.add_argument("--seeds", type=at_least(1), default=3)
     parser.add_argument("--into", type=markdown_table.document)
     chosen = parser.parse_args()
+    if chosen.seconds < max(case.dt_s for case in CASES):
+        parser.error("--seconds: less than a step")
     rows = [row(case, chosen.seeds, chosen.seconds) for case in CASES]
     markdown_table.show(markdown_table.table(HEADS, rows), chosen.into)
 

@@ -154,7 +154,9 @@ def _keep(name: str) -> Outcome:
         print(f"{name}: {FOLDERS / name} has other results than those kept; delete it to run again")
         return Outcome.FAILED
     RESULTS.mkdir(exist_ok=True)
-    kept.write_text(text)
+    part = kept.with_suffix(".part")  # what took hours is never half-written
+    part.write_text(text)
+    part.replace(kept)
     mark.write_text(digest)
     if name in PICTURES:
         shutil.copyfile(FOLDERS / name / "figure.png", ROOT / PICTURES[name])

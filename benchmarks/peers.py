@@ -26,6 +26,7 @@ import nengo
 import numpy as np
 from speed import machine, timed_extraction
 
+from spikeport.atomic import write_text
 from spikeport.compile.image.chip_image import ChipImage
 from spikeport.compile.image.deliveries import synapses_of
 from spikeport.compile.pipeline import compile_network
@@ -237,7 +238,7 @@ def main() -> None:
         "absent": dict(absent(arguments.folder)),
         "cases": {name: contest(CASES[name](), pythons) for name in arguments.case or CASES},
     }
-    arguments.out.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
+    write_text(arguments.out, json.dumps(results, indent=2) + "\n")
     markdown_table.show(table(results), arguments.into)
 
 

@@ -27,6 +27,7 @@ from cases import NETWORKS, Case
 from timing import cpu_us, read_bytes_per_s
 
 import spikeport
+from spikeport.atomic import write_text
 from spikeport.backends.chip import Chip
 from spikeport.backends.native.chip import NativeChip
 from spikeport.backends.nengo_loihi import NengoLoihiChip
@@ -183,7 +184,7 @@ def main() -> None:
     results: dict[str, Any] = {"machine": machine()}
     chosen = arguments.network or NETWORKS
     results["networks"] = {name: measure(NETWORKS[name], arguments.rounds) for name in chosen}
-    arguments.out.write_text(json.dumps(results, indent=2) + "\n", encoding="utf-8")
+    write_text(arguments.out, json.dumps(results, indent=2) + "\n")
 
 
 if __name__ == "__main__":

@@ -5,9 +5,9 @@ import numpy as np
 from spikeport.robot.times import PHYSICS_DT_S
 
 
-def rms(values: np.ndarray) -> np.ndarray:
-    """Return the root mean square over the first axis."""
-    return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
+def rms(values: np.ndarray, axis: int | None = 0) -> np.ndarray:
+    """Return the root mean square over an axis, by default the first; None for all values."""
+    return np.asarray(np.sqrt(np.mean(values**2, axis=axis)))
 
 
 def minimum_jerk(seconds: float, dt_s: float = PHYSICS_DT_S) -> np.ndarray:

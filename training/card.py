@@ -29,11 +29,12 @@ Interface: `spikeport.robot.walk_interface`; joints in the order of
 ## How it walks
 
 Random commands of the stage `{goal}` for 20 s, which change no faster than stated there{reached}.
-Errors are means of the absolute difference, smoothed over 0.2 s, the first second after a change of
-command left out. "As trained" has the delays, bodies, noise and pushes of that stage; "jumping
-commands" has them with commands that change at once, "exact targets" without offsets and noise of
-the joint targets; "undisturbed" is the robot as it is described. Clearance is the mean height of a
-foot's highest point in a step; the last column counts steps while asked to stand.
+Errors are means of the absolute difference between the command and the mean speed of the last 0.2
+s, the first second after a change of command left out. "As trained" has the delays, bodies, noise
+and pushes of that stage; "jumping commands" has them with commands that change at once, "exact
+targets" without offsets and noise of the joint targets; "undisturbed" is the robot as it is
+described. Clearance is the mean height of a foot's highest point in a step; the last column counts
+steps while asked to stand.
 
 | robots | episodes | falls | vx error, m/s | wz error, rad/s | clearance, m | steps/s | standing |
 |---|---|---|---|---|---|---|---|

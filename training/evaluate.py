@@ -28,12 +28,12 @@ NO_REWARDS = Weights(**{term.name: 0.0 for term in fields(Weights)})
 class Evaluation:
     """The outcome of an evaluation.
 
-    ``fallen`` of ``episodes`` robots fell; the errors are means of |vx* - vx| and |wz* - wz|,
-    smoothed over 0.2 s, 1 s after each change of command left out; ``clearance_m`` is the mean
-    height of a foot's highest point in a step, ``steps_per_s`` the rate of touch-downs, both while
-    commanded to walk ahead at more than 0.2 m/s; ``standing_steps_per_s`` is that rate while
-    commanded to stand. The measures of `spikeport.experiments.evaluate` have other rules: they do
-    not compare with these.
+    ``fallen`` of ``episodes`` robots fell; the errors are means of |vx* - vx| and |wz* - wz|, of
+    the present command and the mean speed of the last 0.2 s, 1 s after each change of command left
+    out; ``clearance_m`` is the mean height of a foot's highest point in a step, ``steps_per_s`` the
+    rate of touch-downs, both while commanded to walk ahead at more than 0.2 m/s;
+    ``standing_steps_per_s`` is that rate while commanded to stand. The measures of
+    `spikeport.experiments.evaluate` have other rules: they do not compare with these.
     """
 
     episodes: int

@@ -40,8 +40,9 @@ class Estimate(BaseModel):
 
     @property
     def text(self) -> str:
-        """The estimate with half of its interval."""
-        return f"{self.estimate:.3f} ± {self.half or 0:.3f}"
+        """The estimate, with half of its interval if it has one."""
+        interval = "" if self.half is None else f" ± {self.half:.3f}"
+        return f"{self.estimate:.3f}{interval}"
 
 
 class RowData(BaseModel):

@@ -4,7 +4,7 @@ import warnings
 from dataclasses import asdict, dataclass, replace
 
 from spikeport.experiments.evaluate.measures import measure
-from spikeport.experiments.evaluate.walker import find_walker
+from spikeport.experiments.evaluate.walker import WALKERS, find_walker
 from spikeport.experiments.sweep.folder import PointFiles
 from spikeport.experiments.sweep.plan import Point
 from spikeport.experiments.sweep.store import Sharing
@@ -19,7 +19,7 @@ class EpisodeRun(Sharing):
         """Walk an episode, and return the files that are kept of it."""
         settings = WalkSettings(**point.settings)
         options = replace(point.options, cache=self.store(scratch))
-        with warnings.catch_warnings(action="ignore"):
+        with warnings.catch_warnings(action="ignore"), WALKERS.dropped_on_error():
             walker = find_walker(settings, options)
             stage = walker.walk(settings.perturbation, options.seconds, options.seed)
         return PointFiles(

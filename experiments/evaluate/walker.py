@@ -113,10 +113,11 @@ def find_walker(settings: WalkSettings, options: Options) -> Walker:
     contents = digests([*unperturbed.files, *chips.files_of(options.chip)]).values()
     alike = dataclasses.replace(options, seed=0, seconds=0.0)
     key = unperturbed, alike, tuple(contents)
-    return _KEEPER.get(key, lambda: _made(unperturbed, alike))
+    return WALKERS.get(key, lambda: _made(unperturbed, alike))
 
 
-_KEEPER: Keeper[Walker] = Keeper()
+WALKERS: Keeper[Walker] = Keeper()
+"""Keeps the walker of the last episode for episodes with the same policy."""
 
 
 def _made(settings: WalkSettings, options: Options) -> Walker:

@@ -18,6 +18,7 @@ from spikeport.compile.passes.registry import PIPELINES
 from spikeport.compile.pipeline import Compilation
 from spikeport.constants import DT_S
 from spikeport.experiments.calibration import play_in
+from spikeport.experiments.curves import rms
 from spikeport.experiments.policy.lint import ConversionLint, LayerLint
 from spikeport.hardware_models.activity import Activity
 from spikeport.networks.activations import activation
@@ -160,12 +161,8 @@ def _run(sim: Simulator, conversion: Conversion, what: str, progress: Progress) 
 def _error(conversion: Conversion, data: np.ndarray, wanted: np.ndarray) -> float | None:
     """Return the relative rms error at the end of every observation; None if all wanted are 0."""
     last = data[conversion.steps - 1 :: conversion.steps]
-    error, size = _rms(last - wanted), _rms(wanted)
+    error, size = rms(last - wanted, axis=None), rms(wanted, axis=None)
     return float(error / size) if size else None
-
-
-def _rms(x: np.ndarray, axis: int | None = None) -> np.ndarray:
-    return np.asarray(np.sqrt(np.mean(np.square(x), axis=axis)))
 
 
 def _layers(conversion: Conversion, net: ProbedPolicy, sim: Simulator) -> Iterator[LayerLint]:
@@ -185,7 +182,7 @@ def _layers(conversion: Conversion, net: ProbedPolicy, sim: Simulator) -> Iterat
             n_units=n_units,
             below=float(np.max(reach.get(-1, 0.0))),
             above=float(reach[+1].max()),
-            spread=_spread([*reach.values()], _rms(recorded[number], axis=0)),
+            spread=_spread([*reach.values()], rms(recorded[number])),
             rate_hz=rate_hz,
             spikes=rate_hz * tau_s * n_neurons / n_units,
             tau_s=tau_s,

@@ -1,7 +1,8 @@
 """The network that a worker made last, kept for the next points that need it."""
 
+import contextlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Generic, Protocol, TypeVar
 
 
@@ -28,6 +29,15 @@ class Keeper(threading.local, Generic[C]):
             self.drop()
             self._key, self.kept = key, make()
         return self.kept
+
+    @contextlib.contextmanager
+    def dropped_on_error(self) -> Iterator[None]:
+        """Drop the object if the block fails: it may be closed, or in the middle of a step."""
+        try:
+            yield
+        except BaseException:
+            self.drop()
+            raise
 
     def drop(self) -> None:
         """Close the object that is kept, if there is one."""

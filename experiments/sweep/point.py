@@ -41,11 +41,8 @@ KEEPER: Keeper[Ready[Any]] = Keeper()
 @contextlib.contextmanager
 def kept_if_whole() -> Iterator[None]:
     """Keep the network prepared in the block, unless the block fails or a board is linked."""
-    try:
+    with KEEPER.dropped_on_error():
         yield
-    except BaseException:
-        KEEPER.drop()
-        raise
     # A board serves one session: the next point must be free to open its own.
     if KEEPER.kept is not None and KEEPER.kept.sim.link is not None:
         KEEPER.drop()

@@ -3,6 +3,7 @@
 import dataclasses
 import hashlib
 from collections.abc import Sequence
+from functools import cached_property
 
 import nengo
 import numpy as np
@@ -67,7 +68,7 @@ class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
     def recorded(self) -> dict[str, object]:
         """Everything that the rehearsals depend on, besides the policy."""
         digest = hashlib.sha256(self.schedule.model_dump_json().encode())
-        for goal in self.goals(self.options.seed):
+        for goal in self.own_goals:
             if goal.path is not None and path_files(str(goal.phase.path)):
                 # A user's file may change under the same name.
                 digest.update(goal.path.points.tobytes())
@@ -82,6 +83,11 @@ class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
             "follower_gains": [gains.kp_speed, gains.kp_heading],
             **chosen,
         }
+
+    @cached_property
+    def own_goals(self) -> list[Goal]:
+        """The goals of the run itself; a user's paths are read once."""
+        return self.goals(self.options.seed)
 
     def goals(self, seed: int) -> list[Goal]:
         """Return the goals of all phases; raises UsageError if a path cannot be followed."""
@@ -103,7 +109,7 @@ class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
                 "nengo_spa's GPi and GPe need two (AMPA 2 ms, GABA 8 ms); leave it out, or give "
                 "--backend reference"
             )
-        paths = [(goal.path, goal.phase) for goal in self.goals(self.options.seed)]
+        paths = [(goal.path, goal.phase) for goal in self.own_goals]
         # A path goes on from where the last one ended, in whatever direction.
         ways_m = [path.farthest_m(phase.seconds) for path, phase in paths if path is not None]
         check_reach(self.settings.terrain, sum(ways_m))
@@ -190,7 +196,7 @@ class SwitchTrial(LegsTrial[HumanoidRig, SwitchRun]):
 
     def begin(self, rig: HumanoidRig) -> None:
         """Put the robot where the first phase begins."""
-        rig.begin(self.options.seed, self.goals(self.options.seed))
+        rig.begin(self.options.seed, self.own_goals)
 
     def record(self, closed: ClosedLoop[HumanoidRig], sim: Simulator, wall_s: float) -> SwitchRun:
         """Return the recordings, up to a fall, with gates and spikes of the basal ganglia."""

@@ -1,6 +1,7 @@
 """The H1 walks a path on spiking neurons (paper, sec. 4.2 and Fig. 5)."""
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import nengo
 import numpy as np
@@ -67,8 +68,9 @@ class WalkTrial(LegsTrial[WalkRig, WalkRun]):
         """True if the path follower is computed without neurons."""
         return not self.options.has_neurons or self.settings.follower == "exact"
 
+    @cached_property
     def path(self) -> WalkPath:
-        """Return the path, for as long as the run takes.
+        """The path, for as long as the run takes; a user's file is read once.
 
         Raises
         ------
@@ -81,7 +83,7 @@ class WalkTrial(LegsTrial[WalkRig, WalkRun]):
 
     def check(self) -> None:
         """Refuse a path, policy or calibration that does not fit, and silence without neurons."""
-        check_reach(self.settings.terrain, self.path().farthest_m(self.options.seconds))
+        check_reach(self.settings.terrain, self.path.farthest_m(self.options.seconds))
         if self.exact_policy and self.settings.silence:
             raise UsageError(f"silence={self.settings.silence:g}: the exact policy has no neurons")
         self._check_silence()
@@ -184,7 +186,7 @@ class WalkTrial(LegsTrial[WalkRig, WalkRun]):
 
     def begin(self, rig: WalkRig) -> None:
         """Put the robot where the path begins."""
-        rig.begin(self.options.seed, self.path())
+        rig.begin(self.options.seed, self.path)
 
     def record(self, closed: ClosedLoop[WalkRig], sim: Simulator, wall_s: float) -> WalkRun:
         """Return the recording, up to a fall, with the spikes that are kept."""

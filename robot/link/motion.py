@@ -116,10 +116,10 @@ class EstimatedMotion:
         """Return the estimator's name and its errors; unknown errors are None.
 
         ``velocity_error_m_s`` is the rms along the pelvis' x, y and z; ``place_error_m`` and
-        ``heading_error_rad`` are the distance from the true place, and from the true heading, at
-        the last observation with a truth. ``place_deviation_m`` is the place error that the
-        estimator itself expects. ``recorded`` says which motion of the run is recorded: the true
-        one, the estimate, or both, if the truth was published for a part of the run.
+        ``heading_error_rad`` are the distance from the true place in the plane, and from the true
+        heading, at the last observation with a truth. ``place_deviation_m`` is the place error that
+        the estimator itself expects. ``recorded`` says which motion of the run is recorded: the
+        true one, the estimate, or both, if the truth was published for a part of the run.
         """
         return {
             "name": self._name,
@@ -206,10 +206,10 @@ def unrounded(values: np.ndarray) -> np.ndarray:
 
 
 def apart(found: RobotState, true: RobotState) -> tuple[float, float]:
-    """Return how far two motions are apart, in m, and in rad about the vertical."""
+    """Return the distance of two places in the plane, in m, and of headings, in rad."""
     turn_rad = in_plane(found)[0] - in_plane(true)[0]
     return (
-        float(np.linalg.norm(found.base_position - true.base_position)),
+        float(np.linalg.norm((found.base_position - true.base_position)[:2])),
         float(abs(wrap(turn_rad))),
     )
 

@@ -94,7 +94,8 @@ class MotionSwitcher:
         self._requests.write(encode_request(Request(number, function, parameter)))
         until = time.monotonic() + ANSWERS_S
         while (left := until - time.monotonic()) > 0:
-            for arrival in self._responses.take(left):
+            # In slices, since an interrupt does not end a wait of DDS.
+            for arrival in self._responses.take(min(left, SLICE_S)):
                 try:
                     found = decode_response(arrival.message)
                 except MessageError:

@@ -1,5 +1,8 @@
 """Power of this machine, and costs of a run on the chip."""
 
+import argparse
+import json
+
 import computers
 import pytest
 
@@ -26,3 +29,15 @@ def test_a_run_without_synaptic_operations_has_costs():
     found = computers.on_chip({"energy": {computers.CALIBRATION: spent}})
     assert (found.synaptic_operations, found.synaptic_operation_j) == (0.0, 0.0)
     assert found.other_j == pytest.approx(2e-7)
+
+
+def test_folders_without_a_run_on_a_chip_are_refused(tmp_path):
+    with pytest.raises(argparse.ArgumentTypeError, match=r"result\.json"):
+        computers.on_a_chip(str(tmp_path))
+    for found in ({"experiment": "walk", "energy_by_unit": None}, {"experiment": "other"}):
+        (tmp_path / "result.json").write_text(json.dumps(found))
+        with pytest.raises(argparse.ArgumentTypeError, match="no run of reach, draw, walk, switch"):
+            computers.on_a_chip(str(tmp_path))
+    kept = {"experiment": "walk", "energy_by_unit": {"policy": 1e-6}}
+    (tmp_path / "result.json").write_text(json.dumps(kept))
+    assert computers.on_a_chip(str(tmp_path)) == (tmp_path.name, kept)

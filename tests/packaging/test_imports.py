@@ -29,6 +29,7 @@ EVERYONE = {
         "pacing",
         "parts",
         "plots",
+        "programs",
         "progress",
         "reading",
         "table",

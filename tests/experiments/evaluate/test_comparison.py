@@ -5,6 +5,7 @@ import json
 import pytest
 
 from spikeport.errors import UsageError
+from spikeport.experiments.evaluate import comparison
 from spikeport.experiments.evaluate.comparison import compare, is_evaluation
 from spikeport.experiments.evaluate.interval import Interval, of_share
 from spikeport.experiments.evaluate.table import TableRow
@@ -106,3 +107,8 @@ def test_more_falls_than_episodes_are_refused(kept):
     path.write_text(path.read_text().replace('"falls": 0', '"falls": 21'))
     with pytest.raises(UsageError, match="21 falls in 20 episodes"):
         compare(path, path)
+
+
+def test_a_figure_of_one_episode_is_written_without_an_interval():
+    assert comparison.Estimate(estimate=0.1, low=None, high=None, n=1).text == "0.100"
+    assert comparison.Estimate(estimate=0.1, low=0.05, high=0.15, n=2).text == "0.100 ± 0.050"

@@ -10,10 +10,16 @@ import numpy as np
 import pytest
 
 from spikeport import cache
+from spikeport.errors import BackendError
 from spikeport.experiments.evaluate import episode
 from spikeport.experiments.evaluate.episode import EpisodeRun
 from spikeport.experiments.evaluate.stage import Stage
-from spikeport.experiments.evaluate.walker import ExactWalker, SpikingWalker, find_walker
+from spikeport.experiments.evaluate.walker import (
+    WALKERS,
+    ExactWalker,
+    SpikingWalker,
+    find_walker,
+)
 from spikeport.experiments.options import Options
 from spikeport.experiments.sweep.store import Store
 from spikeport.experiments.walk.settings import WalkSettings
@@ -154,3 +160,18 @@ def test_a_cache_that_is_off_for_the_user_is_not_used_on_a_cluster_either(
     sent = pickle.dumps(EpisodeRun.new())
     monkeypatch.setenv(cache.FOLDER, str(tmp_path / "cache"))  # the cluster's cache
     assert store(pickle.loads(sent)).folder.parent == tmp_path / "scratch"
+
+
+def test_a_walker_whose_episode_failed_is_not_used_again(sweep_of, monkeypatch, tmp_path):
+    """Its simulator may be closed; the next episode would fail for that reason alone."""
+    closed = []
+
+    def broken(*_):
+        raise BackendError("the board did not start")
+
+    walker = SimpleNamespace(walk=broken, close=lambda: closed.append(True))
+    monkeypatch.setattr(episode, "find_walker", lambda *_: WALKERS.get("broken", lambda: walker))
+    (point,) = sweep_of(varied={}).points()
+    with pytest.raises(BackendError, match="the board did not start"):
+        EpisodeRun("ab12", False)(point, str(tmp_path))
+    assert (WALKERS.kept, closed) == (None, [True])

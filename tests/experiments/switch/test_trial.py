@@ -71,12 +71,14 @@ def test_a_calibration_depends_on_the_points_of_a_users_path(tmp_path):
     path, schedule = tmp_path / "mine.csv", tmp_path / "mine.toml"
     shipped = SwitchSettings().schedule_file.read_text()
     schedule.write_text(shipped.replace('path = "line"\nspeed_m_s = 0.5', f'path = "{path}"'))
-    trial = SwitchTrial(SwitchSettings(schedule=str(schedule)), Options(60.0))
     recorded = []
     for end_m in (0.5, 1.0):
         path.write_text(f"t_s,x_m,y_m\n0,0,0\n60,{end_m},0\n")
+        trial = SwitchTrial(SwitchSettings(schedule=str(schedule)), Options(60.0))
         recorded.append(trial.recorded)
-    assert recorded[0] != recorded[1] == trial.recorded
+    assert recorded[0] != recorded[1]
+    path.write_text("t_s,x_m,y_m\n0,0,0\n60,0.7,0\n")  # a trial has read its paths
+    assert trial.recorded == recorded[1]
 
 
 def test_a_calibration_of_another_experiment_is_refused_before_the_run(tmp_path):

@@ -436,3 +436,12 @@ def test_a_run_leaves_inputs_that_are_cut_off_to_its_report(monkeypatch, tmp_pat
     monkeypatch.setattr(driver, "prepare", prepare)
     with pytest.raises(UsageError, match="prepared"):
         driver.run(WalkTrial(WalkSettings(), Options(1.0)), tmp_path)
+
+
+def test_a_users_path_is_read_once(tmp_path):
+    """The digest of a run is that of the path that the robot walks."""
+    (path := tmp_path / "mine.csv").write_text("t_s,x_m,y_m\n0,0,0\n10,1,0\n")
+    trial = WalkTrial(WalkSettings(path=str(path)), Options(5.0))
+    trial.check()
+    path.write_text("nonsense")
+    assert trial.path.at(5.0)[0] == pytest.approx(0.5)

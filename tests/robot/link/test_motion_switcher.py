@@ -137,3 +137,15 @@ def test_a_switcher_that_is_silent_is_an_error(monkeypatch: pytest.MonkeyPatch) 
 def test_an_unknown_function_is_answered_with_unitrees_error_code() -> None:
     switcher = MotionSwitcher(Exchange(in_mode("ai")), required=True)
     assert switcher.ask(1002, '{"name": "ai"}') == Answer(UNKNOWN_FUNCTION, "")
+
+
+def test_an_answer_is_awaited_in_slices_that_an_interrupt_can_end(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    bus, waits = Exchange(in_mode("ai")), []
+    monkeypatch.setattr(motion_switcher, "ANSWERS_S", 10.0)
+    taken = End.take
+    monkeypatch.setattr(End, "take", lambda end, s=0.0: waits.append(s) or taken(end, s))
+    MotionSwitcher(bus, required=True).ask(CHECK_MODE, EMPTY)
+    assert waits
+    assert max(waits) <= 0.2
