@@ -21,7 +21,8 @@ FPS = 25
 """Poses per second in the page, which shows the latest one."""
 ROUNDING = 1e-6
 MM = 1000
-"""Shapes are in whole millimetres, in 16 bits: 32 m to each side of the robot."""
+"""Shapes are in whole millimetres, in 16 bits: 32 m to each side of the robot, and in height."""
+MOST_MM = 2**15 - 1
 
 
 def write_page(path: Path, probes: xr.Dataset, title: str) -> None:
@@ -83,7 +84,10 @@ def _robot(drawn: "Shapes", times_s: np.ndarray) -> dict[str, Any]:
     return {
         "times": _floats(times_s),
         "places": _floats(places_m[:, :2] * MM),
-        "ends": base64.b64encode(ends.round().astype("<i2").tobytes()).decode(),
+        # A robot that climbs higher stays there, out of the picture.
+        "ends": base64.b64encode(
+            ends.clip(-MOST_MM, MOST_MM).round().astype("<i2").tobytes()
+        ).decode(),
         "radii": _listed(drawn.radii_m),
         "colours": drawn.colours,
     }

@@ -79,6 +79,15 @@ def test_a_robot_keeps_its_shape_however_far_it_walks(series, tmp_path):
     assert np.abs(ends).max() < 2000
 
 
+def test_a_robot_that_climbs_beyond_32_m_stays_above_the_floor(series, tmp_path):
+    climbed = series.copy(deep=True)
+    climbed.qpos.values[:, 2] += np.linspace(0, 100, 200)
+    write_page(tmp_path / "view.html", climbed, "walk")
+    ends = data_of(tmp_path / "view.html")["robot"]["ends"]
+    heights = np.frombuffer(base64.b64decode(ends), "<i2").reshape(25, -1, 3)[..., 2]
+    assert (heights[-1] == 2**15 - 1).all()
+
+
 @pytest.mark.slow
 def test_the_page_of_a_run_without_a_robot_shows_none(series, tmp_path):
     write_page(tmp_path / "view.html", series.drop_vars("qpos"), "net")
