@@ -38,7 +38,7 @@ def network_hints(scope: Scope, remove_passthrough: bool = True) -> Iterator[Vio
     """Yield hints on nodes that an image leaves out, and parts unlike float Nengo's."""
     network, names = scope.network, scope.names
     if remove_passthrough:
-        for node in _removed(network):
+        for node in _removed(scope):
             yield rules.get("SP401").broken(names[node], "leads nowhere and is not probed")
     for probe in network.all_probes:
         if scope.in_chip_units(probe):
@@ -50,15 +50,16 @@ def network_hints(scope: Scope, remove_passthrough: bool = True) -> Iterator[Vio
         yield rules.get("SP418").broken(names[ensemble], f"negative weights into {kind}")
 
 
-def _removed(network: nengo.Network) -> Iterator[nengo.Node]:
+def _removed(scope: Scope) -> Iterator[nengo.Node]:
     """Yield the passthrough nodes that lead nowhere: the connections into them are removed, too.
 
     An array has an output for every function, used or not, so its nodes are left out.
     """
+    network = scope.network
     read = {c.pre_obj for c in network.all_connections} | {p.obj for p in network.all_probes}
     fed = {c.post_obj for c in network.all_connections}
     unread = fed - read - set(_nodes_of_arrays(network))
-    for cluster, *_ in removable_clusters(network):
+    for cluster, *_ in removable_clusters(scope):
         yield from (node for node in cluster if node in unread)
 
 

@@ -1,19 +1,22 @@
 """Clusters of passthrough nodes that are connected to each other."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 
 import nengo
 import numpy as np
 import scipy.sparse as sparse
+from nengo.base import NengoObject
 from nengo.connection import LearningRule
 from nengo.ensemble import Neurons
 
+from spikeport.compile.ground.names import End
 from spikeport.compile.ground.scope import Scope, is_passthrough
 
 Nodes = dict[nengo.Node, None]
 """A set of nodes in order: the image must not depend on memory addresses."""
 Connections = list[nengo.Connection]
+ONE_SPIKE_A_STEP = (nengo.LIF, nengo.AdaptiveLIF, nengo.Izhikevich)
 
 
 def clusters(network: nengo.Network) -> list[tuple[Nodes, Connections]]:
@@ -39,31 +42,45 @@ def clusters(network: nengo.Network) -> list[tuple[Nodes, Connections]]:
     return list(found.values())
 
 
-def stays(into: Iterable[nengo.Connection], out_of: Iterable[nengo.Connection]) -> bool:
-    """Return whether a cluster with these connections stays on the host.
+def stays(
+    connections: Iterable[nengo.Connection],
+    on_chip: Callable[[End], bool],
+    probed: Container[NengoObject],
+) -> bool:
+    """Return whether a cluster that these connections touch stays on the host.
 
     nengo-loihi replaces clusters by connections that do not learn, and then fails on the error's
     connection to a learning rule that is gone. It also fails if an error passes a node that feeds
-    the chip, too. It would send the rates of neurons on the host as spikes.
+    the chip, too, or if a connection that it replaces is probed. It would send the values of
+    neurons on the host as spikes.
     """
-    entered = any(c.learning_rule_type is not None or _sends_rates(c) for c in into)
-    return entered or any(isinstance(c.post_obj, LearningRule) for c in out_of)
+    return any(
+        c in probed
+        or c.learning_rule_type is not None
+        or isinstance(c.post_obj, LearningRule)
+        or sends_values(c, on_chip)
+        for c in connections
+    )
 
 
-def _sends_rates(connection: nengo.Connection) -> bool:
-    """Return whether a connection starts at neurons that do not spike; those are on the host."""
+def sends_values(connection: nengo.Connection, on_chip: Callable[[End], bool]) -> bool:
+    """Return whether neurons on the host send values that single spikes cannot stand for.
+
+    These are rates, negative spikes, and several spikes in a step.
+    """
     pre = connection.pre_obj
-    return isinstance(pre, Neurons) and not pre.ensemble.neuron_type.spiking
+    if not isinstance(pre, Neurons) or on_chip(pre):
+        return False
+    return not isinstance(pre.ensemble.neuron_type, ONE_SPIKE_A_STEP)
 
 
-def removable_clusters(
-    network: nengo.Network,
-) -> Iterator[tuple[Nodes, Connections, Connections]]:
+def removable_clusters(scope: Scope) -> Iterator[tuple[Nodes, Connections, Connections]]:
     """Yield each cluster that need not stay, the connections into it, and those out of it."""
-    for cluster, connections in clusters(network):
-        into = [c for c in connections if c.pre_obj not in cluster]
-        out_of = [c for c in connections if c.post_obj not in cluster]
-        if not stays(into, out_of):
+    probed = {probe.obj for probe in scope.network.all_probes}
+    for cluster, connections in clusters(scope.network):
+        if not stays(connections, scope.on_chip, probed):
+            into = [c for c in connections if c.pre_obj not in cluster]
+            out_of = [c for c in connections if c.post_obj not in cluster]
             yield cluster, into, out_of
 
 
@@ -72,7 +89,7 @@ def replaced_clusters(scope: Scope) -> Iterator[tuple[Nodes, Connections, Connec
 
     These clusters lie between objects on the chip. Every source becomes connected to every target.
     """
-    for cluster, into, out_of in removable_clusters(scope.network):
+    for cluster, into, out_of in removable_clusters(scope):
         before, behind = (c.pre_obj for c in into), (c.post_obj for c in out_of)
         if any(map(scope.on_chip, before)) and any(map(scope.on_chip, behind)):
             yield cluster, into, out_of

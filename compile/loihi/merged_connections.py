@@ -21,7 +21,9 @@ from typing import Any, TypeAlias
 
 import nengo
 import numpy as np
+from nengo.connection import FunctionInfo
 from nengo.exceptions import BuildError
+from nengo.solvers import NoSolver
 from nengo_loihi import passthrough
 
 from spikeport.compile.ground.matrices import full, placed
@@ -154,13 +156,20 @@ def _each_once(connection: nengo.Connection) -> nengo.Connection:
     factors = _factors(connection.transform)
     if factors is None or not reads_twice(connection):
         return connection
-    entries, number = np.unique(source_rows(connection), return_inverse=True)
-    matrix = full(factors, connection.size_mid)
+    rows = source_rows(connection)
+    entries, number = np.unique(rows, return_inverse=True)
+    start, function = connection.pre_obj[entries.tolist()], None
+    transform = placed(full(factors, connection.size_mid).T, number, len(entries)).T
+    if isinstance(connection.solver, NoSolver):
+        # The user's decoders have a column for each entry of the slice.
+        start, function = connection.pre_obj, FunctionInfo(lambda x: x[rows], len(rows))
+        transform = connection.transform
     return nengo.Connection(
-        connection.pre_obj[entries.tolist()],
+        start,
         connection.post,
+        function=function,
         synapse=connection.synapse,
-        transform=placed(matrix.T, number, len(entries)).T,
+        transform=transform,
         solver=connection.solver,
         eval_points=connection.eval_points,
         scale_eval_points=connection.scale_eval_points,

@@ -150,4 +150,6 @@ def _weaken(model: Model, connection: nengo.Connection, factor: float) -> None:
     target.add_synapse(axon.target)
     if not any(other.target is usual for block in model.blocks for other in block.axons):
         target.synapses.remove(usual)
-        target.named_synapses = {k: v for k, v in target.named_synapses.items() if v is not usual}
+        # In place: `relayed` puts the groups that it sets aside back into this table.
+        for name in [k for k, v in target.named_synapses.items() if v is usual]:
+            del target.named_synapses[name]

@@ -107,7 +107,12 @@ class DecodePath(NetworkPass):
         direct = {c for c in links if wanted[c] in ("auto", "direct")}
         limits, dt_s = context.chip.limits, context.dt_s
         lost = {c: errors.of(c, direct, time_constant_s(c)) for c in links}
-        return {c: path_costs(one, lost[c], limits, dt_s, self.rate_hz) for c, one in links.items()}
+        costs = {}
+        for c, one in links.items():
+            found = path_costs(one, lost[c], limits, dt_s, self.rate_hz)
+            decoded_there = wanted[c] == "host" or not _is_of_events(c)
+            costs[c] = [cost for cost in found if cost.path != "host" or decoded_there]
+        return costs
 
     def _settled(
         self,
@@ -146,13 +151,21 @@ class DecodePath(NetworkPass):
     def _wanted(
         self, links: Sequence[nengo.Connection], settings: NetworkSettings
     ) -> dict[nengo.Connection, str]:
-        set_paths = {c: settings.get(c, "decode_path") or "auto" for c in links}
-        return {c: self.default if path == "auto" else path for c, path in set_paths.items()}
+        """Return the path that each connection asks for; the host decodes no events of a file."""
+        wanted = {c: settings.get(c, "decode_path") or self.default for c in links}
+        return {
+            c: "auto" if path == self.default == "host" and _is_of_events(c) else path
+            for c, path in wanted.items()
+        }
 
     def _rejected(self, costs: list[PathCost], wanted: str, not_direct: str = "") -> dict[str, str]:
         if wanted != "auto":
             return all_but(wanted, costs)
         return rejected(costs, Slack(self.slack_cores, self.slack_delay_s), not_direct)
+
+
+def _is_of_events(connection: nengo.Connection) -> bool:
+    return isinstance(connection.pre_obj, nengo.Node)
 
 
 def _is_free(wanted: str, reasons: Mapping[str, str]) -> bool:

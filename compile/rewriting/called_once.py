@@ -5,13 +5,14 @@ source to every target. A function of a source is then called once for each targ
 a state, as an integrator, runs as many times as fast.
 """
 
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Container, Iterator, Mapping
 
 import nengo
 
 from spikeport.compile.ground.clusters import replaced_clusters
 from spikeport.compile.ground.rewrite import Rewrite
-from spikeport.compile.ground.scope import Scope, is_called
+from spikeport.compile.ground.scope import Scope, is_called, is_passthrough
 from spikeport.compile.loihi.solver import FLOAT, ParameterSolver
 from spikeport.compile.rewriting.flat_network import FlatNetwork
 
@@ -56,6 +57,31 @@ def called_once(rewrite: Rewrite, dt_s: float) -> Rewrite:
 def _multiplied(scope: Scope) -> Iterator[nengo.Connection]:
     """Yield the connections whose function nengo-loihi would call several times in a step."""
     probed = {probe.obj for probe in scope.network.all_probes}
-    for cluster, into, out_of in replaced_clusters(scope):
-        if len(out_of) + len(probed & cluster.keys()) > 1:
-            yield from filter(is_called, into)
+    for cluster, into, _ in replaced_clusters(scope):
+        ahead: dict[object, list[nengo.Connection]] = defaultdict(list)
+        for c in scope.network.all_connections:
+            if c.pre_obj in cluster:
+                ahead[c.pre_obj].append(c)
+        for c in filter(is_called, into):
+            if _is_read_again(c.post_obj, ahead, probed):
+                yield c
+
+
+def _is_read_again(
+    node: nengo.Node, ahead: Mapping[object, list[nengo.Connection]], probed: Container[object]
+) -> bool:
+    """Return whether several paths lead from a node to probes and out of its cluster.
+
+    nengo-loihi makes a connection for each path, not for each target.
+    """
+    found = 0
+    waiting: list[tuple[nengo.Node, tuple[nengo.Node, ...]]] = [(node, (node,))]
+    while waiting and found < 2:
+        at, path = waiting.pop()
+        found += at in probed
+        for c in ahead[at]:
+            if c.post_obj not in ahead and not is_passthrough(c.post_obj):
+                found += 1
+            elif c.post_obj not in path:  # nengo-loihi keeps clusters with a loop
+                waiting.append((c.post_obj, (*path, c.post_obj)))
+    return found > 1

@@ -17,7 +17,7 @@ import nengo
 from nengo.base import NengoObject
 from nengo.connection import LearningRule
 
-from spikeport.compile.ground.clusters import Connections, Nodes, clusters
+from spikeport.compile.ground.clusters import Connections, Nodes, clusters, sends_values
 from spikeport.compile.ground.names import End
 from spikeport.compile.ground.scope import Scope
 
@@ -27,13 +27,15 @@ DENSE = (nengo.Dense, nengo.transforms.NoTransform)
 def foldable(scope: Scope) -> list[nengo.Node]:
     """Return the passthrough nodes that matrices can replace, sources first.
 
-    A cluster that touches no object on the chip stays.
+    A cluster that touches no object on the chip stays, and one that sums values of neurons on the
+    host, which their spikes cannot stand for.
     """
     probed = {probe.obj for probe in scope.network.all_probes}
     order: list[nengo.Node] = []
     for cluster, connections in clusters(scope.network):
         ends = [end for c in connections for end in (c.pre_obj, c.post_obj) if end not in cluster]
-        if any(map(scope.on_chip, ends)):
+        summed = any(sends_values(c, scope.on_chip) for c in connections)
+        if any(map(scope.on_chip, ends)) and not summed:
             order += _order(cluster, connections, probed)
     return order
 

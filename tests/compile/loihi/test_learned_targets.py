@@ -118,3 +118,52 @@ def test_nothing_of_nengo_loihi_stays_patched():
     with learned_targets_stay():
         assert PassthroughSplit._split_cluster is not usual
     assert PassthroughSplit._split_cluster is usual
+
+
+SENT = {
+    # Negative spikes, whose sign the chip's spikes do not have.
+    "negative": (nengo.RegularSpiking(nengo.Tanh()), np.full(20, -1.0), 1e-4),
+    # Several spikes in a step, of which one would be left.
+    "several": (nengo.PoissonSpiking(nengo.RectifiedLinear()), np.full(20, 400.0), 0.8 / 8000),
+    "rates": (nengo.LIFRate(), np.full(20, 2.0), 0.8 / 20 / 60),
+}
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+@pytest.mark.parametrize("from_chip", [False, True])
+@pytest.mark.parametrize("kind", sorted(SENT))
+def test_what_spikes_cannot_stand_for_reaches_the_chip_as_values(
+    kind: str, from_chip: bool, pipeline: str
+) -> None:
+    neuron_type, bias, weight = SENT[kind]
+    with nengo.Network(seed=1) as network:
+        add_params(network)
+        host = nengo.Ensemble(20, 1, neuron_type=neuron_type, gain=np.ones(20), bias=bias)
+        network.config[host].on_chip = False
+        node, target = nengo.Node(size_in=1), nengo.Ensemble(100, 1)
+        nengo.Connection(host.neurons, node, transform=np.full((1, 20), weight), synapse=None)
+        if from_chip:
+            nengo.Connection(nengo.Ensemble(60, 1), node, transform=1e-3, synapse=None)
+        nengo.Connection(node, target, synapse=0.02)
+        probe = nengo.Probe(target, synapse=0.05)
+    found = []
+    for backend, passes in (("reference", ""), ("native", pipeline)):
+        with Simulator(network, backend=backend, pipeline=passes, progress_bar=False) as sim:
+            sim.run_steps(400)
+            found.append(float(sim.data[probe][200:].mean()))
+    assert abs(found[0]) > 0.3
+    assert found[1] == pytest.approx(found[0], abs=0.07)
+
+
+def test_a_connection_into_a_node_between_ensembles_on_the_chip_can_be_probed() -> None:
+    with nengo.Network(seed=1) as network:
+        node = nengo.Node(size_in=1)
+        a, b = nengo.Ensemble(50, 1), nengo.Ensemble(50, 1)
+        probed = nengo.Connection(nengo.Node(0.5), node, synapse=None)
+        nengo.Connection(a, node)
+        nengo.Connection(node, b, synapse=None)
+        probe = nengo.Probe(probed)
+    for pipeline in ("as_written", "compact"):
+        with Simulator(network, pipeline=pipeline, progress_bar=False) as sim:
+            sim.run_steps(10)
+            assert sim.data[probe][-1] == 0.5

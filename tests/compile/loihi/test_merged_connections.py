@@ -196,3 +196,20 @@ def test_transforms_that_are_small_for_a_small_radius_alone_are_kept() -> None:
     found, wanted = compared(network, probe, "as_written")
     assert found == pytest.approx(wanted, rel=0.15)
     assert wanted == pytest.approx([8e-10], rel=0.1)
+
+
+def test_given_decoders_of_entries_that_are_read_twice_are_kept() -> None:
+    with nengo.Network(seed=1) as network:
+        a, b, node = nengo.Ensemble(50, 1), nengo.Ensemble(50, 2), nengo.Node(size_in=2)
+        decoders = np.full((50, 2), 1e-4) * (1, 0.5)
+        solver = nengo.solvers.NoSolver(decoders)
+        nengo.Connection(a[[0, 0]], node, solver=solver, synapse=None)
+        nengo.Connection(node, b)
+        probe = nengo.Probe(b, synapse=0.05)
+    found = []
+    for backend in ("reference", "native"):
+        with spikeport.Simulator(network, backend=backend, progress_bar=False) as sim:
+            sim.run_steps(400)
+            found.append(sim.data[probe][200:].mean(axis=0))
+    assert found[0][0] > 0.3
+    np.testing.assert_allclose(found[1], found[0], atol=0.07)

@@ -165,3 +165,17 @@ def test_decode_neurons_of_event_files_keep_their_range_if_weights_are_tiny(tmp_
     network.connections[-1].transform = np.full((1, 384), 1e-7)
     network.connections[-1].synapse = 0.1
     assert len(compile_network(network, pipeline="").image.synapses.weight)
+
+
+def test_groups_of_synapses_that_are_set_aside_are_found_again() -> None:
+    with nengo.Network(seed=0) as network:
+        add_params(network)
+        a, b, c, target = (nengo.Ensemble(n, 1) for n in (20, 500, 20, 60))
+        nengo.Connection(a, target)
+        weak = nengo.Connection(b, target, transform=0.01, synapse=0.1)
+        nengo.Connection(c, target)
+        network.config[weak].decode_path = "onoff"
+    built = build(rewrite_of(network), 0.001)
+    (block,) = (one for one in built.blocks if one.n_neurons == 60)
+    # One group for the relays of a and c, and one for those of b, which are weaker.
+    assert len(block.synapses) == 2

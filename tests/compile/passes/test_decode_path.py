@@ -21,6 +21,7 @@ from spikeport.compile.passes.parse import parse
 from spikeport.compile.pipeline import compile_network
 from spikeport.compile.rewriting.decode_paths import CROWDED, OTHER_FILTER
 from tests.helpers.chip_files import chip_file
+from tests.helpers.event_files import camera_network, process_of, random_events, write_events
 from tests.helpers.random_networks import assert_equal_in_float, random_network, rewritten
 
 
@@ -296,3 +297,11 @@ def test_a_target_gets_no_more_direct_inputs_than_a_core_has_axons(tmp_path: Pat
     assert sorted(fewer) == ["direct", "direct", "preset10", "preset10"]
     reasons = {path["not_chosen"] for note in notes[1].values() for path in note["paths"]}
     assert CROWDED in reasons
+
+
+def test_events_of_a_file_are_not_decoded_on_the_host_by_default(tmp_path: Path) -> None:
+    path = write_events(tmp_path / "camera.events", **random_events(200, last_us=50_000))
+    network = camera_network(process_of(path))
+    compiled = compile_network(network, pipeline="decode_path{default=host}")
+    (passed, *_) = compiled.report.passes
+    assert {note["chosen"] for note in passed["notes"].values()} <= {"direct", "onoff", "preset10"}

@@ -136,3 +136,23 @@ def test_networks_without_such_functions_stay_as_they_are() -> None:
     for network in (through_a_node(np.sin), beside_the_chip(None)):
         rewrite = Rewrite(network, Names(network))
         assert called_once(rewrite, 0.001) is rewrite
+
+
+def along_two_paths(function: Callable[[np.ndarray], float]) -> nengo.Network:
+    """Return a network in which two paths lead through nodes to one target."""
+    with nengo.Network(seed=1) as network:
+        first, second = (nengo.Node(size_in=2) for _ in range(2))
+        target = nengo.Ensemble(60, 2)
+        nengo.Connection(nengo.Node(0.5), first[0], function=function, synapse=None)
+        nengo.Connection(nengo.Ensemble(30, 1), first[1], transform=1e-6, synapse=None)
+        for i in range(2):
+            nengo.Connection(first[0], second[i], synapse=None)
+        nengo.Connection(second, target)
+        nengo.Probe(target, synapse=0.01)
+    return network
+
+
+@pytest.mark.parametrize("pipeline", ["as_written", "compact"])
+def test_functions_that_several_paths_lead_from_are_called_once(pipeline: str) -> None:
+    calls, _ = run(along_two_paths, "native", pipeline)
+    assert calls == 1
