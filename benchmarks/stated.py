@@ -6,7 +6,7 @@ rows of tables, as they must stand in its document but for where lines end.
 
 import inspect
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from statistics import fmean, median
 from typing import Any, NamedTuple
 
@@ -222,11 +222,9 @@ def the_switch(switch: Results) -> Iterator[str]:
     _no_falls(switch)
     phases = values(switch, "metrics.phases")
     longest = (max(one["switching_time_s"] for one in run) for run in phases)
-    walks = [[one for one in run if "path_error_rms_m" in one] for run in phases]
-    paths = (joined((one["path_error_rms_m"] for one in run), 1, ", ", 100) for run in walks)
     yield f"| shape error (mm rms) | {joined(shapes, 1, ' | ', 1000)} |"
     yield f"| longest switch (ms) | {joined(longest, 0, ' | ', 1000)} |"
-    yield f"| path error, first walk and second (cm rms) | {' | '.join(paths)} |"
+    yield _path_errors(phases)
 
 
 @states("docs/switch.md")
@@ -238,6 +236,13 @@ def the_switch_on_its_own_feet(switch_free: Results) -> Iterator[str]:
     ways = (joined((one["pelvis_moved_m"] for one in run[1:]), 1, ", ", 100) for run in drawn)
     yield f"| shape error of the three drawings (mm rms) | {' | '.join(shapes)} |"
     yield f"| way of the pelvis, second drawing and third (cm) | {' | '.join(ways)} |"
+    yield _path_errors(phases)
+
+
+def _path_errors(phases: Sequence[Sequence[Mapping[str, Any]]]) -> str:
+    walks = [[one for one in run if "path_error_rms_m" in one] for run in phases]
+    paths = (joined((one["path_error_rms_m"] for one in run), 1, ", ", 100) for run in walks)
+    return f"| path error, first walk and second (cm rms) | {' | '.join(paths)} |"
 
 
 @states("docs/experiments.md")

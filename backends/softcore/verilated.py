@@ -20,7 +20,7 @@ FOLDER = Path(hardware_models.__file__).parent / "softcore"
 PROGRAMS = ("verilator", "g++", "make")
 NOT_BUILT = "the soft core is not built"
 VERILATOR_S = 1800.0
-"""Time after which a build is given up; it takes some 15 s, and longer on a busy machine."""
+"""Time after which a build is given up; it takes some 12 s, and longer on a busy machine."""
 LOG_PATIENCE = 12
 """Cycles, 2^12, after which a board in simulation drops a command that is not whole."""
 
@@ -140,7 +140,7 @@ def require_verilator() -> str:
 
 @functools.cache
 def library(build: Design) -> ctypes.CDLL:
-    """Return the library of a chip or a board, from the user's cache or built anew (some 15 s).
+    """Return the library of a chip or a board, from the user's cache or built anew (some 12 s).
 
     Raises
     ------
