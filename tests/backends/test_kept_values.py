@@ -1,6 +1,7 @@
 """Values written to the cache and read back, and refusals of unknown kinds."""
 
 import json
+import sys
 
 import nengo
 import numpy as np
@@ -69,6 +70,9 @@ FOREIGN = [
     ["data", ["spikeport.hardware_models.limits", "Usage"], ["dict", []]],
     ["tuple_of", ["spikeport.compile.pipeline", "Compilation"], []],
     ["frozen", ["nengo.synapses", "IntParam"], ["dict", []]],
+    # These would be made, or imported, if modules were not looked up in a list.
+    ["tuple_of", ["urllib.parse", "SplitResult"], ["a", "b", "c", "d", "e"]],
+    ["frozen", ["this", "s"], ["dict", []]],
 ]
 
 
@@ -76,6 +80,7 @@ FOREIGN = [
 def test_entries_of_unknown_kinds_are_not_read(tree):
     with pytest.raises(MismatchError):
         back(None, spoil=lambda _: tree)
+    assert "this" not in sys.modules
 
 
 @pytest.mark.parametrize(

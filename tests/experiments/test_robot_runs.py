@@ -138,9 +138,9 @@ def test_a_walk_is_the_same_in_one_process_and_in_two(
 @pytest.mark.slow
 def test_a_walk_in_real_time_goes_on_after_its_first_step(in_two: dict[str, Any]) -> None:
     """Its length depends on the machine: a robot whose commands are too late damps itself."""
-    if in_two["real time"] is None:
-        pytest.skip("this machine is too busy for a robot in real time")
-    assert in_two["real time"] > 1
+    states = in_two["real time"] or in_namespace(states_in_real_time)
+    assert states is not None, "no state came twice: the machine is too busy, or the stub silent"
+    assert states > 1
 
 
 @pytest.mark.slow

@@ -22,8 +22,8 @@ class Sheet(BaseModel):
 )
 def test_a_figure_is_converted_to_si_with_its_bounds(value, unit, si, expected):
     figure = in_si(si, Figure(value=value, unit=unit, low=value / 2, **ORIGIN))
-    assert (figure.value, figure.unit) == (pytest.approx(expected, rel=1e-15), si)
-    assert (figure.low, figure.high) == (pytest.approx(expected / 2), None)
+    assert (figure.value, figure.unit) == (pytest.approx(expected, rel=1e-15, abs=0), si)
+    assert (figure.low, figure.high) == (pytest.approx(expected / 2, rel=1e-15, abs=0), None)
 
 
 def test_a_unit_of_another_kind_is_refused():

@@ -105,8 +105,11 @@ def test_delayed_torques_stay_torques_and_delayed_angles_stay_angles():
     np.testing.assert_allclose(forces(1), [torques_nm])
     plant.hold(joints, plant.state.q[places])
     np.testing.assert_allclose(forces(4), [torques_nm] * 4)
-    # As angles they would be torques of 8 rad x 40 N m/rad, cut off at 40 and 18 N m.
-    assert np.abs(forces(1)).max() < 10
+    q, dq = plant.data.qpos[7:][places].copy(), plant.data.qvel[6:][places].copy()
+    gain, bias = plant.model.actuator_gainprm[places, 0], plant.model.actuator_biasprm[places]
+    (held,) = forces(1)
+    springs = gain * plant.data.ctrl[places] + bias[:, 1] * q + bias[:, 2] * dq
+    np.testing.assert_allclose(held, springs, rtol=1e-6)
 
 
 def test_a_push_changes_the_horizontal_velocity():
@@ -175,6 +178,7 @@ def test_no_toe_begins_inside_a_box_beneath_one_of_its_ends(seed):
     plant.reset(seed)
     floors = plant.model.geom_contype > 0
     deepest_m = [c.dist for c in plant.data.contact if floors[c.geom].any()]
+    assert plant.lowest_sole_m() == pytest.approx(0, abs=1e-9)
     # A rounded rim of a sole may reach over the edge of a box.
     assert min(deepest_m, default=0.0) > -0.005
 
@@ -197,6 +201,9 @@ def test_an_estimator_takes_the_place_of_the_truth(estimator):
     true = plant.true_in_plane
     assert not np.array_equal(plant.in_plane, true)
     np.testing.assert_allclose(plant.in_plane, true, atol=0.1)
+    np.testing.assert_allclose(plant.state.q, plant.data.qpos[7:])  # arms that have moved
+    np.testing.assert_array_equal(plant.in_plane[1:3], plant.state.base_position[:2])
+    assert plant.in_plane[1:3].all()
 
 
 FEET = """

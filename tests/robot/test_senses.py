@@ -87,6 +87,9 @@ def test_sensor_errors_of_an_estimator_scale_with_the_noise(plant):
 
 
 def test_an_estimator_begins_at_the_robots_place(plant):
+    plant.data.qpos[:2], plant.data.qpos[3:7] = (3.0, -2.0), (np.cos(0.4), 0, 0, np.sin(0.4))
+    mujoco.mj_forward(plant.model, plant.data)
     known = senses(plant, estimator="ekf")
+    assert known.in_plane[0] == pytest.approx(0.8, abs=0.02)
     np.testing.assert_allclose(known.state.base_position, plant.data.qpos[:3], atol=0.02)
     assert known.in_plane[0] == pytest.approx(plant.in_plane[0], abs=0.02)

@@ -83,10 +83,11 @@ def test_help_does_not_import_nengo():
     code = (
         "import sys; from spikeport import cli\n"
         "try: cli.app(['--help'])\n"
-        "except SystemExit: sys.exit('nengo' in sys.modules)"
+        "except SystemExit as end: assert not end.code; sys.exit('nengo' in sys.modules)\n"
+        "sys.exit(3)"
     )
     process = subprocess.run([sys.executable, "-c", code], capture_output=True, timeout=60)
-    assert process.returncode == 0
+    assert (process.returncode, b"Usage" in process.stdout) == (0, True), process.stderr
 
 
 def test_output_to_a_full_disk_gives_an_error_of_one_line():

@@ -53,7 +53,8 @@ def test_page_of_commands_has_the_exit_codes_that_commands_end_with(spikeport, t
 
 def test_main_writes_every_document(tmp_path):
     documents.main(tmp_path)
-    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(documents.DOCUMENTS)
+    written = {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()}
+    assert written == {name: make() for name, make in documents.DOCUMENTS.items()}
 
 
 def test_a_pair_of_options_has_the_default_that_holds_without_either():

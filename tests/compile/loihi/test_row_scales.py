@@ -42,6 +42,7 @@ def test_larger_rows_are_scaled_more_by_at_most_as_many_powers_as_there_are_prof
     k = exponents(compartment, largest(), profiles)
     assert np.all(np.diff(k) >= 0)
     assert len(set(k.tolist())) <= profiles
+    assert (k[-1] > k[0]) == (profiles > 1)
 
 
 def test_more_profiles_lose_less_of_small_rows(compartment: Compartment) -> None:

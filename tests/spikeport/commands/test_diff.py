@@ -211,7 +211,10 @@ def test_a_result_of_something_else_beside_a_report_is_not_that_of_its_run(
 ):
     for content in ("{", '{"model": "pricing", "metrics": {"price": 3}}'):
         (two[0] / "result.json").write_text(content)
-        assert "price" not in spikeport("diff", *two).out
+        done = spikeport("diff", *two)
+        assert (done.code, done.err) == (1, "")
+        assert "compartments used" in done.out
+        assert "price" not in done.out
 
 
 def test_the_run_that_a_compile_lacks_is_named(spikeport, net_py, tmp_path):

@@ -98,7 +98,7 @@ def test_anyone_can_recompute_energy_and_times_from_the_counts(spikeport, tmp_pa
     assert len(rows) == 6
     for *_, recomputed, ours in rows:
         assert float(recomputed) > 0
-        assert float(recomputed) == pytest.approx(float(ours), rel=1e-8)
+        assert float(recomputed) == pytest.approx(float(ours), rel=1e-8, abs=0)
     energy = json.loads((out / "result.json").read_text())["energy"]
     assert sum(t["count"] for t in energy["nahuku-fit"]["terms"] if "hop" in t["event"]) > 0
     assert spikeport("simulate", tmp_path / "chain.py", *options, "--overwrite").code == 0

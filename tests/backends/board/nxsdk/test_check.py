@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import event, given, settings
+from hypothesis import assume, event, given, settings
 
 from spikeport.backends.board.nxsdk import check as module
 from spikeport.backends.board.nxsdk.check import check, quiet
@@ -24,7 +24,8 @@ def test_registers_of_any_image_that_is_not_refused_run_like_it(image: ChipImage
     for placement in (Placement.single(image), Placement.packed(image)):
         checked = check(image, placement, 20)
         event(f"{placement.name}: {'refused' if checked.refused else 'written'}")
-        assert checked.refused or checked.equal, checked
+        assume(not checked.refused)  # Hypothesis fails if most images are refused
+        assert checked.equal, checked
 
 
 def test_the_check_counts_cores_synapses_and_steps() -> None:
