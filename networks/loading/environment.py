@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 TEXT_BYTES = 2**18
 """The largest description: Isaac Lab's have some 50,000, and PyYAML reads as many in a second."""
 
+MOST_VALUES = 100_000
+"""Values that a description may have, each alias counted as often as it is used."""
 DEPTH = 50
 """Levels of a description: Isaac Lab's have ten."""
 
@@ -118,6 +120,19 @@ class Environment(BaseModel):
     actions: dict[str, Action]
 
 
+def _check_size(content: object) -> None:
+    """Refuse a text of too many values: an alias is one, but its values are copied each time."""
+    left, waiting = MOST_VALUES, [content]
+    while waiting:
+        one = waiting.pop()
+        inside = list(one.values()) if isinstance(one, dict) else one
+        if isinstance(inside, list | tuple):
+            left -= len(inside)
+            if left < 0:
+                raise MismatchError(f"at most {MOST_VALUES:,} values, with aliases", "more")
+            waiting += inside
+
+
 def read(path: Path) -> tuple[Environment, dict[str, ObservationTerm]]:
     """Return the description, and the terms of its observation.
 
@@ -132,6 +147,7 @@ def read(path: Path) -> tuple[Environment, dict[str, ObservationTerm]]:
     written = read_bytes(path, TEXT_BYTES)
     try:
         content = yaml.load(written.decode("utf-8"), _loader(yaml))
+        _check_size(content)
         environment = Environment.model_validate(content)
         return environment, environment.observations.terms()
     except ValidationError as error:

@@ -276,7 +276,7 @@ class _Graph:
         if kind in self._own:
             raise MismatchError("operations of ONNX", f"a function {kind} of the file")
         if kind == "Constant":
-            return self._evaluation.keep(_constant(options))
+            return _constant(options)
         names = node.texts(OF)
         while names and not names[-1]:  # an optional input that is left out
             names.pop()
@@ -307,9 +307,11 @@ class _Graph:
                 return name, bytes(option.content(TEXT))
             case 4:
                 (tensor, *_) = [*option.messages(TENSOR)] or [Message(b"")]
-                return name, onnx_tensor.array(tensor, self._path)
+                # Counted one by one: a node may have thousands.
+                return name, self._evaluation.keep(onnx_tensor.array(tensor, self._path))
             case 6:
-                return name, onnx_tensor.in_field(option, REALS, onnx_tensor.FLOAT)
+                numbers = onnx_tensor.in_field(option, REALS, onnx_tensor.FLOAT)
+                return name, self._evaluation.keep(numbers)
             case 7:
-                return name, np.array(option.numbers(WHOLES))
+                return name, self._evaluation.keep(np.array(option.numbers(WHOLES)))
         raise MismatchError(f"a number, a text or a tensor as {name}", f"a value of type {kind}")

@@ -13,6 +13,8 @@ from typing import BinaryIO
 from spikeport.networks.loading.refusal import EXPORT
 from spikeport.reading.mismatch import MismatchError, first_line
 
+LONGEST_NAME = 1_000
+"""Letters of a name, which a file may put together as often as it has instructions."""
 INSTRUCTIONS = 500_000
 """The most instructions of a pickle: a checkpoint of a hundred layers has a tenth.
 
@@ -133,10 +135,10 @@ class _Machine:
     def named_on_stack(self, _: object) -> None:
         match self.taken(2):
             # other values are not printed: they may be nested too deeply, or endless texts
-            case (str(module), str(name)):
+            case (str(module), str(name)) if len(module) + len(name) <= LONGEST_NAME:
                 self.named(f"{module} {name}")
             case _:
-                raise TypeError("a name that is not text")
+                raise TypeError("a name that is not text, or too long")
 
     def persistent(self, _: object) -> None:
         self.stack.append(self._persistent(self.stack.pop()))

@@ -40,7 +40,7 @@ class Heard:
     """
 
     def __init__(self) -> None:
-        self.states = self.refused = 0
+        self.states = self.refused = self._read = 0
         self.reason = ""
         self.writers: set[int] = set()
         self.sensors: Sensors | None = None
@@ -55,6 +55,7 @@ class Heard:
         except MessageError as error:
             self._refuse(str(error))
             return
+        self._read += 1
         self._ticks.add(tick)
         reason = beyond(self.sensors, self._limits)
         if reason is None:
@@ -77,7 +78,7 @@ class Heard:
 
     def lines(self) -> list[str]:
         """Return a report: states and their ticks, the IMU, and a line for each joint."""
-        lines = [f"{self.states:,} states; {_moments(self.states, sorted(self._ticks))}"]
+        lines = [f"{self.states:,} states; {_moments(self._read, sorted(self._ticks))}"]
         if self.sensors is None:
             return lines
         _, quaternion, gyroscope, accelerometer, *joints = self.sensors
@@ -94,10 +95,10 @@ class Heard:
         return lines
 
 
-def _moments(states: int, ticks: list[int]) -> str:
+def _moments(messages: int, ticks: list[int]) -> str:
     if not ticks:
         return "no message could be read"
-    if states < 2:
+    if messages < 2:
         return f"the tick of one message, {ticks[0]:,} ms, shows no rate"
     if len(ticks) < 2:
         return "their tick does not advance, like that of a simulation before its first command"

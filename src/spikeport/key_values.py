@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import numpy as np
 from pydantic import BeforeValidator, Field, Json, TypeAdapter, ValidationError
+from pydantic.errors import PydanticUserError
 
 from spikeport.errors import UsageError, unknown
 
@@ -193,7 +194,12 @@ def _type(hint: Any, default: object) -> Any:
     if _is_known(hint):
         return hint
     for kind in (_without_none(hint), type(default)):
-        if (get_origin(kind) or kind) in CONTAINERS:
+        container = get_origin(kind) or kind
+        if container in CONTAINERS:
+            try:
+                TypeAdapter(kind)
+            except PydanticUserError:  # of values that JSON does not have, as of arrays
+                return Annotated[container, Json]
             return Annotated[kind, Json]
     return type(default) if type(default) in PLAIN else Annotated[object, BeforeValidator(_read)]
 

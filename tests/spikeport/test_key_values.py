@@ -2,6 +2,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, Literal, Optional
 
+import numpy as np
 import pytest
 from pydantic import Field
 
@@ -195,3 +196,11 @@ def test_a_callable_without_a_signature_is_refused():
         "network 'n': its parameters cannot be read: no signature found for builtin type "
         "<class 'int'>"
     )
+
+
+def of_arrays(gains: list[np.ndarray] | None = None) -> object:
+    return gains
+
+
+def test_lists_of_values_that_json_does_not_have_are_read_as_lists():
+    assert parse(["gains=[[1, 2]]"], of_arrays, "it") == {"gains": [[1, 2]]}

@@ -123,20 +123,24 @@ class Signals:
             raise MismatchError(f"{wanted or 'equal shapes'} into node {name}", shapes)
         parts, delays = _added(name, signals)
         constant = np.sum([signal.constant for signal in signals], axis=0)
-        self._left -= constant.size + sum(matrix.nnz for matrix in parts.values())
+        self._spend(constant.size + sum(matrix.nnz for matrix in parts.values()), name)
+        return Signal(parts, constant, signals[0].shape, delays)
+
+    def _spend(self, numbers: int, name: str) -> None:
+        self._left -= numbers
         if self._left < 0:
             raise MismatchError(
                 f"at most {MOST_WEIGHTS:,} weights in total", f"more, counted up to node {name}"
             )
-        return Signal(parts, constant, signals[0].shape, delays)
 
     def _through(self, name: str) -> Signal:
         node = self._graph.nodes[name]
         signal = self.into(name)
         found = operator(node, signal.shape, self._dt_s)
-        parts = {
-            source: _product(found.matrix, matrix, name) for source, matrix in signal.parts.items()
-        }
+        parts = {}
+        for source, matrix in signal.parts.items():
+            parts[source] = _product(found.matrix, matrix, name)
+            self._spend(parts[source].nnz, name)
         delays = {source: n + found.n_steps for source, n in signal.delays.items()}
         return Signal(parts, found.matrix @ signal.constant + found.bias, found.shape, delays)
 

@@ -56,6 +56,8 @@ def run(request: CompileRequest) -> None:
             progress("building on the host", None)
             _check_host(network, request.chip, passes)
             _write_nothing(chip, nothing, request)
+            if played is not None:
+                print("--spikes: not compared, since nothing of the graph is on the chip")
             return
         except RefusedError as error:
             request.to.write_refusal(refused_report(chip, error).to_dict(), request.network)

@@ -112,7 +112,7 @@ def _in_a_child(function: Callable[[bytes], T], content: bytes) -> T:
     sender.close()
     try:
         found, refusal = receiver.recv()
-    except EOFError:
+    except (EOFError, OSError):  # it ended before it sent, or as it did
         raise MismatchError(
             "a whole HDF5 file", "a file on which the HDF5 library failed"
         ) from None

@@ -48,6 +48,10 @@ PICKLES = {
     ),
     "a name of a deep list": (by_instructions(b"]" * 3000 + b"a" * 2999 + b"N\x93"), "damaged"),
     "a name of doubled tuples": (by_instructions(b")", b"q\0h\0\x86" * 20, b"N\x93"), "damaged"),
+    "a name of many letters": (
+        by_instructions(b"X" + struct.pack("<I", 2000) + b"a" * 2000 + b"X\1\0\0\0b\x93"),
+        "damaged",
+    ),
     "sizes that are a text": (by_instructions(b"ctorch\nSize\nX\7\0\0\0letters\x85R"), "8 axes"),
     "sizes of many axes": (by_instructions(b"ctorch\nSize\n(", b"K\1" * 9, b"t\x85R"), "8 axes"),
     "a persistent number": (by_instructions(b"X\1\0\0\0aQ"), "storages of numbers"),

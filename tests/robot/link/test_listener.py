@@ -95,3 +95,8 @@ def test_listening_sends_nothing_to_the_robot() -> None:
         "nobody published rt/lowstate for 0.2 s on interface lo, domain 7; is a robot on, or "
         "`spikeport robot serve` running, there?"
     )
+
+
+def test_ticks_of_refused_states_are_reported_too() -> None:
+    lines = heard(*(state(tick, q=np.full(19, 4.0)) for tick in (2, 4, 6))).lines()
+    assert lines[0] == "0 states; ticks from 2 to 6 ms, 2 ms apart"

@@ -1,5 +1,6 @@
 """``spikeport compile graph.nir`` and ``simulate graph.nir``: output and refusals."""
 
+import nir
 import numpy as np
 import pytest
 import xarray as xr
@@ -101,3 +102,16 @@ def test_simulate_plays_spikes_and_lists_differences(spikeport, tmp_path):
     with xr.open_dataset(out / "probes.nc") as read:
         assert read["output"].values.any()
         assert read["output in float"].values.any()
+
+
+def test_spikes_for_a_graph_of_which_nothing_is_on_the_chip_are_not_compared(spikeport, tmp_path):
+    first, last = nir_graphs.ends(4, 3)
+    one = np.ones(3)
+    read_out = nir.LI(tau=0.01 * one, r=one, v_leak=0 * one)
+    path = written(
+        tmp_path,
+        nir_graphs.graph(input=first, w=nir_graphs.weights(3, 4), read=read_out, output=last),
+    )
+    done = spikeport("compile", path, "--dt", "0.001", "--spikes", "random")
+    assert (done.code, done.err) == (0, "")
+    assert "--spikes: not compared, since nothing of the graph is on the chip" in done.out

@@ -114,3 +114,13 @@ def test_neurons_with_scalar_parameters_in_a_cycle_without_input_are_single(tmp_
         MismatchError, match=r"neurons in every cycle, found none in one through [wv]$"
     ):
         folded(tmp_path, wired(nodes, "w>v v>w v>n i>o"))
+
+
+def test_products_of_parallel_nodes_are_counted_as_they_are_made(tmp_path, monkeypatch):
+    """Each has one weight from its input, and many from the graph's."""
+    monkeypatch.setattr(signals, "MOST_WEIGHTS", 100)
+    nodes = {"i": FIRST, "one": weights(1, 2), "n": lif(2), "o": LAST}
+    nodes |= {f"w{i}": weights(2, 1) for i in range(40)}
+    edges = "i>one n>o " + " ".join(f"one>w{i} w{i}>n" for i in range(40))
+    with pytest.raises(MismatchError, match="counted up to node w"):
+        folded(tmp_path, wired(nodes, edges))
