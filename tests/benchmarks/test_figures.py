@@ -371,7 +371,10 @@ def test_rows_of_the_switch_are_made_from_its_list_of_phases():
 
 def test_rows_of_free_standing_leave_out_the_way_of_the_pelvis_in_the_first_drawing():
     drawings = drawing(0.0056, 0.21), drawing(0.0058, 0.02), drawing(0.0059, 0.018)
-    assert list(the_switch_on_its_own_feet([switched(*drawings)])) == [
+    walks = path("walk", 0.0046, 0.024), path("walk on", 0.0059, 0.025)
+    phases = walks[0], *drawings, walks[1]
+    assert list(the_switch_on_its_own_feet([switched(*phases)])) == [
         "| shape error of the three drawings (mm rms) | 5.6, 5.8, 5.9 |",
         "| way of the pelvis, second drawing and third (cm) | 2.0, 1.8 |",
+        "| path error, first walk and second (cm rms) | 0.5, 0.6 |",
     ]

@@ -33,12 +33,12 @@ def test_verilator_is_given_no_path_which_might_have_a_space(
 ) -> None:
     commands: list[list[str]] = []
 
-    def build(command: list[str], folder: str) -> None:
+    def build(command: list[str], _failure: str, _limit_s: float, folder: str) -> None:
         commands.append(command)
         assert all((Path(folder) / path.name).is_file() for path in sources())
         (Path(folder) / "softcore.so").write_bytes(b"library")
 
-    monkeypatch.setattr(verilated, "_said", build)
+    monkeypatch.setattr(verilated, "output_of", build)
     assert verilated._built(Build(2)).tobytes() == b"library"
     assert not any("/" in argument for argument in commands[0])
 
