@@ -61,7 +61,10 @@ class LinkOptions:
         if not isinstance(self.faults, Sequence) or not all(
             isinstance(one, str) for one in self.faults
         ):
-            raise UsageError(f"LinkOptions: faults={self.faults!r}: expected a sequence of texts")
+            raise UsageError(
+                f"LinkOptions: faults={self.faults!r}: expected a sequence of texts; "
+                "cure: leave it out, or faults=('cut@20',)"
+            )
         object.__setattr__(self, "faults", tuple(self.faults))
         self._check_certificates()
         if self.hold < 0:
@@ -82,7 +85,8 @@ class LinkOptions:
 
         if not isinstance(self.certificates, Certificates):
             raise UsageError(
-                f"LinkOptions: certificates={self.certificates!r}: expected Certificates(...) of "
+                f"LinkOptions: certificates={self.certificates!r}: expected Certificates; "
+                "cure: Certificates(certificate, key, authority) of "
                 "spikeport.backends.board.address"
             )
 

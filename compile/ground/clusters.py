@@ -17,6 +17,7 @@ Nodes = dict[nengo.Node, None]
 """A set of nodes in order: the image must not depend on memory addresses."""
 Connections = list[nengo.Connection]
 ONE_SPIKE_A_STEP = (nengo.LIF, nengo.AdaptiveLIF, nengo.Izhikevich)
+"""Types whose neurons spike at most once in a step: on the host, Nengo's others may more often."""
 
 
 def clusters(network: nengo.Network) -> list[tuple[Nodes, Connections]]:

@@ -31,13 +31,13 @@ from spikeport.compile.loihi.host_neurons import SparseInputNeurons
 from spikeport.compile.loihi.host_probes import connections_probed_on_host
 from spikeport.compile.loihi.host_types import host_types_stay
 from spikeport.compile.loihi.known_sizes import sizes_known
-from spikeport.compile.loihi.learned_targets import learned_targets_stay
 from spikeport.compile.loihi.merged_connections import merged_in_full
 from spikeport.compile.loihi.numpy1 import numpy1_semantics
 from spikeport.compile.loihi.ordered_model import OrderedModel
 from spikeport.compile.loihi.quick_builder import quick_builder
 from spikeport.compile.loihi.shared_solves import shared_solves
 from spikeport.compile.loihi.split_synapses import split_by_tables
+from spikeport.compile.loihi.staying_nodes import nodes_stay
 from spikeport.errors import UsageError
 
 
@@ -97,7 +97,7 @@ def _built(rewrite: Rewrite, dt_s: float, settings: BuildSettings) -> OrderedMod
         connections_probed_on_host(),
         host_types_stay(),
         sizes_known(network),
-        learned_targets_stay(),
+        nodes_stay(),
         error_parts_placed(),
         merged_in_full(model.failed_at),
         shared_solves(),

@@ -80,7 +80,7 @@ def _is_read_again(
         at, path = waiting.pop()
         found += at in probed
         for c in ahead[at]:
-            if c.post_obj not in ahead and not is_passthrough(c.post_obj):
+            if not is_passthrough(c.post_obj):
                 found += 1
             elif c.post_obj not in path:  # nengo-loihi keeps clusters with a loop
                 waiting.append((c.post_obj, (*path, c.post_obj)))

@@ -139,7 +139,7 @@ def test_a_walk_is_the_same_in_one_process_and_in_two(
 def test_a_walk_in_real_time_goes_on_after_its_first_step(in_two: dict[str, Any]) -> None:
     """Its length depends on the machine: a robot whose commands are too late damps itself."""
     states = in_two["real time"] or in_namespace(states_in_real_time)
-    assert states is not None, "no state came twice: the machine is too busy, or the stub silent"
+    assert states is not None, "two runs lost the robot: it is silent, or the machine too busy"
     assert states > 1
 
 

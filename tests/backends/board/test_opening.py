@@ -17,6 +17,7 @@ from spikeport.errors import BackendError, BoardLostError, UsageError
 from tests.helpers.fake_board import small_image
 
 SECONDS = 0.05
+TEXTS = "expected a sequence of texts; cure: leave it out, or faults=('cut@20',)"
 FILES = Certificates(Path("c"), Path("k"), Path("a"))
 
 
@@ -114,11 +115,12 @@ def test_paths_may_be_given_as_texts() -> None:
 @pytest.mark.parametrize(
     ("link", "reason"),
     [
-        ({"faults": None}, "faults=None: expected a sequence of texts"),
-        ({"faults": (1,)}, "faults=(1,): expected a sequence of texts"),
+        ({"faults": None}, f"faults=None: {TEXTS}"),
+        ({"faults": (1,)}, f"faults=(1,): {TEXTS}"),
         (
             {"certificates": "c.pem"},
-            "certificates='c.pem': expected Certificates(...) of spikeport.backends.board.address",
+            "certificates='c.pem': expected Certificates; cure: Certificates(certificate, key, "
+            "authority) of spikeport.backends.board.address",
         ),
         ({"hold": np.float64(2.5)}, "hold=2.5: input should be a valid integer"),
         (

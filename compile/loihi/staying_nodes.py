@@ -11,7 +11,7 @@ from spikeport.compile.loihi.replaced import replaced
 
 
 @contextlib.contextmanager
-def learned_targets_stay() -> Iterator[None]:
+def nodes_stay() -> Iterator[None]:
     """Keep, in the context, the clusters that `stays` names."""
     usual = PassthroughSplit._split_cluster
 

@@ -1,4 +1,4 @@
-"""Learned connections into passthrough nodes, which stay on the host."""
+"""Passthrough nodes that stay on the host: where something learns, is probed, or sends values."""
 
 import nengo
 import numpy as np
@@ -6,7 +6,7 @@ import pytest
 from nengo_loihi.passthrough import PassthroughSplit
 
 from spikeport import Simulator, add_params
-from spikeport.compile.loihi.learned_targets import learned_targets_stay
+from spikeport.compile.loihi.staying_nodes import nodes_stay
 
 
 def in_a_subnetwork() -> tuple[nengo.Network, nengo.Probe]:
@@ -115,7 +115,7 @@ def test_native_equals_nengo_loihi_bit_for_bit():
 
 def test_nothing_of_nengo_loihi_stays_patched():
     usual = PassthroughSplit._split_cluster
-    with learned_targets_stay():
+    with nodes_stay():
         assert PassthroughSplit._split_cluster is not usual
     assert PassthroughSplit._split_cluster is usual
 
